@@ -1,0 +1,1 @@
+"""Polynomial chaos of the random contact pressure."""

@@ -1,0 +1,1 @@
+"""Normal contact of a rough elastic half-space with a rigid plane."""

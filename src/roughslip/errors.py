@@ -1,0 +1,40 @@
+"""Typed errors. Each message says what went wrong, how far it got and what to try."""
+
+from __future__ import annotations
+
+
+class RoughslipError(Exception):
+    """Base of every error that this package raises on purpose."""
+
+
+class InputError(RoughslipError):
+    """One or more mistakes in what a user gave: a line per mistake, all of them at once."""
+
+    def __init__(self, lines: list[str] | tuple[str, ...] | str) -> None:
+        self.lines = (lines,) if isinstance(lines, str) else tuple(lines)
+        super().__init__("\n".join(self.lines))
+
+
+class ParameterError(RoughslipError, ValueError):
+    """A parameter or an array outside the domain of the method that was given it."""
+
+
+class ConvergenceError(RoughslipError):
+    """An iteration ended without reaching its tolerance.
+
+    residual : the residual reached, in the unit that the message names
+    work : iterations, convolutions or evaluations spent
+    """
+
+    def __init__(self, message: str, residual: float, work: int) -> None:
+        self.residual = residual
+        self.work = work
+        super().__init__(f"{message} (residual reached {residual:.3e}, work {work})")
+
+
+class IllPosedError(RoughslipError):
+    """The data cannot determine what is asked: too few samples, a singular system, no valid marginal."""
+
+
+class StoreError(RoughslipError):
+    """A result file is missing, truncated, altered or not what the reader expects."""

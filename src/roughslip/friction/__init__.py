@@ -1,0 +1,1 @@
+"""Bowden-Tabor friction on sliding windows and its stochastic process."""

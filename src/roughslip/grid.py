@@ -1,0 +1,58 @@
+"""Regular meshes of rectangular cells: x along the belt (first axis), y across it (second axis)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A mesh of nx by ny rectangular cells; a node is the centre of its cell.
+
+    nx, ny : number of cells along and across the belt
+    dx, dy : edges of a cell [m]
+    """
+
+    nx: int
+    ny: int
+    dx: float
+    dy: float
+
+    def __post_init__(self) -> None:
+        if self.nx < 1 or self.ny < 1:
+            raise ParameterError(f"a mesh needs at least one cell on each axis, not {self.nx} x {self.ny}")
+        if not (math.isfinite(self.dx) and math.isfinite(self.dy) and self.dx > 0 and self.dy > 0):
+            raise ParameterError(f"cell edges must be positive and finite, not {self.dx} m x {self.dy} m")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(nx, ny), the shape of every field on the mesh."""
+        return self.nx, self.ny
+
+    @property
+    def size(self) -> int:
+        """Number of nodes."""
+        return self.nx * self.ny
+
+    @property
+    def cell_area(self) -> float:
+        """Area of a cell [m^2]."""
+        return self.dx * self.dy
+
+    @property
+    def centre(self) -> tuple[int, int]:
+        """The node that the study calls the centre: (nx // 2, ny // 2)."""
+        return self.nx // 2, self.ny // 2
+
+    def x(self) -> np.ndarray:
+        """x : (nx,) [m] nodes along the belt, the first at dx / 2."""
+        return (np.arange(self.nx) + 0.5) * self.dx
+
+    def y(self) -> np.ndarray:
+        """y : (ny,) [m] nodes across the belt, the first at dy / 2."""
+        return (np.arange(self.ny) + 0.5) * self.dy

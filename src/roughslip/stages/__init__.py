@@ -1,0 +1,1 @@
+"""One small command a stage: read, call the package, write."""

@@ -1,0 +1,1 @@
+"""Rough surfaces: covariance, Karhunen-Loeve expansion, exact sampling of stationary strips."""

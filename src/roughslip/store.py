@@ -46,19 +46,26 @@ class Result(Mapping[str, np.ndarray]):
     """The arrays of a result file by name, and its attributes."""
 
     path: Path
-    arrays: dict[str, np.ndarray]
+    variables: dict[str, Variable]
     attributes: dict[str, Any]
 
     def __getitem__(self, name: str) -> np.ndarray:
-        if name not in self.arrays:
+        return self.variable(name).values
+
+    def variable(self, name: str) -> Variable:
+        """An array with its dimensions, units and title. Raises StoreError where the file does not hold it."""
+        if name not in self.variables:
             raise StoreError(f"{self.path}: holds no variable {name!r}; {_rebuild(self.path)}")
-        return self.arrays[name]
+        return self.variables[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.variables
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.arrays)
+        return iter(self.variables)
 
     def __len__(self) -> int:
-        return len(self.arrays)
+        return len(self.variables)
 
 
 def read_key(path: Path) -> Key:
@@ -120,13 +127,13 @@ def read(path: Path) -> Result:
         raise StoreError(f"{path}: missing; {_rebuild(path)}")
     try:
         with xr.open_dataset(path, engine="netcdf4", decode_cf=False) as dataset:
-            arrays = {str(name): np.asarray(variable.values) for name, variable in dataset.variables.items()}
+            variables = {str(name): _variable(variable) for name, variable in dataset.variables.items()}
             attributes = {str(name): value for name, value in dataset.attrs.items()}
-    except (OSError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError, RuntimeError, KeyError) as error:
         raise StoreError(f"{path}: truncated or not a result ({error}); {_rebuild(path)}") from error
-    if attributes.get("checksum") != _checksum(arrays):
+    if attributes.get("checksum") != _checksum({name: variable.values for name, variable in variables.items()}):
         raise StoreError(f"{path}: its contents differ from its checksum; {_rebuild(path)}")
-    return Result(path, arrays, attributes)
+    return Result(path, variables, attributes)
 
 
 def read_all(paths: list[Path], *, sort_by: str = "first") -> list[Result]:
@@ -161,6 +168,11 @@ def read_json(path: Path) -> Any:
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that a number can depend on."""
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
+
+
+def _variable(stored: xr.Variable) -> Variable:
+    dimensions = tuple(str(name) for name in stored.dims)
+    return Variable(dimensions, np.asarray(stored.values), stored.attrs["units"], stored.attrs["long_name"])
 
 
 def _checksum(arrays: Mapping[str, np.ndarray]) -> str:

@@ -10,7 +10,7 @@ from roughslip.errors import IllPosedError
 NORMAL_95 = float(ndtri(0.975))
 
 
-def wilson_interval(successes: np.ndarray | int, trials: np.ndarray | int) -> tuple[np.ndarray, np.ndarray]:
+def wilson_interval(successes: np.ndarray | float, trials: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
     """(low, high) : 95 % interval of a probability from independent trials (Wilson 1927); never leaves [0, 1]."""
     n = np.maximum(np.asarray(trials, dtype=float), 1.0)
     share = np.asarray(successes) / n

@@ -88,7 +88,7 @@ def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
             for direction in directions:
                 row = row - (direction @ row) * direction
         remaining = np.linalg.norm(row)
-        if remaining > 1e-3:
+        if remaining > 1e-6:
             directions.append(row / remaining)
         if len(directions) == count:
             return np.array(directions)

@@ -1,8 +1,8 @@
 """One expansion along a stationary strip: the pressure field from the heights, without a contact solve.
 
-Along the strip the field is stationary, so every node of a row shares the coefficients; the rows differ, since the border
-of the contact is near for some and far for others. The variables are the local functionals of the heights, whitened row
-by row; they do not depend on the penetration, so one basis serves all of them.
+Along the strip the field is stationary, so every node of a row shares the coefficients; the rows differ, since the
+border of the contact is near for some and far for others. The variables are the local functionals of the heights,
+whitened row by row; they do not depend on the penetration, so one basis serves all of them.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def fit_strip(
     `effective_samples`. Neighbouring nodes are correlated, so leave-one-out is an optimistic figure here.
     Raises IllPosedError as the regression does.
     """
-    samples, rows, variables = functionals.shape
+    rows, variables = functionals.shape[1:]
     levels = target_values.shape[2]
     indices = multi_indices(variables, degree)
     whiten = np.empty((rows, variables, variables))

@@ -47,9 +47,9 @@ class Covariance:
         return self.rms_height_m**2 * correlation
 
 
-def plane_height(percentile: float | np.ndarray, rms_height_m: float) -> float | np.ndarray:
+def plane_height(percentile: float | np.ndarray, rms_height_m: float) -> np.ndarray:
     """h_p [m] that `percentile` per cent of the ensemble of Gaussian heights lie above; 50 is the median."""
     above = np.asarray(percentile, dtype=float) / 100.0
     if not np.all((above > 0) & (above < 1)):
         raise ParameterError(f"a penetration percentile lies between 0 and 100, not {percentile}")
-    return rms_height_m * ndtri(1.0 - above)
+    return np.asarray(rms_height_m * ndtri(1.0 - above))

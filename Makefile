@@ -1,0 +1,71 @@
+# Everything that a user or a check runs; `make` alone lists it.
+#   JOBS=8 make reproduce                jobs at a time (2)
+#   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
+
+PYTHON ?= python3
+JOBS ?= 2
+VENV := .venv
+RUN := $(VENV)/bin/python -m
+PIP_INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-input --compile --require-hashes
+
+# The package is not installed: it runs from here, and so does every job that Snakemake starts.
+export PYTHONPATH := $(CURDIR)/src
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help setup reproduce smoke test lint reference clean
+
+help: ## list these targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
+
+setup: $(VENV)/run.stamp ## make .venv from requirements.lock (every target below does so where it is missing)
+
+reproduce: $(VENV)/run.stamp ## reproduce the paper: figures, claims and results/report.html
+	$(RUN) snakemake -j$(JOBS)
+
+smoke: $(VENV)/run.stamp ## run every stage on a tiny scene
+	$(RUN) snakemake -j$(JOBS) smoke
+
+test: $(VENV)/dev.stamp ## run the tests
+	$(RUN) pytest
+
+lint: $(VENV)/dev.stamp ## check style, format and types
+	$(RUN) ruff check .
+	$(RUN) ruff format --check .
+	$(RUN) mypy src
+	$(RUN) snakefmt --check Snakefile workflow/rules
+
+reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference
+	$(RUN) snakemake -j$(JOBS) reference
+
+clean: ## remove all that was generated, .venv too; results/reference stays
+	rm -rf $(VENV) .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@if [ -d results ]; then find results -mindepth 1 -maxdepth 1 ! -name reference -exec rm -rf {} +; fi
+	@find . -name .git -prune -o \( -name __pycache__ -o -name '*.egg-info' \) -type d -prune -exec rm -rf {} +
+
+# A stamp is a copy of the lock that was installed, written last: an interrupted set-up has none and starts afresh, and
+# a lock that only got a new time stamp (a checkout) is not installed again.
+$(VENV)/run.stamp: requirements.lock
+	@if cmp -s $< $@; then touch $@; else $(install-run); fi
+
+$(VENV)/dev.stamp: requirements-dev.lock $(VENV)/run.stamp
+	@if cmp -s $< $@; then touch $@; else $(install-dev); fi
+
+define install-run
+$(check-python) && echo "Setting up $(VENV), a minute or two" && rm -rf $(VENV) && "$(PYTHON)" -m venv $(VENV) \
+	&& $(PIP_INSTALL) -r requirements.lock && cp $< $@
+endef
+
+# Held to the pins of the run, so that a tool for checks never changes what computes.
+define install-dev
+echo "Adding the tools for checks to $(VENV)" && $(PIP_INSTALL) -r $< -c requirements.lock && cp $< $@
+endef
+
+define check-python
+{ command -v "$(PYTHON)" >/dev/null \
+	|| { echo "$(PYTHON) is not there: install Python 3.11, 3.12 or 3.13, or name it: make setup PYTHON=/path/to/python3.12" >&2; false; }; } \
+&& { "$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' \
+	|| { echo "$$("$(PYTHON)" -V 2>&1) is not 3.11, 3.12 or 3.13: install one and name it: make setup PYTHON=python3.12" >&2; false; }; } \
+&& { "$(PYTHON)" -c 'import venv, ensurepip' 2>/dev/null \
+	|| { echo "$(PYTHON) cannot make virtual environments: install its venv (Debian, Ubuntu: apt-get install python3-venv)" >&2; false; }; }
+endef

@@ -1,0 +1,56 @@
+# The study: every file in config/scenes/ is a target of its own name; without a target, the scenes of config/config.yaml.
+# Stages and their files: workflow/rules. Science: src/roughslip. What re-runs a stage: the key files of workflow/lib/keys.py.
+import os
+import shlex
+import sys
+from pathlib import Path
+
+ROOT = Path(workflow.basedir)
+SOURCE = ROOT / "src"
+LOCK = ROOT / "requirements.lock"
+sys.path[:0] = [str(ROOT), str(SOURCE)]
+
+from roughslip.errors import InputError
+from workflow.lib.scenes import Scenes
+
+os.environ.update(MPLBACKEND="Agg", OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1", NUMBA_NUM_THREADS="1")
+
+# One stage's command. `exec`, so that the stage is a child of Snakemake itself and dies with it; braces of a path would be
+# taken for placeholders.
+STAGE = f"PYTHONPATH={shlex.quote(str(SOURCE))} exec {shlex.quote(sys.executable)} -m roughslip.stages".replace("{", "{{").replace("}", "}}")
+
+try:
+    scenes = Scenes(ROOT, words=sys.argv[1:])
+except InputError as error:
+    print(error, file=sys.stderr)
+    sys.exit(1)
+
+
+wildcard_constraints:
+    scene="[a-z][a-z0-9_-]*",
+    first=r"\d+",
+    last=r"\d+",
+    design="[a-z_]+",
+    figure="figure[235]",
+
+
+rule all:
+    default_target: True
+    input:
+        [f"results/{name}/report.html" for name in scenes.default],
+        "results/report.html",
+
+
+include: "workflow/rules/square.smk"
+include: "workflow/rules/strip.smk"
+include: "workflow/rules/oscillator.smk"
+include: "workflow/rules/outputs.smk"
+
+
+for name in scenes.valid:
+
+    rule:
+        name:
+            name
+        input:
+            f"results/{name}/report.html",

@@ -1,0 +1,98 @@
+"""Friction coefficient of windows that slide along a strip, from their contact area and normal force.
+
+Bowden and Tabor, The Friction and Lubrication of Solids, 1950: junctions shear at the strength tau of the softer body,
+so mu = tau A / N. As A / N of a vanishing contact grows without bound (Hertz: A / N ~ 1 / a), windows below a least
+contact area have no mu; they are marked, never averaged.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from roughslip.errors import IllPosedError, ParameterError
+
+
+def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -> np.ndarray:
+    """Sums over windows of `window_nodes` columns that start every `stride_nodes` columns.
+
+    column_sums : (..., nx) a quantity summed across the strip, a column a node along it
+    window_nodes, stride_nodes : length of a window and distance of two starts [columns]
+
+    Returns (..., W) with W = (nx - window_nodes) // stride_nodes + 1.
+
+    Differences of one running sum a strip. Both ends of a window share the roundings made before it, so the error is at
+    most (window_nodes + 1) 2^-53 sum|column_sums| of the strip. Terms >= 0 give sums >= 0, and windows of zeros exactly
+    0. A strip's result does not depend on the strips beside it.
+    """
+    columns = np.asarray(column_sums, dtype=np.float64)
+    nx = columns.shape[-1] if columns.ndim else 0
+    if stride_nodes < 1 or not 1 <= window_nodes <= nx:
+        raise ParameterError(
+            f"a window of {window_nodes} columns every {stride_nodes} does not fit a strip of {nx} columns: "
+            "1 <= window <= strip and stride >= 1"
+        )
+    if not np.isfinite(columns).all():
+        raise ParameterError("column sums must be finite")
+    running = np.zeros((*columns.shape[:-1], nx + 1))
+    np.cumsum(columns, axis=-1, out=running[..., 1:])
+    start = np.arange(0, nx - window_nodes + 1, stride_nodes)
+    return running[..., start + window_nodes] - running[..., start]
+
+
+def friction_coefficient(
+    area: np.ndarray, force: np.ndarray, shear_strength_pa: float, least_area_m2: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """mu = tau A / N of every window with at least the least contact area.
+
+    area : (...) [m^2] real area of contact of a window
+    force : (...) [N] normal force of a window
+    shear_strength_pa : [Pa] shear strength tau of the junctions
+    least_area_m2 : [m^2] contact area, positive, below which a window has no mu
+
+    Returns (mu, valid): mu (...) [-], 0 where a window has none, and valid (...) bool.
+    Raises ParameterError where a contact carries no force: area and force then do not belong together.
+    """
+    area, force = _area_and_force(area, force)
+    if not (math.isfinite(shear_strength_pa) and shear_strength_pa > 0.0):
+        raise ParameterError(f"the shear strength must be positive and finite, not {shear_strength_pa} Pa")
+    if not (math.isfinite(least_area_m2) and least_area_m2 > 0.0):
+        raise ParameterError(f"the least contact area must be positive and finite, not {least_area_m2} m^2")
+    valid = area >= least_area_m2
+    return shear_strength_pa * _area_per_force(area, force, valid), valid
+
+
+def shear_strength_for_mean(area: np.ndarray, force: np.ndarray, valid: np.ndarray, mean: float) -> float:
+    """Shear strength [Pa] that gives the valid windows the mean friction coefficient `mean`: mean / <A / N>.
+
+    area, force : (...) [m^2], [N] contact area and normal force of the windows
+    valid : (...) bool, windows with a friction coefficient
+    mean : [-] friction coefficient wanted, positive
+    """
+    area, force = _area_and_force(area, force)
+    valid = np.asarray(valid)
+    if valid.dtype != bool or valid.shape != area.shape:
+        raise ParameterError("valid must be an array of bool with the shape of area")
+    if not (math.isfinite(mean) and mean > 0.0):
+        raise ParameterError(f"the mean friction coefficient must be positive and finite, not {mean}")
+    if not valid.any():
+        raise IllPosedError("no window reaches the least contact area: deepen the penetration or lower the least area")
+    return float(mean / np.mean(_area_per_force(area, force, valid)[valid]))
+
+
+def _area_and_force(area: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    area, force = np.asarray(area, dtype=np.float64), np.asarray(force, dtype=np.float64)
+    if area.shape != force.shape:
+        raise ParameterError(f"area {area.shape} and force {force.shape} must have one shape")
+    for name, values in (("area", area), ("force", force)):
+        if not (np.isfinite(values).all() and (values >= 0.0).all()):
+            raise ParameterError(f"contact {name} of a window must be finite and not negative")
+    return area, force
+
+
+def _area_per_force(area: np.ndarray, force: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """A / N [m^2/N], 0 outside `valid`."""
+    if (force[valid] <= 0.0).any():
+        raise ParameterError("a window in contact carries no normal force: area and force do not belong together")
+    return np.divide(area, force, out=np.zeros_like(area), where=valid)

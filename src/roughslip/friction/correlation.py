@@ -1,0 +1,192 @@
+"""Autocorrelation of the friction coefficient along the strip, and the length of an exponential fitted to it.
+
+Windows average: even white noise along the strip, averaged over windows of length T, has the triangular autocorrelation
+1 - s/T. An exponential fitted to that alone has a length, `window_lengths`, that depends on how it is fitted; only what
+a measured length has beyond it comes from the surface.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.statistics import Estimate, check_windows, require_scatter, resampled
+
+LONGEST_WINDOWS = 3.0
+"""The main fit takes lags up to this many windows."""
+
+_SHORTEST_PER_SPACING = 1.0 / 20.0
+_LONGEST_PER_SPAN = 100.0
+_BISECTIONS = 50
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """Lengths [m] of the exponential exp(-s/L) that stand for curves r(s), each (...).
+
+    least_squares : least squares over all lags to three windows, unweighted: the main one
+    half_window : least squares over lags to half a window
+    one_over_e : first lag where r falls below 1/e, linear between lags; the longest lag if it does not
+    integral : integral of r over all lags to three windows, trapezoidal
+    """
+
+    least_squares: np.ndarray
+    half_window: np.ndarray
+    one_over_e: np.ndarray
+    integral: np.ndarray
+
+
+@dataclass(frozen=True)
+class CorrelationFit:
+    """What exponential fits the measured autocorrelation, and is it one?
+
+    least_squares, half_window, one_over_e, integral : () [m] as in `Lengths`
+    window : the same of the triangle, the window's own part
+    misfit_exponential, misfit_triangle : () rms distance over lags to three windows from exp(-s/least_squares), and
+        from the triangle
+    misfit_difference : () mean square distances, exponential - triangle: below 0 the exponential is nearer. Noise adds
+        alike to both squares and cancels
+    at_bound : the least-squares length lies at an end of its range, see `exponential_length`
+    at_bound_share : share of replicates where it does
+    """
+
+    least_squares: Estimate
+    half_window: Estimate
+    one_over_e: Estimate
+    integral: Estimate
+    window: Lengths
+    misfit_exponential: Estimate
+    misfit_triangle: Estimate
+    misfit_difference: Estimate
+    at_bound: bool
+    at_bound_share: float
+
+
+def triangular(lags: np.ndarray, window: float) -> np.ndarray:
+    """Autocorrelation max(0, 1 - |s| / T) of white noise averaged over windows of length T."""
+    return np.maximum(0.0, 1.0 - np.abs(lags) / window)
+
+
+def autocorrelation(mu: np.ndarray, valid: np.ndarray, lags: int, weights: np.ndarray) -> Estimate:
+    """Autocorrelation of mu at lags of 0 ... lags - 1 window spacings, with its pointwise 95 % band.
+
+    mu, valid : (S, W) friction coefficient and bool, S independent strips of W windows at one spacing
+    lags : number K of lags, 2 to W
+    weights : (1 + R, S) counts from `strip_weights`
+
+    Products of all pairs of valid windows of one strip, less the mean of all windows, averaged over pairs and divided
+    by the variance; r(0) = 1 exactly. Subtracting the estimated mean lowers r by about (1 - r) / effective_windows.
+    """
+    mu, valid = check_windows(mu, valid, weights)
+    windows = mu.shape[1]
+    if not 2 <= lags <= windows:
+        raise IllPosedError(f"{lags} lags of {windows} windows a strip: take 2 to {windows}, or longer strips")
+    centre = float(np.mean(mu[valid]))
+    x, exists = np.where(valid, mu - centre, 0.0), valid.astype(np.float64)
+    pairs, products, ends = np.empty((3, len(mu), lags))
+    for k in range(lags):
+        near, far = slice(0, windows - k), slice(k, windows)
+        pairs[:, k] = np.sum(exists[:, near] * exists[:, far], axis=1)
+        products[:, k] = np.sum(x[:, near] * x[:, far], axis=1)
+        ends[:, k] = np.sum(x[:, near] * exists[:, far] + exists[:, near] * x[:, far], axis=1)
+    number = resampled(weights, pairs)
+    if not number.all():
+        raise IllPosedError("a lag has no pair of windows with mu in some replicate: take fewer lags or more strips")
+    mean = 0.5 * resampled(weights, ends[:, :1]) / number[:, :1]
+    covariance = (resampled(weights, products) - mean * resampled(weights, ends)) / number + mean**2
+    require_scatter(covariance[:, 0], centre)
+    return Estimate.from_rows(covariance / covariance[:, :1])
+
+
+def exponential_length(lags: np.ndarray, curves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Length L that minimises sum (exp(-s/L) - r)^2 over the lags.
+
+    lags : (K,) [m] from 0, increasing; K >= 2
+    curves : (n, K) autocorrelations
+
+    Returns (L, at_bound): (n,) [m], to a relative error below 1e-12, and (n,) bool, true where the least squares lie at
+    an end of the range from 1/20 of the first lag (uncorrelated) to 100 times the last (never decays).
+    """
+    low, high = lags[1] * _SHORTEST_PER_SPACING, lags[-1] * _LONGEST_PER_SPAN
+    trial = np.linspace(math.log(low), math.log(high), 160)
+    models = np.exp(-lags / np.exp(trial)[:, None])
+    loss = np.sum(models**2, axis=1) - 2.0 * np.einsum("nk,gk->ng", curves, models)
+    best = np.argmin(loss, axis=1)
+    at_bound = (best == 0) | (best == len(trial) - 1)
+    left, right = trial[np.maximum(best - 1, 0)], trial[np.minimum(best + 1, len(trial) - 1)]
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (left + right)
+        scaled = lags / np.exp(middle)[:, None]
+        model = np.exp(-scaled)
+        falls = np.sum((model - curves) * model * scaled, axis=1) < 0.0
+        left, right = np.where(falls, middle, left), np.where(falls, right, middle)
+    return np.exp(np.where(at_bound, trial[best], 0.5 * (left + right))), at_bound
+
+
+def one_over_e_length(lags: np.ndarray, curves: np.ndarray) -> np.ndarray:
+    """First lag (n,) where curves (n, K) fall below 1/e, linear between lags; the longest lag if they do not."""
+    below = curves < math.exp(-1.0)
+    k = np.maximum(np.argmax(below, axis=1), 1)
+    row = np.arange(len(curves))
+    before, after = curves[row, k - 1], curves[row, k]
+    falls = below.any(axis=1)
+    share = np.divide(before - math.exp(-1.0), before - after, out=np.ones_like(before), where=falls)
+    return np.where(falls, lags[k - 1] + share * (lags[k] - lags[k - 1]), lags[-1])
+
+
+def window_lengths(lags: np.ndarray, window: float) -> Lengths:
+    """The lengths that the window alone produces: those of its triangle at the given lags (K,) [m]."""
+    lags, _ = _lags_to_three_windows(lags, window)
+    lengths, _ = _lengths(lags, triangular(lags, window)[None], window)
+    return Lengths(*(length[0] for length in vars(lengths).values()))
+
+
+def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> CorrelationFit:
+    """Exponential lengths of a measured autocorrelation with their intervals; misfits of exponential and triangle.
+
+    lags : (K,) [m] from 0, increasing; only lags to three windows are used
+    estimate : (K,) autocorrelation at the lags
+    window : [m] length of a window
+    """
+    lags, used = _lags_to_three_windows(lags, window)
+    curves = np.ascontiguousarray(estimate.rows[:, :used])
+    lengths, at_bound = _lengths(lags, curves, window)
+    exponential = np.exp(-lags / lengths.least_squares[:, None])
+    to_exponential = np.sqrt(np.mean((curves - exponential) ** 2, axis=1))
+    to_triangle = np.sqrt(np.mean((curves - triangular(lags, window)) ** 2, axis=1))
+    moved = np.sqrt(np.mean((curves[1:] - curves[0]) ** 2, axis=1))
+    return CorrelationFit(
+        least_squares=Estimate.from_rows(lengths.least_squares),
+        half_window=Estimate.from_rows(lengths.half_window),
+        one_over_e=Estimate.from_rows(lengths.one_over_e),
+        integral=Estimate.from_rows(lengths.integral),
+        window=window_lengths(lags, window),
+        misfit_exponential=Estimate.of_distance(to_exponential, moved),
+        misfit_triangle=Estimate.of_distance(to_triangle, moved),
+        misfit_difference=Estimate.from_rows(to_exponential**2 - to_triangle**2),
+        at_bound=bool(at_bound[0]),
+        at_bound_share=float(np.mean(at_bound[1:])),
+    )
+
+
+def _lags_to_three_windows(lags: np.ndarray, window: float) -> tuple[np.ndarray, int]:
+    lags = np.asarray(lags, dtype=np.float64)
+    if lags.ndim != 1 or not np.isfinite(lags).all() or lags[0] != 0.0 or not (np.diff(lags) > 0.0).all():
+        raise ParameterError("lags must increase from 0")
+    if not (math.isfinite(window) and window > 0.0):
+        raise ParameterError(f"the window must be positive and finite, not {window} m")
+    used = int(np.sum(lags <= LONGEST_WINDOWS * window * (1.0 + 1e-9)))
+    if np.sum(lags <= 0.5 * window * (1.0 + 1e-9)) < 2:
+        raise IllPosedError("no lag within half a window: space the windows more closely")
+    return lags[:used], used
+
+
+def _lengths(lags: np.ndarray, curves: np.ndarray, window: float) -> tuple[Lengths, np.ndarray]:
+    near = int(np.sum(lags <= 0.5 * window * (1.0 + 1e-9)))
+    least_squares, at_bound = exponential_length(lags, curves)
+    half_window, _ = exponential_length(lags[:near], np.ascontiguousarray(curves[:, :near]))
+    integral = np.trapezoid(curves, lags, axis=1)
+    return Lengths(least_squares, half_window, one_over_e_length(lags, curves), integral), at_bound

@@ -1,0 +1,124 @@
+"""One page, without a network, that shows what scenes found: figures, verdicts, costs and how to make it again."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+STYLE = """
+:root { color-scheme: light; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 0 auto; padding: 1rem; }
+h1, h2, h3 { line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ccc; }
+figure { margin: 1.5rem 0; } img { width: 100%; height: auto; } figcaption { color: #555; font-size: .9rem; }
+.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: .85rem; min-width: 40rem; width: 100%; }
+th, td { text-align: left; vertical-align: top; padding: .3rem .6rem .3rem 0; border-bottom: 1px solid #ddd; }
+td.number { white-space: nowrap; text-align: right; } pre { overflow-x: auto; background: #f5f5f5; padding: .7rem; }
+.verdict { white-space: nowrap; font-weight: 600; } .reproduced { color: #0b6e3b; } .not-reproduced { color: #a12; }
+.contradicts-itself { color: #8a5a00; } .not-tested { color: #777; font-weight: 400; }
+@media print { body { max-width: none; } h2 { break-before: page; } figure, tr { break-inside: avoid; } }
+"""
+
+CAPTIONS = {
+    "figure2": "Figure 2. Pressure at the centre of the square: Monte Carlo, Latin hypercube, the two polynomial chaos "
+    "variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals.",
+    "figure3": "Figure 3. Friction coefficient of the test surface against penetration, from solved contact and from "
+    "the expansion; its autocorrelation beside that of the window alone, and its marginal.",
+    "figure5": "Figure 5. Stick-slip limit cycle with and without scatter, the point where the mass sticks again, and "
+    "the cycles lost to the scatter against damping.",
+}
+
+
+@dataclass(frozen=True)
+class SceneReport:
+    """What the page shows of a scene.
+
+    name, description : of the scene
+    figures : PNG bytes by the name of the figure
+    claims, costs : contents of claims.json and costs.json
+    configuration : what the stages read of the scene
+    """
+
+    name: str
+    description: str
+    figures: Mapping[str, bytes]
+    claims: Sequence[Mapping[str, Any]]
+    costs: Sequence[Mapping[str, Any]]
+    configuration: str
+
+
+def page(scenes: Sequence[SceneReport], versions: Mapping[str, str]) -> str:
+    """The page as HTML, with its pictures inside."""
+    names = " ".join(scene.name for scene in scenes)
+    links = ", ".join(f'<a href="#{escape(scene.name)}">{escape(scene.name)}</a>' for scene in scenes)
+    body = "".join(_scene(scene) for scene in scenes)
+    packages = ", ".join(f"{escape(name)} {escape(number)}" for name, number in versions.items())
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<title>roughslip: {escape(names)}</title><style>{STYLE}</style></head><body>
+<h1>How surface roughness makes friction scatter, and what the scatter does to stick-slip vibration</h1>
+<p>Random rough surfaces, elastic half-space contact, polynomial chaos of the contact pressure, Bowden-Tabor friction on
+sliding windows as a stochastic process, a mass on a belt. The study reproduces Figures 2, 3 and 5 of <em>Modelling of
+dynamical systems with friction between randomly rough surfaces</em> and gives a verdict on each of its statements.
+Scenes: {links}.</p>
+{body}
+<h2>How to make this again</h2>
+<pre>make reproduce            # sets up the environment and runs the default scenes
+snakemake -j2 {escape(names)}   # with the packages installed</pre>
+<p>Made with {packages}.</p>
+</body></html>
+"""
+
+
+def _scene(scene: SceneReport) -> str:
+    pictures = "".join(
+        f'<figure><img alt="{escape(name)} of the scene {escape(scene.name)}" '
+        f'src="data:image/png;base64,{base64.b64encode(content).decode()}">'
+        f"<figcaption>{escape(CAPTIONS[name])}</figcaption></figure>"
+        for name, content in scene.figures.items()
+    )
+    return f"""<h2 id="{escape(scene.name)}">Scene {escape(scene.name)}</h2>
+<p>{escape(scene.description)}.</p>
+{pictures}
+<h3>The paper's statements</h3>
+{_claims(scene.claims)}
+<h3>What it cost</h3>
+{_costs(scene.costs)}
+<details><summary>Configuration that the stages read</summary><pre>{escape(scene.configuration)}</pre></details>
+"""
+
+
+def _claims(claims: Sequence[Mapping[str, Any]]) -> str:
+    rows = []
+    for claim in claims:
+        verdict = str(claim["verdict"])
+        number = "" if claim["ours"] is None else f"{claim['ours']:.3g}"
+        interval = "" if claim["interval"] is None else " to ".join(f"{end:.3g}" for end in claim["interval"])
+        rows.append(
+            f"<tr><td>{escape(claim['statement'])}</td><td>{escape(claim['paper'])}</td>"
+            f'<td class="number">{number}</td><td class="number">{interval}</td>'
+            f'<td class="verdict {verdict.replace(" ", "-")}">{escape(verdict)}</td>'
+            f"<td>{escape(claim['note'])}. <em>Rule: {escape(claim['rule'])}.</em></td></tr>"
+        )
+    return _table(("Statement", "Paper", "Ours", "95 % interval", "Verdict", "Note and rule"), rows)
+
+
+def _costs(costs: Sequence[Mapping[str, Any]]) -> str:
+    rows = []
+    for row in costs:
+        did = ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in row["did"].items())
+        peak = "" if row["peak_memory_mib"] is None else f"{row['peak_memory_mib']:.0f}"
+        numbers = (str(row["jobs"]), f"{row['cpu_seconds']:.1f}", f"{100 * row['core_share']:.0f}", peak)
+        cells = "".join(f'<td class="number">{number}</td>' for number in numbers)
+        rows.append(
+            f"<tr><td>{escape(row['stage'])}</td>{cells}<td>{'' if row['stage'] == 'all' else escape(did)}</td></tr>"
+        )
+    heads = ("Stage", "Jobs", "CPU [s]", "Solving, fitting, integrating [%]", "Peak memory [MiB]", "Did")
+    return _table(heads, rows)
+
+
+def _table(heads: Sequence[str], rows: Sequence[str]) -> str:
+    head = "".join(f"<th>{escape(name)}</th>" for name in heads)
+    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'

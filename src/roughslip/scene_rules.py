@@ -1,0 +1,290 @@
+"""What ties the keys of a scene together: rules across keys, what a target needs, what a stage reads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from roughslip.scene_yaml import shown
+
+Scene = dict[str, Any]
+
+SOLVED_FRICTION = ("mean_at_median", "least_contact_fraction")
+GIVEN_FRICTION = "statistics"
+
+# What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
+# does not re-run the stage. Sample numbers and batches reach it as arguments, the results of other stages as inputs.
+_SQUARE = "square.edge_m square.nodes square.modes"
+_STRIP = "strip.length_m strip.width_m strip.cell_m strip.penetration_percentiles"
+_TERMS = "expansion.variables expansion.degree"
+_WINDOWS = "strip.window_m strip.window_spacing_m"
+SLICES = {
+    stage: tuple(keys.split())
+    for stage, keys in {
+        "surface": f"roughness {_SQUARE}",
+        "design": "seed square.modes square.latin_hypercube_samples expansion.samples",
+        "contact_square": f"seed material roughness.rms_height_m {_SQUARE} square.penetration_percentile"
+        " numerics.contact_tolerance",
+        "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
+        "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
+        " numerics.contact_tolerance",
+        "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples expansion.degree expansion.target",
+        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} expansion.degree expansion.target",
+        "friction": "seed roughness strip friction",
+        "deterministic": "oscillator ensemble numerics.oscillator_tolerance friction.statistics",
+        "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
+        "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
+        "figure2": "description",
+        "figure3": "description",
+        "figure5": "description",
+        "claims": "description targets",
+        "costs": "description",
+        "report": "description",
+        "reference": "description",
+    }.items()
+}
+
+_STRIP_STAGES = ("contact_strip", "chaos_strip", "expansion_strip", "friction")
+_STAGES = {
+    "figure2": ("surface", "design", "contact_square", "chaos_square", "figure2"),
+    "figure3": (*_STRIP_STAGES, "figure3"),
+    "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
+}
+
+# What a target needs of the scene; figure 5 needs _FRICTION too where friction is not given as statistics.
+_SURFACE = ("material", "roughness", "expansion", "numerics.contact_tolerance")
+_FRICTION = (*_SURFACE, "strip", "friction.mean_at_median", "batches.strip_samples", "batches.expansion_samples")
+_NEEDS = {
+    "figure2": (*_SURFACE, "square", "batches.square_samples"),
+    "figure3": _FRICTION,
+    "figure5": ("friction", "oscillator", "ensemble", "numerics.oscillator_tolerance", "batches.realisations"),
+}
+
+
+def get(scene: Scene, key: str) -> Any:
+    """The value under a dotted key, None where there is none."""
+    value: Any = scene
+    for part in key.split("."):
+        if not isinstance(value, dict) or part not in value:
+            return None
+        value = value[part]
+    return value
+
+
+def slice_for(scene: Scene, stage: str) -> Scene:
+    """The part of the scene that a stage reads, nested as in the scene; what the scene does not have is left out."""
+    part: Scene = {}
+    for key in SLICES[stage]:
+        if (value := get(scene, key)) is not None:
+            *sections, last = key.split(".")
+            inner = part
+            for section in sections:
+                inner = inner.setdefault(section, {})
+            inner[last] = deepcopy(value)
+    return part
+
+
+def stages_needed(scene: Scene) -> set[str]:
+    """Names of the stages that the targets need; with friction given as statistics figure 5 needs no contact."""
+    stages = {"claims", "costs", "report"}
+    for target in scene["targets"]:
+        stages.update(_STAGES[target])
+    if "figure5" in scene["targets"] and not _friction_is_given(scene):
+        stages.update(_STRIP_STAGES)
+    return stages
+
+
+def _friction_is_given(scene: Scene) -> bool:
+    friction = scene.get("friction")
+    return isinstance(friction, dict) and GIVEN_FRICTION in friction
+
+
+class Mistake(NamedTuple):
+    """keys : the dotted keys involved, the one to name first; text : what is wrong with it and what is allowed"""
+
+    keys: tuple[str, ...]
+    text: str
+
+
+class _Rule(NamedTuple):
+    keys: tuple[str, ...]  # of the values handed to `holds`; the first is the one refused
+    holds: Callable[..., bool]
+    allowed: str  # a format of the same values
+
+
+def _is_multiple(length: float, cell: float) -> bool:
+    cells = length / cell
+    return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
+
+
+def _increases(values: list[float]) -> bool:
+    return all(a < b for a, b in pairwise(values))
+
+
+def _terms(variables: int, degree: int) -> int:
+    return math.comb(variables + degree, degree)
+
+
+def _process_nodes(length: float, velocity: float, omega: float, periods: float, nodes: int) -> float:
+    """Nodes of a friction process over the distance that the belt moves in a run."""
+    return velocity * periods * 2 * math.pi / omega / length * nodes
+
+
+_NUMBERS = 100_000_000  # in one array: 0.8 GB
+_CELLS = 4_000_000
+
+_RULES = (
+    _Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
+    _Rule(
+        ("square.modes", "square.nodes"),
+        lambda m, n: m > n**2 or m * n**2 <= _NUMBERS,
+        f"modes times nodes^2 at most {_NUMBERS} (0.8 GB of memory), here with {{1}} nodes",
+    ),
+    _Rule(("expansion.variables", "square.modes"), lambda v, modes: v <= modes, "at most square.modes = {1}"),
+    *(
+        rule
+        for samples in ("expansion.samples", "square.latin_hypercube_samples")
+        for rule in (
+            _Rule(
+                (samples, "square.modes"),
+                lambda n, modes: n * modes <= _NUMBERS,
+                f"samples times square.modes = {{1}} at most {_NUMBERS} (0.8 GB of memory)",
+            ),
+            _Rule(
+                (samples, *_TERMS.split()),
+                lambda n, v, d: n > _terms(v, d),
+                "more than the terms of the expansion, C({1} + {2}, {2})",
+            ),
+            _Rule(
+                (samples, *_TERMS.split()),
+                lambda n, v, d: n <= _terms(v, d) or n * _terms(v, d) <= _NUMBERS,
+                f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_NUMBERS} (0.8 GB of memory)",
+            ),
+        )
+    ),
+    *(
+        _Rule((f"strip.{length}", "strip.cell_m"), _is_multiple, "a whole multiple of strip.cell_m = {1} [m]")
+        for length in ("length_m", "width_m", "window_m", "window_spacing_m")
+    ),
+    _Rule(
+        ("strip.length_m", "strip.window_m"),
+        lambda length, window: length >= 4 * window,
+        "at least four times strip.window_m = {1} [m], for lags of three windows",
+    ),
+    _Rule(
+        ("strip.window_spacing_m", "strip.window_m"),
+        lambda spacing, window: spacing <= window,
+        "at most strip.window_m = {1} [m]",
+    ),
+    _Rule(
+        ("strip.length_m", "roughness.correlation_length_m"),
+        lambda length, correlation: length >= 8 * correlation,
+        "at least eight times roughness.correlation_length_m = {1} [m]",
+    ),
+    _Rule(
+        ("strip.cell_m", "strip.length_m", "strip.width_m"),
+        lambda cell, length, width: length / cell * (width / cell) < _CELLS + 0.5,
+        f"at most {_CELLS} cells on the strip of {{1}} x {{2}} m",
+    ),
+    _Rule(("strip.penetration_percentiles",), _increases, "strictly increasing percentiles"),
+    _Rule(
+        ("strip.penetration_percentiles", "friction.mean_at_median"),
+        lambda percentiles, _: 50 in percentiles,
+        "50 among them: friction.mean_at_median sets the shear strength there",
+    ),
+    _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
+    _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= s, "at least strip.samples = {1}"),
+    _Rule(
+        ("oscillator.excitation_frequency_rad_per_s", "oscillator.excitation_force_n"),
+        lambda frequency, force: frequency > 0 or force == 0,
+        "a number > 0 [rad/s] where oscillator.excitation_force_n is not 0",
+    ),
+    *(
+        _Rule(
+            ("oscillator.static_friction", mean),
+            lambda static, mean: static >= mean,
+            f"at least {mean} = {{1}}, or eq. (13) turns negative at high speed",
+        )
+        for mean in ("friction.mean_at_median", "friction.statistics.mean")
+    ),
+    _Rule(
+        ("ensemble.discarded_periods", "ensemble.duration_periods"),
+        lambda discarded, duration: discarded < duration,
+        "less than ensemble.duration_periods = {1}",
+    ),
+    _Rule(
+        ("ensemble.drawn_realisations", "ensemble.realisations"),
+        lambda drawn, realisations: drawn <= realisations,
+        "at most ensemble.realisations = {1}",
+    ),
+    _Rule(("ensemble.damping_ratios",), _increases, "strictly increasing damping ratios"),
+    _Rule(
+        (
+            "friction.statistics.correlation_length_m",
+            "oscillator.belt_velocity_m_per_s",
+            "oscillator.natural_frequency_rad_per_s",
+            "ensemble.duration_periods",
+            "ensemble.nodes_per_correlation_length",
+        ),
+        lambda *values: _process_nodes(*values) <= _NUMBERS,
+        f"long enough for at most {_NUMBERS} nodes (0.8 GB of memory) over the belt's way in a run",
+    ),
+)
+
+
+def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
+    """Every rule across keys that the scene breaks.
+
+    scene : the merged scene, checked against the schema
+    faulty : dotted keys that the schema refused; rules that read them, or anything in or around them, are left out
+    """
+
+    def sound(key: str) -> bool:
+        return not any(f"{bad}.".startswith(f"{key}.") or f"{key}.".startswith(f"{bad}.") for bad in faulty)
+
+    if sound("targets"):
+        yield from _unmet_needs(scene, sound)
+    if isinstance(scene.get("friction"), dict):
+        yield from _wrong_form(scene["friction"])
+    for keys, holds, allowed in _RULES:
+        values = [get(scene, key) for key in keys]
+        can_tell = all(value is not None for value in values) and all(map(sound, keys))
+        if can_tell and not holds(*values):
+            yield Mistake(keys, f"{shown(values[0])} is not allowed; {allowed.format(*values)}")
+
+
+def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake]:
+    """The sections and keys that the targets need and the scene lacks; a missing section stands for its keys."""
+    missing: dict[str, list[str]] = {}
+    for target in scene.get("targets", []):
+        needs = _NEEDS[target]
+        if target == "figure5" and not _friction_is_given(scene):
+            needs = (*needs, *_FRICTION)
+        for key in needs:
+            section = key.split(".")[0]
+            absent = key if section in scene else section
+            if get(scene, absent) is None and sound(absent) and target not in missing.setdefault(absent, []):
+                missing[absent].append(target)
+    for key, targets in missing.items():
+        text = f"missing; needed for {', '.join(targets)}"
+        if key != "friction.mean_at_median":
+            yield Mistake((key, "targets"), text)
+        elif _friction_is_given(scene):  # else the wrong form is told below
+            yield Mistake((key, "targets"), f"{text}, for which friction.{GIVEN_FRICTION} cannot stand in")
+
+
+def _wrong_form(friction: Scene) -> Iterator[Mistake]:
+    """Friction has exactly one of its two forms."""
+    solved = [key for key in SOLVED_FRICTION if key in friction]
+    if GIVEN_FRICTION in friction:
+        given = f"friction.{GIVEN_FRICTION}"
+        for key in solved:
+            yield Mistake((f"friction.{key}", given), f"{shown(friction[key])} is not allowed beside {given}; give one")
+    elif not solved:
+        yield Mistake(("friction",), f"empty; give {GIVEN_FRICTION}, or {' with '.join(SOLVED_FRICTION)}")
+    elif len(solved) < len(SOLVED_FRICTION):
+        (absent,) = set(SOLVED_FRICTION) - set(solved)
+        yield Mistake((f"friction.{absent}", f"friction.{solved[0]}"), f"missing; goes with friction.{solved[0]}")

@@ -1,0 +1,66 @@
+"""Stage contact_square: contact of a batch of samples of the square with the plane, at one penetration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip import store
+from roughslip.chaos.designs import monte_carlo
+from roughslip.contact.solve import solve
+from roughslip.grid import Grid
+from roughslip.stages import elastic, geometry
+from roughslip.stages.command import Job, execute
+from roughslip.surface.covariance import plane_height
+from roughslip.surface.karhunen_loeve import KarhunenLoeve
+
+
+def central_nodes(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+    """The centre, and on an even mesh the three nodes that are its mirror images."""
+    i = sorted({grid.nx // 2, (grid.nx - 1) // 2}, reverse=True)
+    j = sorted({grid.ny // 2, (grid.ny - 1) // 2}, reverse=True)
+    x, y = np.meshgrid(i, j, indexing="ij")
+    return x.ravel(), y.ravel()
+
+
+def work(job: Job) -> None:
+    """Write pressure and gap at the central nodes, area fraction, mean pressure and residual of every sample."""
+    configuration, arguments = job.configuration, job.arguments
+    square = configuration["square"]
+    grid = geometry.square_grid(configuration)
+    modes = store.read(arguments.surface)["modes"]
+    expansion = KarhunenLoeve(grid, np.empty(0), modes, np.nan)
+    design = None if arguments.design_name == "monte_carlo" else store.read(arguments.design)[arguments.design_name]
+    plane = float(plane_height(square["penetration_percentile"], configuration["roughness"]["rms_height_m"]))
+    influence = elastic.influence(configuration, grid)
+    tolerance = configuration["numerics"]["contact_tolerance"]
+    centre = central_nodes(grid)
+    count = arguments.last - arguments.first
+    pressure, gap = np.empty((count, len(centre[0]))), np.empty((count, len(centre[0])))
+    area, mean_pressure, residual = np.empty(count), np.empty(count), np.empty(count)
+    effort = np.empty(count, dtype=np.int32)
+    with job.usage.core():
+        for row, number in enumerate(range(arguments.first, arguments.last)):
+            if design is None:
+                xi = monte_carlo([configuration["seed"], geometry.STREAM_MONTE_CARLO, number], square["modes"])
+            else:
+                xi = design[number]
+            solution = solve(influence, expansion.heights(xi) - plane, tolerance)
+            pressure[row], gap[row] = solution.pressure[centre], solution.gap[centre]
+            area[row] = np.count_nonzero(solution.pressure) / grid.size
+            mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual
+            effort[row] = solution.work
+            job.usage.progress(row + 1, count)
+    job.usage.count(solves=count, solves_without_contact=int(np.sum(area == 0)))
+    variables = {
+        "pressure": store.Variable(("sample", "node"), pressure, "Pa", "contact pressure at the central nodes"),
+        "gap": store.Variable(("sample", "node"), gap, "m", "gap at the central nodes"),
+        "area_fraction": store.Variable(("sample",), area, "1", "share of the nodes in contact"),
+        "mean_pressure": store.Variable(("sample",), mean_pressure, "Pa", "mean pressure on the square"),
+        "residual": store.Variable(("sample",), residual, "1", "relative residual of the complementarity"),
+        "work": store.Variable(("sample",), effort, "1", "work of the solver, as its method counts it"),
+    }
+    store.write(arguments.output, variables, job.key, {"first": arguments.first, "design": arguments.design_name})
+
+
+if __name__ == "__main__":
+    execute("contact_square", work, files=("surface", "design"), names=("design_name",), range_=True)

@@ -1,0 +1,60 @@
+"""Stage contact_strip: contact of a batch of strips with the plane, at every penetration of the scene."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip import store
+from roughslip.contact.solve import sweep
+from roughslip.friction.bowden_tabor import window_sums
+from roughslip.stages import elastic, geometry
+from roughslip.stages.command import Job, execute
+from roughslip.stages.training import training_columns
+from roughslip.surface.covariance import plane_height
+from roughslip.surface.embedding import embed
+
+
+def work(job: Job) -> None:
+    """Write contact area and normal force of every window, and whole training columns of the first strips."""
+    configuration, arguments = job.configuration, job.arguments
+    grid = geometry.strip_grid(configuration)
+    covariance = geometry.covariance(configuration)
+    embedding = embed(covariance, grid)
+    influence = elastic.influence(configuration, grid)
+    planes = plane_height(np.array(configuration["strip"]["penetration_percentiles"]), covariance.rms_height_m)
+    tolerance = configuration["numerics"]["contact_tolerance"]
+    window_nodes, spacing_nodes = geometry.window(configuration)
+    count, levels = arguments.last - arguments.first, len(planes)
+    columns = training_columns(grid.nx)
+    trained = max(0, min(configuration["strip"]["training_samples"], arguments.last) - arguments.first)
+    area, force = np.empty((2, count, levels, (grid.nx - window_nodes) // spacing_nodes + 1))
+    residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)
+    pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
+    with job.usage.core():
+        for row, number in enumerate(range(arguments.first, arguments.last)):
+            heights = embedding.sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
+            for level, solution in enumerate(sweep(influence, heights, planes.tolist(), tolerance)):
+                in_contact = np.count_nonzero(solution.pressure, axis=1).astype(float)
+                area[row, level] = grid.cell_area * window_sums(in_contact, window_nodes, spacing_nodes)
+                column_force = grid.cell_area * solution.pressure.sum(axis=1)
+                force[row, level] = window_sums(column_force, window_nodes, spacing_nodes)
+                residual[row, level], effort[row, level] = solution.residual, solution.work
+                if row < trained:
+                    pressure[row, level], gap[row, level] = solution.pressure[columns], solution.gap[columns]
+            job.usage.progress(row + 1, count)
+    job.usage.count(solves=count * levels, convolutions=int(effort.sum()))
+    windows, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
+    variables = {
+        "area": store.Variable(windows, area, "m2", "contact area of the window"),
+        "force": store.Variable(windows, force, "N", "normal force on the window"),
+        "residual": store.Variable(windows[:2], residual, "1", "relative residual of the complementarity"),
+        "work": store.Variable(windows[:2], effort, "1", "work of the solver, as its method counts it"),
+    }
+    if trained:
+        variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
+        variables["gap"] = store.Variable(columns_of, gap, "m", "gap on the training columns")
+    store.write(arguments.output, variables, job.key, {"first": arguments.first})
+
+
+if __name__ == "__main__":
+    execute("contact_strip", work, range_=True)

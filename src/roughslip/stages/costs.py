@@ -1,0 +1,48 @@
+"""Stage costs: what every stage of the scene cost and did, summed over its jobs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+from roughslip import store
+from roughslip.stages.command import Job, execute
+
+
+def total(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """A row a stage, in the order of their names, and a last row for the whole scene.
+
+    Seconds and counts add up over the jobs; peak memory is that of the largest job. `core_share` is the share of the
+    CPU time spent solving, fitting and integrating; the rest is start-up, imports, compilation and files.
+    """
+    stages = sorted({record["stage"] for record in records})
+    rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
+    return [*rows, _sum("all", records)]
+
+
+def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:
+    did: Counter[str] = Counter()
+    for record in records:
+        did.update(record["did"])
+    seconds = {
+        name: round(sum(record[name] for record in records), 3)
+        for name in ("cpu_seconds", "wall_seconds", "core_cpu_seconds")
+    }
+    peaks = [record["peak_memory_mib"] for record in records if record["peak_memory_mib"] is not None]
+    return {
+        "stage": stage,
+        "jobs": len(records),
+        **seconds,
+        "core_share": round(seconds["core_cpu_seconds"] / max(seconds["cpu_seconds"], 1e-9), 3),
+        "peak_memory_mib": max(peaks, default=None),
+        "did": dict(sorted(did.items())),
+    }
+
+
+def work(job: Job) -> None:
+    """Write costs.json."""
+    store.write_json(job.arguments.output, total([store.read_json(path) for path in sorted(job.arguments.records)]))
+
+
+if __name__ == "__main__":
+    execute("costs", work, batches=("records",))

@@ -1,0 +1,81 @@
+"""Stage cycles: the ensemble summed up, cycle counts against damping and the distribution of the reattachment point."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+from roughslip import store
+from roughslip.chaos.distribution import wilson_interval
+from roughslip.errors import IllPosedError
+from roughslip.oscillator.cycles import Reattachment, count_difference, reattachment_statistics
+from roughslip.stages import geometry
+from roughslip.stages.command import Job, execute
+
+HISTOGRAM_BINS = 48
+CLOSING_PERIODS = 10  # some five cycles
+NOTHING = np.full(3, np.nan)
+NO_REATTACHMENT = Reattachment(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, 0, 0)
+
+
+def work(job: Job) -> None:
+    """Write M_d - E[M_S], micro-slips, moments and histogram of the reattachment point, and what is drawn."""
+    deterministic = store.read(job.arguments.deterministic)
+    batches = store.read_all(job.arguments.ensemble)
+    with job.usage.core():
+        counts = count_difference(deterministic["cycles"], store.join(batches, "cycles"))
+        place = store.join(batches, "reattachment")
+        generator = np.random.default_rng([job.configuration["seed"], geometry.STREAM_BOOTSTRAP])
+        try:
+            statistics = reattachment_statistics(place, store.join(batches, "reattachment_realisation"), generator)
+        except IllPosedError as error:
+            print(f"cycles: {error}; the statistics of the reattachment point are stored as NaN", file=sys.stderr)
+            statistics = NO_REATTACHMENT
+    damping = ("damping",)
+    variables = {
+        "damping_ratio": store.Variable(damping, deterministic["damping_ratio"], "1", "damping ratio D"),
+        "deterministic_cycles": store.Variable(damping, deterministic["cycles"], "1", "cycles M_d without scatter"),
+        "mean_cycles": store.Variable(damping, counts.mean, "1", "mean cycles E[M_S]"),
+        "mean_cycles_error": store.Variable(damping, counts.standard_error, "1", "standard error of E[M_S]"),
+        "difference": store.Variable(damping, counts.difference, "1", "M_d - E[M_S]"),
+        "difference_low": store.Variable(damping, counts.low, "1", "lower end of its 95 % interval"),
+        "difference_high": store.Variable(damping, counts.high, "1", "upper end of its 95 % interval"),
+        "still_cycling": store.Variable(damping, counts.still_cycling, "1", "share of runs with a cycle"),
+        "mean_micro_slips": store.Variable(
+            damping, store.join(batches, "micro_slips").mean(axis=0), "1", "mean number of micro-slips"
+        ),
+    }
+    for name, unit in (("mean", "m"), ("std", "m"), ("skewness", "1"), ("kurtosis", "1"), ("distance_to_normal", "1")):
+        for suffix, value in zip(("", "_low", "_high"), getattr(statistics, name), strict=True):
+            title = f"reattachment point X_gh: {name.replace('_', ' ')}{suffix.replace('_', ', ')}"
+            variables[f"reattachment_{name}{suffix}"] = store.Variable((), value, unit, title)
+    events, edges = np.histogram(place, HISTOGRAM_BINS)
+    density = events / max(events.sum(), 1) / np.diff(edges)
+    variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
+    variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")
+    variables["events"] = store.Variable((), statistics.events, "1", "reattachments that end a cycle")
+    end = job.configuration["ensemble"]["duration_periods"] - CLOSING_PERIODS
+    cycling = int(np.sum(store.join(batches, "last_cycle") >= end))
+    runs = len(store.join(batches, "cycles"))
+    share = (cycling / runs, *map(float, wilson_interval(cycling, runs)))
+    title = f"share of runs with a cycle in the last {CLOSING_PERIODS} natural periods, at the scene's damping"
+    for suffix, value in zip(("", "_low", "_high"), share, strict=True):
+        variables[f"cycling_share{suffix}"] = store.Variable((), value, "1", title + suffix.replace("_", ", "))
+    nominal = job.configuration["oscillator"]["damping_ratio"]
+    variables["nominal_damping"] = store.Variable((), nominal, "1", "the scene's damping ratio")
+    variables["realisations"] = store.Variable((), runs, "1", "runs")
+    for name in ("position", "velocity"):
+        drawn = store.join([batch for batch in batches if name in batch], name)
+        variables[name] = store.Variable(("drawn", "time"), drawn, "m", f"{name} of the runs that are drawn")
+        title = f"{name} without scatter"
+        variables[f"deterministic_{name}"] = store.Variable(("time",), deterministic[name], "m", title)
+    for name in ("hopf_damping", "existence_limit", "reattachment", "departure"):
+        unit = "1" if name in ("hopf_damping", "existence_limit") else "m"
+        variables[f"deterministic_{name}"] = store.Variable((), deterministic[name], unit, f"{name} without scatter")
+    job.usage.count(events=statistics.events)
+    store.write(job.arguments.output, variables, job.key)
+
+
+if __name__ == "__main__":
+    execute("cycles", work, files=("deterministic",), batches=("ensemble",))

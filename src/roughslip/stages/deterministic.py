@@ -1,0 +1,63 @@
+"""Stage deterministic: limits, limit cycle and counts of the oscillator without scatter (mu_S = 0)."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.motion import ensemble_counts, trajectory
+from roughslip.stages import mass_on_belt
+from roughslip.stages.command import Job, execute
+
+
+def work(job: Job) -> None:
+    """Write the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
+    configuration = job.configuration
+    ensemble, tolerance = configuration["ensemble"], configuration["numerics"]["oscillator_tolerance"]
+    numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
+    with job.usage.core():
+        limits = {"hopf_damping": np.nan, "existence_limit": np.nan}
+        cycle = {"departure": np.nan, "reattachment": np.nan, "period": np.nan, "slipped_distance": np.nan}
+        if belt.excitation_force_n == 0:
+            limits = {"hopf_damping": hopf_damping(belt, law), "existence_limit": existence_limit(belt, law)}
+            try:
+                found = limit_cycle(belt, law)
+                cycle = {name: getattr(found, name) for name in cycle}
+            except IllPosedError as error:
+                print(f"deterministic: {error}; its numbers are stored as NaN", file=sys.stderr)
+        counts = ensemble_counts(
+            belt, law, None, 0.0, ensemble["duration_periods"], ensemble["damping_ratios"], tolerance
+        )
+        periods = ensemble["discarded_periods"] + mass_on_belt.DRAWN_PERIODS
+        drawn = trajectory(belt, law, None, 0.0, periods, tolerance)
+    kept = drawn.time >= 2 * np.pi * ensemble["discarded_periods"]
+    job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
+    titles = {
+        "hopf_damping": ("1", "damping ratio below which steady sliding is unstable"),
+        "existence_limit": ("1", "damping ratio above which the stick-slip cycle does not exist"),
+        "departure": ("m", "X at the end of stick"),
+        "reattachment": ("m", "X at the start of stick"),
+        "period": ("1", "period of the cycle in tau"),
+        "slipped_distance": ("m", "slipped distance of a cycle"),
+    }
+    variables = {name: store.Variable((), value, *titles[name]) for name, value in {**limits, **cycle}.items()}
+    variables |= {
+        "damping_ratio": store.Variable(("damping",), counts.damping_ratios, "1", "damping ratio D"),
+        "cycles": store.Variable(("damping",), counts.cycles, "1", "cycles M_d"),
+        "time": store.Variable(("time",), drawn.time[kept], "1", "tau = omega t"),
+        "position": store.Variable(("time",), drawn.position[kept], "m", "X"),
+        "velocity": store.Variable(("time",), drawn.velocity[kept], "m", "X' = dX/dtau"),
+    }
+    for name in ("mean", "standard_deviation", "correlation_length_m", "beta_a", "beta_b"):
+        unit = "m" if name.endswith("_m") else "1"
+        variables[f"friction_{name}"] = store.Variable((), getattr(numbers, name), unit, f"friction: {name}")
+    store.write(job.arguments.output, variables, job.key)
+
+
+if __name__ == "__main__":
+    execute("deterministic", work, optional=("friction",))

@@ -1,0 +1,18 @@
+"""From a stage's slice of the scene to the material and the influence of pressure on displacement."""
+
+from __future__ import annotations
+
+from roughslip.contact.influence import Influence
+from roughslip.contact.material import Material
+from roughslip.grid import Grid
+from roughslip.stages.geometry import Configuration
+
+
+def material(configuration: Configuration) -> Material:
+    """Elastic constants."""
+    return Material(configuration["material"]["young_modulus_pa"], configuration["material"]["poisson_ratio"])
+
+
+def influence(configuration: Configuration, grid: Grid) -> Influence:
+    """Influence coefficients of the material on a mesh."""
+    return Influence(grid, material(configuration).plane_strain_modulus_pa)

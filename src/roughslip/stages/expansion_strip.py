@@ -1,0 +1,53 @@
+"""Stage expansion_strip: window sums of a batch of strips from the pressure expansion instead of contact solves.
+
+Strips are numbered as in contact_strip and drawn from the same streams: the first are the solved ones over again, which
+makes the expansion their control variate; the others are new.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip import store
+from roughslip.chaos.strip import StripExpansion
+from roughslip.friction.bowden_tabor import window_sums
+from roughslip.stages import expansion, geometry
+from roughslip.stages.command import Job, execute
+from roughslip.surface.embedding import embed
+
+
+def work(job: Job) -> None:
+    """Write contact area and normal force of every window."""
+    configuration, arguments = job.configuration, job.arguments
+    grid, covariance = geometry.strip_grid(configuration), geometry.covariance(configuration)
+    stored = store.read(arguments.expansion)
+    fitted = StripExpansion(
+        stored["indices"],
+        stored["whiten"],
+        stored["coefficients"],
+        expansion.stencil(covariance, grid),
+        expansion.target(configuration, grid),
+    )
+    embedding = embed(covariance, grid)
+    window_nodes, spacing_nodes = geometry.window(configuration)
+    count, levels = arguments.last - arguments.first, fitted.coefficients.shape[2]
+    area, force = np.empty((2, count, levels, (grid.nx - window_nodes) // spacing_nodes + 1))
+    with job.usage.core():
+        for row, number in enumerate(range(arguments.first, arguments.last)):
+            heights = embedding.sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
+            pressure = fitted.pressure(heights)
+            in_contact = np.count_nonzero(pressure, axis=2).astype(float)
+            area[row] = grid.cell_area * window_sums(in_contact, window_nodes, spacing_nodes)
+            force[row] = window_sums(grid.cell_area * pressure.sum(axis=2), window_nodes, spacing_nodes)
+            job.usage.progress(row + 1, count)
+    job.usage.count(expansions=count * levels)
+    shape = ("sample", "level", "window")
+    variables = {
+        "area": store.Variable(shape, area, "m2", "contact area of the window"),
+        "force": store.Variable(shape, force, "N", "normal force on the window"),
+    }
+    store.write(arguments.output, variables, job.key, {"first": arguments.first})
+
+
+if __name__ == "__main__":
+    execute("expansion_strip", work, files=("expansion",), range_=True)

@@ -1,0 +1,111 @@
+"""Stage friction: statistics of the friction coefficient over windows, per source of pressure and penetration."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+
+from roughslip import store
+from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
+from roughslip.friction.statistics import (
+    Combined,
+    Estimate,
+    combine,
+    ratio_of_sums,
+    strip_weights,
+    window_statistics,
+)
+from roughslip.stages import geometry
+from roughslip.stages.command import Job, execute
+from roughslip.stages.friction_table import SOURCES, histogram, summary, table_variables
+
+REPLICATES = 400
+Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (strips, windows)
+
+
+def describe(windows: Windows, area_force: Windows, shear: float, weights: np.ndarray, job: Job) -> dict[str, Estimate]:
+    """Every statistic of one source at one penetration, by the name under which it is stored."""
+    strip = job.configuration["strip"]
+    statistics = window_statistics(*windows, weights)
+    estimates = {
+        f.name: getattr(statistics, f.name) for f in fields(statistics) if f.name not in ("windows", "missing")
+    }
+    estimates["ratio_of_sums"] = ratio_of_sums(*area_force, shear, weights)
+    lags = strip["window_spacing_m"] * np.arange(windows[0].shape[1])
+    estimates["autocorrelation"] = autocorrelation(*windows, len(lags), weights)
+    fit = correlation_fit(lags, estimates["autocorrelation"], strip["window_m"])
+    for name in ("least_squares", "half_window", "one_over_e", "integral"):
+        estimates[f"length_{name}"] = getattr(fit, name)
+    for name in ("misfit_exponential", "misfit_triangle", "misfit_difference"):
+        estimates[name] = getattr(fit, name)
+    for name, beta in (("beta", fit_beta(*windows, weights)), ("scaled_beta", scaled_beta(*windows, weights))):
+        for shape in ("a", "b", "lower", "upper"):
+            estimates[f"{name}_{shape}"] = getattr(beta, shape)
+    distance = distance_to_beta(*windows, weights)
+    estimates["beta_distance_standardised"] = distance.standardised
+    estimates["beta_distance_scaled"] = distance.scaled
+    return estimates
+
+
+def work(job: Job) -> None:
+    """Calibrate the shear strength at the median, then write every statistic with its interval, and summary.csv."""
+    configuration = job.configuration
+    percentiles = np.array(configuration["strip"]["penetration_percentiles"], dtype=float)
+    batches = {
+        source: store.read_all(getattr(job.arguments, option))
+        for source, option in (("solved", "contact"), ("expansion", "expansion"))
+    }
+    area = {source: store.join(batches[source], "area").transpose(1, 0, 2) for source in SOURCES}
+    force = {source: store.join(batches[source], "force").transpose(1, 0, 2) for source in SOURCES}
+    residual = max(float(batch["residual"].max()) for batch in batches["solved"])
+    strips, many = area["solved"].shape[1], area["expansion"].shape[1]
+    window_area = configuration["strip"]["window_m"] * configuration["strip"]["width_m"]
+    least = configuration["friction"]["least_contact_fraction"] * window_area
+    with job.usage.core():
+        generator = np.random.default_rng([configuration["seed"], geometry.STREAM_BOOTSTRAP])
+        weights = {
+            "solved": strip_weights(strips, REPLICATES, generator),
+            "expansion": strip_weights(many, REPLICATES, generator),
+            "control": strip_weights(many - strips, REPLICATES, generator),
+        }
+        unit = {source: friction_coefficient(area[source], force[source], 1.0, least) for source in SOURCES}
+        median = int(np.flatnonzero(percentiles == 50.0)[0])
+        shear = configuration["friction"]["mean_at_median"] / float(
+            combined_at(unit, median, strips, weights).mean.value
+        )
+        mu = {source: (shear * unit[source][0], unit[source][1]) for source in SOURCES}
+        table: dict[str, list[Estimate]] = {}
+        for source in SOURCES:
+            for level in range(len(percentiles)):
+                windows = (mu[source][0][level], mu[source][1][level])
+                pair = (area[source][level], force[source][level])
+                for name, estimate in describe(windows, pair, shear, weights[source], job).items():
+                    table.setdefault(name, []).append(estimate)
+                job.usage.progress(level + 1, len(percentiles))
+        combined = [combined_at(mu, level, strips, weights) for level in range(len(percentiles))]
+    job.usage.count(windows=area["solved"][0].size, expanded_windows=area["expansion"][0].size)
+    variables = table_variables(table, combined, percentiles, configuration["strip"])
+    variables |= histogram(mu["solved"][0][median], mu["solved"][1][median])
+    variables["shear_strength"] = store.Variable((), shear, "Pa", "shear strength that gives the mean at the median")
+    variables["largest_residual"] = store.Variable((), residual, "1", "largest residual of all contact solves")
+    store.write(job.arguments.output, variables, job.key)
+    store.write_text(job.arguments.summary, summary(variables, percentiles))
+
+
+def combined_at(mu: dict[str, Windows], level: int, strips: int, weights: dict[str, np.ndarray]) -> Combined:
+    """Solved windows of a level with the expansion as control; strips from number `strips` on were never solved."""
+    values, valid = mu["expansion"]
+    return combine(
+        (mu["solved"][0][level], mu["solved"][1][level]),
+        (values[level, :strips], valid[level, :strips]),
+        (values[level, strips:], valid[level, strips:]),
+        weights["solved"],
+        weights["control"],
+    )
+
+
+if __name__ == "__main__":
+    execute("friction", work, batches=("contact", "expansion"), outputs=("summary",))

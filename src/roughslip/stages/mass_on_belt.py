@@ -1,0 +1,93 @@
+"""From a stage's slice of the scene and the friction statistics to the oscillator, its friction law and process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import InputError
+from roughslip.friction.process import FrictionProcess
+from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.system import Oscillator
+from roughslip.stages.geometry import Configuration
+
+
+DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
+
+
+@dataclass(frozen=True)
+class FrictionNumbers:
+    """What the oscillator takes from the friction statistics at median penetration.
+
+    mean, standard_deviation : of the friction coefficient
+    correlation_length_m : [m] of its exponential autocorrelation
+    beta_a, beta_b : shapes of its marginal
+    """
+
+    mean: float
+    standard_deviation: float
+    correlation_length_m: float
+    beta_a: float
+    beta_b: float
+
+    def process(self) -> FrictionProcess:
+        """The stochastic part mu_S: a Beta distribution of these shapes, mean and standard deviation."""
+        a, b = self.beta_a, self.beta_b
+        width = self.standard_deviation / np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
+        lower = self.mean - width * a / (a + b)
+        return FrictionProcess(a, b, lower, lower + width, self.correlation_length_m)
+
+
+def friction_numbers(configuration: Configuration, statistics: Path | None) -> FrictionNumbers:
+    """The numbers that the scene gives, or else those of the statistics file, at median penetration.
+
+    Mean and scatter come from the solved windows with the expansion as control, the shape from the solved windows.
+    """
+    given = configuration.get("friction", {}).get("statistics")
+    if given is not None:
+        return FrictionNumbers(**given)
+    if statistics is None:
+        raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
+    result = store.read(statistics)
+    level = int(np.flatnonzero(result["percentile"] == 50.0)[0])
+    return FrictionNumbers(
+        mean=float(result["combined_mean"][level]),
+        standard_deviation=float(result["combined_std"][level]),
+        correlation_length_m=float(result["length_least_squares"][0, level]),
+        beta_a=float(result["beta_a"][0, level]),
+        beta_b=float(result["beta_b"][0, level]),
+    )
+
+
+def oscillator(configuration: Configuration) -> Oscillator:
+    """The mass on the belt."""
+    section = configuration["oscillator"]
+    return Oscillator(
+        mass_kg=section["mass_kg"],
+        natural_frequency_rad_per_s=section["natural_frequency_rad_per_s"],
+        damping_ratio=section["damping_ratio"],
+        belt_velocity_m_per_s=section["belt_velocity_m_per_s"],
+        normal_force_n=section["normal_force_n"],
+        excitation_force_n=section["excitation_force_n"],
+        excitation_frequency_rad_per_s=section["excitation_frequency_rad_per_s"],
+    )
+
+
+def law(configuration: Configuration, mean: float) -> StribeckLaw:
+    """Eq. (13) with the mean friction coefficient as mu_fit."""
+    section = configuration["oscillator"]
+    return StribeckLaw(
+        fit=mean,
+        static=section["static_friction"],
+        decay_s_per_m=section["stribeck_decay_s_per_m"],
+        quadratic_s2_per_m2=section["stribeck_quadratic_s2_per_m2"],
+    )
+
+
+def path_length(belt: Oscillator, duration_periods: float) -> float:
+    """Slipped distance [m] that no run exceeds by far: the belt's travel, and ten spans of the friction force for slip
+    that crosses to the other sign. A run that needs more ends with an error that says so."""
+    return belt.V * 2 * np.pi * duration_periods + 10 * belt.F

@@ -1,0 +1,69 @@
+"""Stage oscillator: a batch of realisations of the friction process, each run at every damping ratio of the scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from roughslip import store
+from roughslip.friction.process import prepare, sample
+from roughslip.oscillator.motion import simulate, trajectory
+from roughslip.stages import geometry, mass_on_belt
+from roughslip.stages.command import Job, execute
+
+
+def work(job: Job) -> None:
+    """Write counts per realisation and damping, reattachment points at the scene's damping, a few trajectories."""
+    configuration, arguments = job.configuration, job.arguments
+    ensemble, tolerance = configuration["ensemble"], configuration["numerics"]["oscillator_tolerance"]
+    stochastic = configuration["oscillator"]["stochastic_static_limit"]
+    numbers = mass_on_belt.friction_numbers(configuration, arguments.friction)
+    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
+    spacing = numbers.correlation_length_m / ensemble["nodes_per_correlation_length"]
+    periods, discarded = ensemble["duration_periods"], ensemble["discarded_periods"]
+    dampings = [replace(belt, damping_ratio=ratio) for ratio in ensemble["damping_ratios"]]
+    count = arguments.last - arguments.first
+    cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
+    last_cycle = np.empty(count)
+    reattachments, owners, drawn = [], [], []
+    steps = 0
+    with job.usage.core():
+        spectrum = prepare(numbers.process(), spacing, mass_on_belt.path_length(belt, periods))
+        for row, number in enumerate(range(arguments.first, arguments.last)):
+            path = sample(spectrum, np.random.default_rng([configuration["seed"], geometry.STREAM_PROCESS, number]))
+            run = {"tolerance": tolerance, "stochastic_static_limit": stochastic}
+            for column, damped in enumerate(dampings):
+                motion = simulate(damped, law, path, spacing, periods, **run)
+                cycles[row, column], micro_slips[row, column] = motion.cycles, motion.micro_slips
+                steps += motion.steps
+            nominal = simulate(belt, law, path, spacing, periods, **run)
+            places = nominal.reattachments(discarded)
+            last_cycle[row] = np.max(nominal.time[nominal.backwards], initial=0.0) / (2 * np.pi)
+            reattachments.append(places)
+            owners.append(np.full(len(places), number))
+            if number < ensemble["drawn_realisations"]:
+                drawn.append(trajectory(belt, law, path, spacing, discarded + mass_on_belt.DRAWN_PERIODS, **run))
+            job.usage.progress(row + 1, count)
+    job.usage.count(runs=count * len(dampings), cycles=int(cycles.sum()), steps=steps)
+    variables = {
+        "cycles": store.Variable(("realisation", "damping"), cycles, "1", "cycles M_S"),
+        "micro_slips": store.Variable(("realisation", "damping"), micro_slips, "1", "reattachments without a cycle"),
+        "last_cycle": store.Variable(
+            ("realisation",), last_cycle, "1", "natural periods until the last cycle at the scene's damping, 0 for none"
+        ),
+        "reattachment": store.Variable(("event",), np.concatenate(reattachments), "m", "X at the start of stick"),
+        "reattachment_realisation": store.Variable(("event",), np.concatenate(owners), "1", "its realisation"),
+    }
+    if drawn:
+        kept = drawn[0].time >= 2 * np.pi * discarded
+        position, velocity = (
+            np.array([getattr(one, name)[kept] for one in drawn]) for name in ("position", "velocity")
+        )
+        variables["position"] = store.Variable(("drawn", "time"), position, "m", "X")
+        variables["velocity"] = store.Variable(("drawn", "time"), velocity, "m", "X' = dX/dtau")
+    store.write(arguments.output, variables, job.key, {"first": arguments.first})
+
+
+if __name__ == "__main__":
+    execute("oscillator", work, optional=("friction",), range_=True)

@@ -1,0 +1,17 @@
+"""Stage reference: the small results that the repository keeps, copied from a full run."""
+
+from __future__ import annotations
+
+from roughslip.reference import KEPT, keep
+from roughslip.stages.command import Job, execute
+
+
+def work(job: Job) -> None:
+    """Copy the figures, claims, costs and summaries of each scene below the output folder."""
+    for folder in job.arguments.scenes:
+        keep(folder, job.arguments.output / folder.name)
+    job.usage.count(files=len(KEPT) * len(job.arguments.scenes))
+
+
+if __name__ == "__main__":
+    execute("reference", work, batches=("scenes",))

@@ -1,0 +1,27 @@
+"""Stage surface: the Karhunen-Loeve modes of the square."""
+
+from __future__ import annotations
+
+from roughslip import store
+from roughslip.stages import geometry
+from roughslip.stages.command import Job, execute
+from roughslip.surface.karhunen_loeve import karhunen_loeve
+
+
+def work(job: Job) -> None:
+    """Write the scaled modes, their eigenvalues and the variance that they carry."""
+    covariance, grid = geometry.covariance(job.configuration), geometry.square_grid(job.configuration)
+    with job.usage.core():
+        expansion = karhunen_loeve(covariance, grid, job.configuration["square"]["modes"])
+    job.usage.count(modes=len(expansion.modes))
+    variables = {
+        "modes": store.Variable(("mode", "x", "y"), expansion.modes, "m", "modes times the root of their eigenvalues"),
+        "eigenvalue": store.Variable(("mode",), expansion.eigenvalues, "m2", "eigenvalues of the covariance matrix"),
+        "variance": store.Variable(("x", "y"), expansion.variance(), "m2", "variance of the truncated expansion"),
+        "captured_variance": store.Variable((), expansion.captured_variance, "1", "share of the variance captured"),
+    }
+    store.write(job.arguments.output, variables, job.key)
+
+
+if __name__ == "__main__":
+    execute("surface", work)

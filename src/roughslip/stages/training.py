@@ -1,0 +1,12 @@
+"""Which nodes of the solved strips train the expansion: what the contact stage stores and the fit reads."""
+
+from __future__ import annotations
+
+import numpy as np
+
+TRAINING_SPACING = 8  # columns from one training column to the next: neighbours would say the same again
+
+
+def training_columns(nodes: int) -> np.ndarray:
+    """Columns of a strip whose pressure and gap train the expansion."""
+    return np.arange(TRAINING_SPACING // 2, nodes, TRAINING_SPACING)

@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+from scipy.ndimage import convolve
+
+from roughslip.contact import conjugate_gradients, dense
+from roughslip.contact.influence import Influence
+from roughslip.contact.residual import relative_residual
+from roughslip.errors import ConvergenceError
+from roughslip.grid import Grid
+
+
+@pytest.mark.parametrize(
+    ("shape", "length", "penetration"),
+    [((40, 30), 5.0, 0.0), ((120, 10), 0.0, 1.6), ((30, 30), 3.0, 6.0), ((1, 90), 2.0, 0.5), ((2, 60), 0.0, 0.0)],
+)
+def test_agrees_with_the_dense_method(surface, shape: tuple[int, int], length: float, penetration: float) -> None:
+    """The error of the pressure is at most |B^-1| |B| < 100 times the residual; the sets are the same."""
+    influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
+    interference = surface(shape, length, 3) + penetration
+    exact, _ = dense.solve(influence, interference)
+    pressure, gap, _ = conjugate_gradients.solve(influence, interference, 1e-12)
+    np.testing.assert_allclose(pressure, exact, rtol=0, atol=1e-10 * exact.max())
+    assert np.array_equal(pressure > 0, exact > 0)
+    np.testing.assert_array_equal(gap, influence.apply(pressure) - interference)
+
+
+@pytest.mark.parametrize("aspect", [0.02, 1.0, 50.0])
+@pytest.mark.parametrize("penetration", [-2.0, 0.0, 1.6, 100.0])
+def test_any_cells_any_depth(surface, aspect: float, penetration: float) -> None:
+    """Measured at most 75 products; cells of aspect 1 take at most 45."""
+    influence = Influence(Grid(64, 48, 1.0, aspect), 1.0)
+    interference = surface((64, 48), 5.0, 4) + penetration
+    pressure, gap, work = conjugate_gradients.solve(influence, interference, 1e-10)
+    assert relative_residual(gap, pressure, influence.diagonal, interference) <= 1e-10
+    assert work <= (50 if aspect == 1 else 100)
+
+
+def test_reaches_rounding(surface) -> None:
+    """Restarted from a fresh gap, the recurrence of the gap does not set a floor."""
+    influence = Influence(Grid(48, 48, 1.0, 1.0), 1.0)
+    interference = surface((48, 48), 5.0, 5)
+    pressure, gap, work = conjugate_gradients.solve(influence, interference, 3e-15)
+    assert relative_residual(gap, pressure, influence.diagonal, interference) <= 3e-15
+    assert work <= 70
+
+
+def test_initial_pressure_saves_work(surface) -> None:
+    influence = Influence(Grid(48, 48, 1.0, 1.0), 1.0)
+    interference = surface((48, 48), 5.0, 6)
+    pressure, _, cold = conjugate_gradients.solve(influence, interference, 1e-10)
+    again, _, warm = conjugate_gradients.solve(influence, interference, 1e-10, pressure)
+    assert warm <= 3  # a product for the guess, one for the fresh gap; the line search along it may cost a third
+    np.testing.assert_allclose(again, pressure, rtol=0, atol=1e-8 * pressure.max())
+    # A bad guess costs little and changes nothing: pressure in the valleys, of the wrong size.
+    valleys = np.where(interference < 0.5, 1e3, 0.0)
+    other, _, poor = conjugate_gradients.solve(influence, interference, 1e-10, valleys)
+    assert poor <= cold + 15
+    np.testing.assert_allclose(other, pressure, rtol=0, atol=1e-8 * pressure.max())
+
+
+def test_limit_is_a_typed_error(surface, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(conjugate_gradients, "PRODUCT_LIMIT", 10)
+    influence = Influence(Grid(48, 48, 1.0, 1.0), 1.0)
+    with pytest.raises(ConvergenceError, match="larger tolerance") as raised:
+        conjugate_gradients.solve(influence, surface((48, 48), 5.0, 6), 1e-10)
+    assert 1e-10 < raised.value.residual < 1
+    assert raised.value.work in (10, 11)
+
+
+def test_overflow_is_a_typed_error() -> None:
+    """Squares of heights beyond 1e154 m overflow; the iteration must not run on with inf or NaN."""
+    influence = Influence(Grid(4, 4, 1.0, 1.0), 1.0)
+    with np.errstate(over="ignore", invalid="ignore"), pytest.raises(ConvergenceError):
+        conjugate_gradients.solve(influence, np.full((4, 4), 1e200), 1e-10)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (2, 3), (3, 2), (9, 8)])
+def test_stencil_product(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(8)
+    stencil, field = rng.standard_normal((5, 5)), rng.standard_normal(shape)
+    stencil += stencil[::-1, ::-1]  # even, so that convolution and correlation agree
+    nodes = rng.random(shape) < 0.7
+    expected = np.where(nodes, convolve(field, stencil, mode="constant"), 0.0)
+    np.testing.assert_allclose(conjugate_gradients._stencil_product(stencil, field, nodes), expected, atol=1e-13)

@@ -1,0 +1,194 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import ndtri
+
+from roughslip.contact import solve as solve_module
+from roughslip.contact.influence import Influence
+from roughslip.contact.solve import DENSE_LIMIT, ContactSolution, solve, sweep
+from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.grid import Grid
+
+PERCENTILES = (5, 10, 30, 50, 70, 90, 95, 99.9)
+
+# Bound of |B^-1| |B| on the meshes below: how much larger than the residual the relative error of a pressure may be.
+CONDITION = 100
+
+
+def assert_contact_conditions(solution: ContactSolution, influence: Influence, interference: np.ndarray) -> None:
+    gap = influence.apply(solution.pressure) - interference
+    allowed = solution.residual * np.linalg.norm(np.maximum(interference, 0)) + 1e-14 * np.abs(interference).max()
+    assert np.all(solution.pressure >= 0)
+    np.testing.assert_allclose(solution.gap, gap, rtol=0, atol=allowed)
+    assert np.all(gap >= -allowed)
+    assert np.all(np.abs(gap[solution.contact]) <= allowed)
+
+
+@settings(derandomize=True, deadline=None, max_examples=80)
+@given(
+    shape=st.tuples(st.integers(1, 16), st.integers(1, 16)),
+    aspect=st.floats(-1, 1).map(lambda decades: 10.0**decades),
+    level=st.floats(-2, 6),
+    limit=st.sampled_from([0, DENSE_LIMIT]),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_contact_conditions(shape: tuple[int, int], aspect: float, level: float, limit: int, seed: int) -> None:
+    """Random surfaces from no contact to full contact, by either method (limit 0: conjugate gradients)."""
+    influence = Influence(Grid(*shape, 1e-6, 1e-6 * aspect), 1e11)
+    interference = 1e-7 * (np.random.default_rng(seed).standard_normal(shape) + level)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solve_module, "DENSE_LIMIT", limit)
+        solution = solve(influence, interference)
+    assert solution.method == ("none" if interference.max() <= 0 else "dense" if limit else "fft")
+    assert solution.residual <= 1e-10
+    assert_contact_conditions(solution, influence, interference)
+
+
+@pytest.mark.parametrize(("shape", "length"), [((240, 10), 0.0), ((64, 64), 6.4)])
+def test_strip_and_square_from_light_to_deep(surface, shape: tuple[int, int], length: float) -> None:
+    influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
+    heights = surface(shape, length, 1)
+    fractions = []
+    for percentile in PERCENTILES:
+        interference = heights + ndtri(percentile / 100)
+        solution = solve(influence, interference)
+        assert solution.work <= 60
+        assert_contact_conditions(solution, influence, interference)
+        fractions.append(solution.area_fraction)
+    assert {solve(influence, heights + ndtri(q / 100)).method for q in (5, 95)} == {"dense", "fft"}
+    assert fractions == sorted(fractions)  # contact only grows as the plane descends
+
+
+def test_median_of_a_rough_square_in_few_products(surface) -> None:
+    """Measured 36 on average; without the approximate inverse 62."""
+    influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
+    assert np.mean([solve(influence, surface((64, 64), 6.4, seed)).work for seed in range(4)]) <= 42
+
+
+@pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
+@pytest.mark.parametrize(("metre", "pascal"), [(1.0, 1e12), (1e-9, 1.0), (1e-9, 1e12), (1e6, 1e-12)])
+def test_units_do_not_matter(surface, shape: tuple[int, int], length: float, metre: float, pascal: float) -> None:
+    """p / E* depends on shapes alone. Measured 3e-15."""
+    heights = surface(shape, length, 2)
+    reference = solve(Influence(Grid(*shape, 1.0, 1.0), 1.0), heights)
+    scaled = solve(Influence(Grid(*shape, metre, metre), pascal), heights * metre)
+    assert scaled.work == reference.work
+    assert np.array_equal(scaled.contact, reference.contact)
+    np.testing.assert_allclose(
+        scaled.pressure / pascal, reference.pressure, rtol=0, atol=1e-13 * reference.pressure.max()
+    )
+    np.testing.assert_allclose(scaled.gap / metre, reference.gap, rtol=0, atol=1e-13 * np.abs(heights).max())
+
+
+@pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
+def test_images_of_a_surface(surface, shape: tuple[int, int], length: float) -> None:
+    grid = Grid(*shape, 1.0, 0.8)
+    heights = surface(shape, length, 3)
+    pressure = solve(Influence(grid, 1.0), heights).pressure
+    allowed = CONDITION * 1e-10 * pressure.max()
+    for image in (np.s_[::-1], np.s_[:, ::-1]):
+        np.testing.assert_allclose(
+            solve(Influence(grid, 1.0), heights[image]).pressure, pressure[image], rtol=0, atol=allowed
+        )
+    transposed = Influence(Grid(grid.ny, grid.nx, grid.dy, grid.dx), 1.0)
+    np.testing.assert_allclose(solve(transposed, heights.T).pressure, pressure.T, rtol=0, atol=allowed)
+
+
+@pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
+def test_force_is_the_derivative_of_the_energy(surface, shape: tuple[int, int], length: float) -> None:
+    """dW/d(penetration) = F with W = 1/2 sum p u_bar. W is convex, so that its difference quotient lies between
+    the forces at the two ends, which are within 1 % of each other; the rest is the residual."""
+    influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
+    heights = surface(shape, length, 4)
+    below, above = (solve(influence, heights + penetration, 1e-13) for penetration in (0.0, 2e-3))
+    energies = [0.5 * np.sum(s.pressure * (heights + d)) for s, d in ((below, 0.0), (above, 2e-3))]
+    quotient = (energies[1] - energies[0]) / 2e-3
+    assert below.pressure.sum() < quotient < above.pressure.sum() < 1.01 * below.pressure.sum()
+
+
+def test_sweep_agrees_with_single_solves(surface) -> None:
+    """None, dense and FFT in one sweep, planes out of order and repeated."""
+    influence = Influence(Grid(48, 40, 1.0, 1.0), 1.0)
+    heights = surface((48, 40), 5.0, 5)
+    planes = [0.0, 9.0, 1.6, -1.6, 0.0, -0.8]
+    solutions = sweep(influence, heights, planes)
+    assert [s.method for s in solutions] == ["fft", "none", "dense", "fft", "fft", "fft"]
+    for plane, swept in zip(planes, solutions, strict=True):
+        single = solve(influence, heights - plane)
+        assert np.array_equal(swept.contact, single.contact)
+        allowed = CONDITION * 1e-10 * single.pressure.max(initial=0.0)
+        np.testing.assert_allclose(swept.pressure, single.pressure, rtol=0, atol=allowed)
+    assert sweep(influence, heights, []) == []
+
+
+def test_sweep_saves_products(surface) -> None:
+    """Measured 0.72 of the products of single solves."""
+    influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
+    heights, planes = surface((64, 64), 6.4, 6), [-0.2 * k for k in range(6)]
+    swept = sum(s.work for s in sweep(influence, heights, planes))
+    assert swept < 0.85 * sum(solve(influence, heights - plane).work for plane in planes)
+
+
+def test_no_contact_costs_nothing(surface, monkeypatch: pytest.MonkeyPatch) -> None:
+    influence = Influence(Grid(30, 30, 1.0, 1.0), 1.0)
+    interference = surface((30, 30), 3.0, 7)
+    interference -= interference.max()  # the summit touches without load
+    monkeypatch.setattr(influence, "apply", lambda pressure: pytest.fail("a product with B"))
+    monkeypatch.setattr(influence, "matrix", lambda i, j: pytest.fail("a dense matrix"))
+    solution = solve(influence, interference)
+    assert (solution.method, solution.work, solution.residual) == ("none", 0, 0.0)
+    assert not np.any(solution.pressure)
+    assert np.array_equal(solution.gap, -interference)
+    assert solution.area_fraction == solution.mean_pressure == 0.0
+
+
+def test_residual_is_that_of_the_returned_fields() -> None:
+    """The norm written out once more, on fields whose residual is known: gap = -u_bar / 4 under 3/4 of the pressure."""
+    influence = Influence(Grid(3, 3, 1.0, 1.0), 1.0)
+    solution = solve(influence, np.ones((3, 3)))
+    gap = influence.apply(0.75 * solution.pressure) - 1
+    assert solve_module.relative_residual(gap, 0.75 * solution.pressure, influence.diagonal, np.ones((3, 3))) == (
+        pytest.approx(0.25, rel=1e-14)
+    )
+
+
+def test_unreachable_tolerance_is_a_typed_error(surface) -> None:
+    influence = Influence(Grid(12, 12, 1.0, 1.0), 1.0)
+    with pytest.raises(ConvergenceError, match="rounding") as raised:
+        solve(influence, surface((12, 12), 2.0, 8), tolerance=1e-20)
+    assert 0 < raised.value.residual < 1e-14
+    assert raised.value.work >= 1
+
+
+def test_refuses_bad_input() -> None:
+    influence = Influence(Grid(4, 3, 1.0, 1.0), 1.0)
+    flat = np.ones((4, 3))
+    holed = flat.copy()
+    holed[1, 1] = math.nan
+    for field, message in [(flat.T, "shape"), (flat[0], "shape"), (holed, "finite"), (math.inf * flat, "finite")]:
+        with pytest.raises(ParameterError, match=message):
+            solve(influence, field)
+        with pytest.raises(ParameterError, match=message):
+            solve(influence, flat, initial_pressure=field)
+        with pytest.raises(ParameterError, match=message):
+            sweep(influence, field, [0.0])
+    with pytest.raises(ParameterError, match="negative"):
+        solve(influence, flat, initial_pressure=-flat)
+    for tolerance in (0.0, -1.0, 1.0, math.nan):
+        with pytest.raises(ParameterError, match="tolerance"):
+            solve(influence, flat, tolerance=tolerance)
+    for plane in (math.nan, math.inf):
+        with pytest.raises(ParameterError, match="planes"):
+            sweep(influence, flat, [0.0, plane])
+
+
+def test_input_is_not_changed(surface) -> None:
+    influence = Influence(Grid(48, 40, 1.0, 1.0), 1.0)
+    heights = surface((48, 40), 5.0, 9) + 1.0
+    before, guess = heights.copy(), np.ones((48, 40))
+    solve(influence, heights, initial_pressure=guess)
+    assert np.array_equal(heights, before)
+    assert np.all(guess == 1)

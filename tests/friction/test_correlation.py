@@ -1,0 +1,195 @@
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.bowden_tabor import window_sums
+from roughslip.friction.correlation import (
+    autocorrelation,
+    correlation_fit,
+    exponential_length,
+    one_over_e_length,
+    triangular,
+    window_lengths,
+)
+from roughslip.friction.statistics import Estimate, strip_weights
+
+WINDOW = 600e-6
+
+
+def averaged_white_noise(rng: np.random.Generator, strips: int, window: int, windows: int) -> np.ndarray:
+    """mu = 1 + white noise averaged over windows of `window` nodes that start at every fifth node."""
+    noise = rng.standard_normal((strips, window + 5 * (windows - 1)))
+    return 1.0 + 0.1 * window_sums(noise, window, 5) / math.sqrt(window)
+
+
+def ornstein_uhlenbeck(rng: np.random.Generator, strips: int, windows: int, factor: float) -> np.ndarray:
+    """mu = 1 + 0.1 x with x Gaussian of unit variance and correlation factor^lag, exactly an exponential."""
+    x = rng.standard_normal((strips, windows))
+    for k in range(1, windows):
+        x[:, k] = factor * x[:, k - 1] + math.sqrt(1.0 - factor**2) * x[:, k]
+    return 1.0 + 0.1 * x
+
+
+def everywhere(mu: np.ndarray) -> np.ndarray:
+    return np.ones(mu.shape, bool)
+
+
+def test_lengths_of_the_window_alone() -> None:
+    lags = np.arange(721) * 2.5e-6
+    lengths = window_lengths(lags, WINDOW)
+    # trapezoids are exact for a triangle whose corner is a node
+    assert lengths.integral == pytest.approx(300e-6, rel=1e-12)
+    # 1/e is met at T (1 - 1/e)
+    assert lengths.one_over_e == pytest.approx(WINDOW * (1 - math.exp(-1)), rel=1e-12)
+    # the figures of the design, in whole micrometres
+    assert lengths.least_squares == pytest.approx(320e-6, abs=0.5e-6)
+    assert lengths.half_window == pytest.approx(484e-6, abs=0.5e-6)
+
+
+def test_window_lengths_solve_the_continuous_least_squares() -> None:
+    # For lags without end, d/dL int (exp(-s/L) - r)^2 ds = 0 reads L/4 = int r s/L exp(-s/L) ds; with the triangle and
+    # u = T/L: 1/4 = 1 - 2/u + (1 + 2/u) exp(-u) = g(u).
+    u = np.linspace(1.0, 3.0, 200_001)
+    g = 1.0 - 2.0 / u + (1.0 + 2.0 / u) * np.exp(-u)
+    length = WINDOW / u[np.argmin(np.abs(g - 0.25))]
+    # cutting the integral at 3 T leaves out int s/L exp(-2 s/L) ds = 4e-5 L of L/4, that is 2e-4
+    assert window_lengths(np.arange(721) * 2.5e-6, WINDOW).least_squares == pytest.approx(length, rel=3e-4)
+
+
+def test_an_exponential_has_its_own_length() -> None:
+    lags = np.arange(121) * 15e-6
+    true = np.array([20e-6, 250e-6, 1500e-6])
+    curves = np.exp(-lags / true[:, None])
+    lengths, at_bound = exponential_length(lags, curves)
+    np.testing.assert_allclose(lengths, true, rtol=1e-12)
+    assert not at_bound.any()
+    # linear interpolation of exp(-s/L) between lags h apart is off by at most h^2 / (8 L) in s
+    np.testing.assert_allclose(one_over_e_length(lags, curves[:2]), true[:2], atol=(15e-6) ** 2 / 8 / 20e-6)
+
+
+def test_curves_without_a_length_are_flagged() -> None:
+    lags = np.arange(50) * 1e-5
+    alternating = np.where(np.arange(50) % 2 == 0, 1.0, -1.0) * np.exp(-np.arange(50.0))
+    lengths, at_bound = exponential_length(lags, np.stack((np.ones(50), alternating)))
+    assert at_bound.all()
+    np.testing.assert_allclose(lengths, [100 * lags[-1], lags[1] / 20], rtol=1e-12)
+    # never below 1/e: the longest lag, a lower bound
+    assert one_over_e_length(lags, np.ones((1, 50)))[0] == lags[-1]
+
+
+def test_autocorrelation_is_the_mean_over_pairs_of_valid_windows() -> None:
+    rng = np.random.default_rng(1)
+    mu = ornstein_uhlenbeck(rng, 6, 9, 0.7)
+    valid = rng.random(mu.shape) > 0.2
+    weights = strip_weights(6, 40, rng)
+    r = autocorrelation(mu, valid, 5, weights)
+    for row in (0, 7, 23):
+        strips = np.repeat(np.arange(6), weights[row])
+        x, ok = mu[strips], valid[strips]
+        x = x - np.mean(x[ok])
+        for k in range(5):
+            pairs = [x[s, i] * x[s, i + k] for s in range(6) for i in range(9 - k) if ok[s, i] and ok[s, i + k]]
+            expected = np.mean(pairs) / np.mean(x[ok] ** 2)
+            # sums of 54 products in another order
+            assert r.rows[row, k] == pytest.approx(expected, abs=1e-12)
+    assert (r.rows[:, 0] == 1.0).all()
+
+
+def test_white_noise_averaged_on_windows_is_triangular() -> None:
+    rng = np.random.default_rng(2)
+    mu = averaged_white_noise(rng, 400, 40, 25)
+    weights = strip_weights(400, 200, rng)
+    lags = np.arange(25) * WINDOW / 8
+    r = autocorrelation(mu, everywhere(mu), 25, weights)
+    error = np.std(r.replicates, axis=1)
+    # 24 correlated lags: 4 standard errors are exceeded once in 600 such tests
+    assert np.all(np.abs(r.value - triangular(lags, WINDOW))[1:] < 4 * error[1:])
+    fit = correlation_fit(lags, r, WINDOW)
+    assert fit.misfit_difference.low > 0.0  # the triangle is nearer
+    assert fit.misfit_triangle.low == 0.0
+    for name in ("least_squares", "half_window", "one_over_e", "integral"):
+        e = getattr(fit, name)
+        assert abs(e.value - getattr(fit.window, name)) < 4 * np.std(e.replicates), name
+    assert not fit.at_bound
+    assert fit.at_bound_share == 0.0
+
+
+def test_ornstein_uhlenbeck_windows_have_their_length() -> None:
+    rng = np.random.default_rng(3)
+    spacing, length = WINDOW / 20, 250e-6
+    mu = ornstein_uhlenbeck(rng, 300, 61, math.exp(-spacing / length))
+    lags = np.arange(61) * spacing
+    fit = correlation_fit(lags, autocorrelation(mu, everywhere(mu), 61, strip_weights(300, 200, rng)), WINDOW)
+    for name in ("least_squares", "half_window", "one_over_e"):
+        e = getattr(fit, name)
+        # 300 strips of 1800 um hold some 300 * 1800 / 500 = 1080 independent pieces: error of a length some 5 %
+        assert np.std(e.replicates) < 0.1 * length, name
+        assert abs(e.value - length) < 4 * np.std(e.replicates), name
+    # trapezoids to 3 T: L (1 - exp(-1800/250)), and (spacing/L)^2/12 more
+    assert abs(fit.integral.value - length) < 4 * np.std(fit.integral.replicates) + 2e-3 * length
+    assert fit.misfit_difference.high < 0.0  # the exponential is nearer
+    # the misfits of a curve within a few per cent of the exponential
+    assert fit.misfit_exponential.low == 0.0
+    assert fit.misfit_triangle.value > 0.05
+
+
+def test_replicates_of_lengths_are_those_of_the_resampled_strips() -> None:
+    rng = np.random.default_rng(4)
+    mu = averaged_white_noise(rng, 20, 20, 13)
+    weights = strip_weights(20, 40, rng)
+    lags = np.arange(13) * WINDOW / 4
+    fit = correlation_fit(lags, autocorrelation(mu, everywhere(mu), 13, weights), WINDOW)
+    again = mu[np.repeat(np.arange(20), weights[6])]
+    refit = correlation_fit(lags, autocorrelation(again, everywhere(again), 13, weights), WINDOW)
+    for name in ("least_squares", "half_window", "one_over_e", "integral", "misfit_triangle", "misfit_difference"):
+        assert getattr(fit, name).replicates[5] == pytest.approx(float(getattr(refit, name).value), rel=1e-8), name
+
+
+def test_only_lags_to_three_windows_count() -> None:
+    rng = np.random.default_rng(5)
+    curve = np.exp(-np.arange(41) / 5.0)
+    rows = np.tile(curve, (41, 1))
+    lags = np.arange(41) * 3e-4
+    spoiled = rows.copy()
+    spoiled[:, lags > 3 * 3e-3 * 1.001] = rng.random()
+    plain, other = (correlation_fit(lags, Estimate.from_rows(r), 3e-3) for r in (rows, spoiled))
+    assert plain.least_squares.value == other.least_squares.value == pytest.approx(1.5e-3, rel=1e-10)
+
+
+def test_band_covers_the_autocorrelation() -> None:
+    hits = np.zeros(3)
+    for k in range(200):
+        rng = np.random.default_rng([6, k])
+        mu = ornstein_uhlenbeck(rng, 50, 12, 0.8)
+        r = autocorrelation(mu, everywhere(mu), 4, strip_weights(50, 100, rng))
+        hits += (r.low[1:] <= 0.8 ** np.arange(1, 4)) & (0.8 ** np.arange(1, 4) <= r.high[1:])
+    # as for the mean (t, variance with 1/S, 100 replicates); skewness and the bias of the mean cost O(1/sqrt(S)) more
+    nominal = (2 * stats.t.cdf(1.96 * math.sqrt(49 / 50), 49) - 1) * 99 / 101 - 0.05
+    assert hits.min() >= stats.binom.ppf(0.0005, 200, nominal)
+
+
+def test_faults_are_refused() -> None:
+    rng = np.random.default_rng(7)
+    mu = ornstein_uhlenbeck(rng, 5, 6, 0.5)
+    weights = strip_weights(5, 40, rng)
+    for lags in (1, 7):
+        with pytest.raises(IllPosedError, match="longer strips"):
+            autocorrelation(mu, everywhere(mu), lags, weights)
+    ends = everywhere(mu)
+    ends[:, 1:] = False  # single windows: no pair at any lag
+    with pytest.raises(IllPosedError, match="no pair"):
+        autocorrelation(mu, ends, 2, weights)
+    with pytest.raises(IllPosedError, match="no scatter"):
+        autocorrelation(np.full(mu.shape, 0.3), everywhere(mu), 3, weights)
+    r = Estimate.from_rows(np.ones((41, 4)))
+    with pytest.raises(ParameterError, match="increase from 0"):
+        correlation_fit(np.array([0.0, 2.0, 1.0, 3.0]), r, 4.0)
+    with pytest.raises(ParameterError, match="increase from 0"):
+        window_lengths(np.array([1.0, 2.0]), 4.0)
+    with pytest.raises(ParameterError, match="window"):
+        window_lengths(np.arange(5.0), np.nan)
+    with pytest.raises(IllPosedError, match="half a window"):
+        window_lengths(np.arange(5.0), 1.5)

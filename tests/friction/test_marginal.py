@@ -1,0 +1,196 @@
+import math
+
+import numpy as np
+import pytest
+from scipy import special, stats
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.marginal import SHAPES, beta_moments, distance_to_beta, fit_beta, scaled_beta
+from roughslip.friction.statistics import strip_weights
+
+STRIPS, WINDOWS = 20, 50
+# 1000 = 200 * 5 with 5 odd: the empirical quantiles of these at (j - 1/2) / 200 are the exact ones
+PROBABILITIES = (np.arange(STRIPS * WINDOWS) + 0.5) / (STRIPS * WINDOWS)
+
+
+def windows(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values dealt to strips in turn, so that strips are alike."""
+    mu = np.ascontiguousarray(values.reshape(WINDOWS, STRIPS).T)
+    return mu, np.ones(mu.shape, bool)
+
+
+def weights(strips: int = STRIPS, replicates: int = 40, seed: int = 0) -> np.ndarray:
+    return strip_weights(strips, replicates, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.5, 0.5), (1.0, 1.0), (40.0, 3.0)])
+def test_beta_moments_are_scipys(a: float, b: float) -> None:
+    mean, variance, skewness, excess = stats.beta.stats(a, b, moments="mvsk")
+    np.testing.assert_allclose(
+        beta_moments(a, b), (mean, math.sqrt(variance), skewness, excess), rtol=1e-12, atol=1e-14
+    )
+
+
+def test_the_papers_beta_is_right_skewed_and_platykurtic() -> None:
+    _, _, skewness, excess = beta_moments(2.1, 5.0)
+    assert skewness == pytest.approx(0.560, abs=5e-4)
+    assert excess == pytest.approx(-0.171, abs=5e-4)
+
+
+@pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.6, 3.0), (1.0, 1.0), (30.0, 12.0)])
+def test_exact_quantiles_give_their_beta_back(a: float, b: float) -> None:
+    mu, valid = windows(0.2 + 0.3 * special.betaincinv(a, b, PROBABILITIES))
+    fit = fit_beta(mu, valid, weights())
+    # the trust region stops at steps of 1e-10; along the valley of nearly equal fits (30, 12) some digits less
+    assert fit.a.value == pytest.approx(a, rel=1e-5)
+    assert fit.b.value == pytest.approx(b, rel=1e-5)
+    assert fit.lower.value == pytest.approx(0.2, abs=1e-6)
+    assert fit.upper.value == pytest.approx(0.5, abs=1e-6)
+    assert fit.distance.value < 1e-6
+    assert not fit.at_bound
+
+
+def test_random_windows_give_their_beta_within_the_spread_of_replicates() -> None:
+    rng = np.random.default_rng(1)
+    mu = 0.2 + 0.3 * rng.beta(2.1, 5.0, (200, 50))
+    fit = fit_beta(mu, np.ones(mu.shape, bool), weights(200, 100))
+    for e, true in ((fit.a, 2.1), (fit.b, 5.0)):
+        error = np.std(np.log(e.replicates))
+        # 10 000 independent windows: Fisher's information gives 0.06 for log a and 0.09 for log b in four parameters
+        assert 0.02 < error < 0.2
+        assert abs(math.log(e.value / true)) < 4 * error
+        # the table's interpolation must not shift replicates: their median is known to 1.25 error / 10
+        assert abs(np.median(np.log(e.replicates)) - math.log(e.value)) < 0.5 * error
+    assert abs(fit.lower.value - 0.2) < 4 * np.std(fit.lower.replicates)
+    assert abs(fit.upper.value - 0.5) < 4 * np.std(fit.upper.replicates)
+    assert fit.distance.low == 0.0
+
+
+def test_fit_moves_with_the_unit_and_swaps_shapes_in_the_mirror() -> None:
+    rng = np.random.default_rng(2)
+    mu, valid = windows(np.sort(rng.gamma(3.0, 0.05, STRIPS * WINDOWS) + rng.random(STRIPS * WINDOWS)))
+    fit, moved, mirror = (fit_beta(m, valid, weights()) for m in (mu, 3.0 + 0.01 * mu, 5.0 - mu))
+    # three least-squares runs, each to 1e-10 in log shapes; the valley takes some digits
+    for name, other in (("a", "b"), ("b", "a")):
+        value = getattr(fit, name).value
+        assert getattr(moved, name).value == pytest.approx(value, rel=1e-6)
+        assert getattr(mirror, other).value == pytest.approx(value, rel=1e-6)
+    assert moved.lower.value == pytest.approx(3.0 + 0.01 * fit.lower.value, rel=1e-8)
+    assert mirror.upper.value == pytest.approx(5.0 - fit.lower.value, rel=1e-6)
+    assert moved.distance.value == pytest.approx(fit.distance.value, rel=1e-6)
+
+
+def test_replicates_are_fits_to_the_resampled_strips_within_the_table() -> None:
+    rng = np.random.default_rng(3)
+    mu = 0.2 + 0.3 * rng.beta(2.1, 5.0, (STRIPS, WINDOWS))
+    valid = rng.random(mu.shape) > 0.1
+    w = weights(seed=4)
+    fit, scaled, distance = (f(mu, valid, w) for f in (fit_beta, scaled_beta, distance_to_beta))
+    for r in range(8):
+        strips = np.repeat(np.arange(STRIPS), w[1 + r])
+        again = fit_beta(mu[strips], valid[strips], w)
+        # the table's mesh is 0.7 % of a shape; across the oblique valley two or three meshes
+        assert fit.a.replicates[r] == pytest.approx(float(again.a.value), rel=0.02)
+        assert fit.b.replicates[r] == pytest.approx(float(again.b.value), rel=0.02)
+        # a misfit near its least value changes in second order
+        assert fit.distance.replicates[r] == pytest.approx(float(again.distance.value), rel=1e-3)
+        same = scaled_beta(mu[strips], valid[strips], w)
+        assert scaled.a.replicates[r] == pytest.approx(float(same.a.value), rel=1e-10)
+        assert scaled.upper.replicates[r] == same.upper.value
+        far = distance_to_beta(mu[strips], valid[strips], w)
+        # a node may fall on a window: one window more or less
+        assert distance.standardised.replicates[r] == pytest.approx(float(far.standardised.value), abs=2e-3)
+        assert distance.scaled.replicates[r] == pytest.approx(float(far.scaled.value), abs=2e-3)
+
+
+@pytest.mark.parametrize("quantiles", [special.ndtri(PROBABILITIES), special.gammaincinv(3.0, PROBABILITIES)])
+def test_limits_of_the_beta_family_are_flagged_not_refused(quantiles: np.ndarray) -> None:
+    mu, valid = windows(5.0 + quantiles)
+    fit = fit_beta(mu, valid, weights())
+    assert fit.at_bound
+    # noise in skewness and kurtosis takes many replicates inside, but of four quadrants at least one stays out
+    assert fit.at_bound_share > 0.1
+    assert max(fit.a.value, fit.b.value) == pytest.approx(SHAPES[1], rel=1e-3)
+    assert np.isfinite(fit.upper.high)
+
+
+def test_scaled_beta_has_the_moments_of_the_scaled_sample() -> None:
+    rng = np.random.default_rng(5)
+    mu = 0.2 + 0.3 * rng.beta(2.1, 5.0, (STRIPS, WINDOWS))
+    valid = rng.random(mu.shape) > 0.2
+    fit = scaled_beta(mu, valid, weights())
+    sample = mu[valid]
+    assert (fit.lower.value, fit.upper.value) == (sample.min(), sample.max())
+    mean, std, _, _ = beta_moments(float(fit.a.value), float(fit.b.value))
+    scaled = (sample - sample.min()) / (sample.max() - sample.min())
+    # both moments are inverted in closed form
+    assert mean == pytest.approx(np.mean(scaled), rel=1e-12)
+    assert std == pytest.approx(np.std(scaled), rel=1e-12)
+
+
+def test_the_papers_recipe_drifts_with_the_number_of_windows() -> None:
+    # A normal sample reaches k = 2.6, 3.3, 3.9 standard deviations on either side; scaled it has mean 1/2 and standard
+    # deviation 1/(2 k), for which the recipe gives a = b = (k^2 - 1) / 2.
+    shapes = []
+    for n in (100, 1000, 10_000):
+        z = special.ndtri((np.arange(n) + 0.5) / n)
+        mu = np.ascontiguousarray(5.0 + z.reshape(-1, 10).T)
+        fit = scaled_beta(mu, np.ones(mu.shape, bool), weights(10))
+        expected = (np.max(z) ** 2 / np.var(z) - 1.0) / 2.0
+        assert fit.a.value == pytest.approx(expected, rel=1e-9)
+        assert fit.b.value == pytest.approx(expected, rel=1e-9)
+        shapes.append(float(fit.a.value))
+    assert shapes[1] > 1.5 * shapes[0]
+    assert shapes[2] > 1.3 * shapes[1]
+
+
+def test_distance_of_the_beta_to_itself_and_to_a_normal() -> None:
+    mu, valid = windows(0.3 + 0.2 * special.betaincinv(2.1, 5.0, PROBABILITIES))
+    own = distance_to_beta(mu, valid, weights())
+    # steps of 1/1000, and a standard deviation of midpoints that is 3e-4 low
+    assert own.standardised.value <= 1.5e-3
+    mean, std, _, _ = beta_moments(2.1, 5.0)
+    z = np.linspace(-4.0, 4.0, 100_001)
+    exact = np.max(np.abs(special.ndtr(z) - stats.beta.cdf(mean + std * z, 2.1, 5.0)))
+    mu, valid = windows(5.0 + special.ndtri(PROBABILITIES))
+    # 0.001 from the nodes, 1/2000 from the steps, and 0.2 % in the standard deviation
+    assert distance_to_beta(mu, valid, weights()).standardised.value == pytest.approx(exact, abs=1.5e-3)
+
+
+def test_scaled_distance_of_a_uniform_sample() -> None:
+    mu, valid = windows(0.2 + 0.1 * PROBABILITIES)
+    x = np.linspace(0.0, 1.0, 100_001)
+    exact = np.max(np.abs(stats.beta.cdf(x, 2.1, 5.0) - x))
+    # 0.001 from the nodes, 1/1000 from the steps of the sample
+    assert distance_to_beta(mu, valid, weights()).scaled.value == pytest.approx(exact, abs=2e-3)
+    x = np.linspace(0.0, 1.0, 100_001)
+    exact = np.max(np.abs(stats.beta.cdf(x, 3.0, 2.0) - x))
+    assert distance_to_beta(mu, valid, weights(), 3.0, 2.0).scaled.value == pytest.approx(exact, abs=2e-3)
+
+
+@pytest.mark.parametrize("normal", [False, True])
+def test_interval_of_the_distance_covers_zero_and_a_distance(normal: bool) -> None:
+    mean, std, _, _ = beta_moments(2.1, 5.0)
+    z = np.linspace(-4.0, 4.0, 100_001)
+    true = np.max(np.abs(special.ndtr(z) - stats.beta.cdf(mean + std * z, 2.1, 5.0))) if normal else 0.0
+    hits = 0
+    for k in range(100):
+        rng = np.random.default_rng([6, k])
+        mu = 5.0 + (rng.standard_normal((40, 10)) if normal else rng.beta(2.1, 5.0, (40, 10)))
+        e = distance_to_beta(mu, np.ones(mu.shape, bool), strip_weights(40, 100, rng)).standardised
+        hits += int(e.low <= true <= e.high + 1e-3)
+    # conservative by the triangle inequality; 100 replicates and 40 strips take some 3 % of 95 %
+    assert hits >= stats.binom.ppf(0.001, 100, 0.92)
+
+
+def test_faults_are_refused() -> None:
+    mu, valid = windows(PROBABILITIES)
+    same = np.full(mu.shape, 0.3)
+    for f in (fit_beta, scaled_beta, distance_to_beta):
+        with pytest.raises(IllPosedError, match="no scatter"):
+            f(same, valid, weights())
+    two = np.where(np.arange(WINDOWS) % 2 == 0, 0.2, 0.4) * np.ones((STRIPS, 1))
+    with pytest.raises(IllPosedError, match="two values"):
+        scaled_beta(two, valid, weights())
+    with pytest.raises(ParameterError, match="shapes"):
+        distance_to_beta(mu, valid, weights(), 0.0, 5.0)

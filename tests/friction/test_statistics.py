@@ -1,0 +1,320 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.statistics import (
+    PERCENTS,
+    TAILS,
+    Estimate,
+    combine,
+    ratio_of_sums,
+    strip_weights,
+    trend,
+    window_statistics,
+)
+
+
+def autoregressive(rng: np.random.Generator, strips: int, windows: int, factor: float) -> np.ndarray:
+    """Stationary Gaussian strips (strips, windows) of unit variance with correlation factor^lag."""
+    x = rng.standard_normal((strips, windows))
+    for k in range(1, windows):
+        x[:, k] = factor * x[:, k - 1] + math.sqrt(1.0 - factor**2) * x[:, k]
+    return x
+
+
+def skewed_windows(seed: int, strips: int = 12, windows: int = 15) -> tuple[np.ndarray, np.ndarray]:
+    """mu with scatter between and within strips, and a tenth of the windows without mu."""
+    rng = np.random.default_rng(seed)
+    mu = 0.3 + 0.02 * np.exp(0.5 * autoregressive(rng, strips, windows, 0.8))
+    valid = rng.random(mu.shape) > 0.1
+    return np.where(valid, mu, 0.0), valid
+
+
+def estimates(result: object) -> dict[str, Estimate]:
+    return {name: e for name, e in vars(result).items() if isinstance(e, Estimate)}
+
+
+def test_values_are_the_textbook_statistics_of_the_valid_windows() -> None:
+    mu, valid = skewed_windows(1)
+    result = window_statistics(mu, valid, strip_weights(len(mu), 40, np.random.default_rng(0)))
+    sample = mu[valid]
+    # std / mean is 0.04 and moments are taken about the mean: rounding is far below 1e-11
+    assert result.mean.value == pytest.approx(np.mean(sample), rel=1e-14)
+    assert result.std.value == pytest.approx(np.std(sample), rel=1e-12)
+    assert result.variation.value == pytest.approx(np.std(sample) / np.mean(sample), rel=1e-12)
+    assert result.skewness.value == pytest.approx(stats.skew(sample), rel=1e-11)
+    assert result.kurtosis.value == pytest.approx(stats.kurtosis(sample), rel=1e-11)
+    expected = np.quantile(sample, np.array(PERCENTS) / 100, method="inverted_cdf")
+    assert np.array_equal(result.quantiles.value, expected)
+    assert result.windows == mu.size
+    assert result.missing == np.sum(~valid) > 0
+    assert result.missing_share.value == pytest.approx(np.mean(~valid), rel=1e-14)
+
+
+def test_every_replicate_is_the_statistic_of_the_strips_it_counts() -> None:
+    mu, valid = skewed_windows(2)
+    rng = np.random.default_rng(5)
+    weights = strip_weights(len(mu), 40, rng)
+    area = mu * (force := 1.0 + rng.random(mu.shape))
+    result = estimates(window_statistics(mu, valid, weights)) | {"ratio": ratio_of_sums(area, force, 2.0, weights)}
+    for r in (0, 17, 39):
+        strips = np.repeat(np.arange(len(mu)), weights[1 + r])
+        again = estimates(window_statistics(mu[strips], valid[strips], weights))
+        again["ratio"] = ratio_of_sums(area[strips], force[strips], 2.0, weights)
+        for name, e in result.items():
+            # the same sums in another order
+            np.testing.assert_allclose(e.replicates[..., r], again[name].value, rtol=1e-10, atol=1e-13, err_msg=name)
+
+
+def test_weights_are_the_sample_and_multinomial_counts() -> None:
+    weights = strip_weights(30, 2000, np.random.default_rng(3))
+    assert (weights[0] == 1).all()
+    assert (weights.sum(axis=1) == 30).all()
+    # multinomial variance 1 - 1/30; 60 000 counts of kurtosis 4: relative deviation of a variance sqrt(3 / 60 000)
+    assert np.var(weights[1:]) == pytest.approx(1 - 1 / 30, rel=4 * math.sqrt(3 / 60_000))
+
+
+def test_effective_windows_and_spread_of_the_mean_follow_the_correlation() -> None:
+    strips, windows, factor = 400, 25, 0.9
+    rng = np.random.default_rng(6)
+    mu = 1.0 + 0.01 * autoregressive(rng, strips, windows, factor)
+    result = window_statistics(mu, np.ones(mu.shape, bool), strip_weights(strips, 400, rng))
+    lag = np.abs(np.subtract.outer(np.arange(windows), np.arange(windows)))
+    exact = strips * windows**2 / np.sum(factor**lag)
+    # the variance between 400 strips has relative deviation sqrt(2 / 399), that of mu's own variance is smaller
+    assert result.effective_windows.value == pytest.approx(exact, rel=4 * math.sqrt(2 / 399) * 1.2)
+    # and the replicates' own variance, from 400 draws, adds as much
+    assert np.std(result.mean.replicates) == pytest.approx(
+        0.01 / math.sqrt(exact), rel=4 * 0.5 * math.sqrt(2 / 399 + 2 / 400)
+    )
+    assert result.effective_windows.value < mu.size / 8
+
+
+def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
+    repetitions, strips, replicates = 200, 40, 200
+    truth = {"mean": 1.0, "std": 0.1, "skewness": 0.0, "kurtosis": 0.0, "quantiles": 1.0}
+    hits = dict.fromkeys(truth, 0)
+    for k in range(repetitions):
+        rng = np.random.default_rng([7, k])
+        mu = 1.0 + 0.1 * autoregressive(rng, strips, 10, 0.8)
+        result = window_statistics(mu, np.ones(mu.shape, bool), strip_weights(strips, replicates, rng))
+        for name, true in truth.items():
+            e = getattr(result, name)
+            low, high = (e.low[2], e.high[2]) if name == "quantiles" else (e.low, e.high)
+            hits[name] += int(low <= true <= high)
+    # The mean of strips is a mean of 40 normal values; its bootstrap has their variance with 1/40, so coverage is
+    # P(|t_39| < 1.96 sqrt(39/40)), and percentiles of 200 replicates span (R - 1)/(R + 1) of it.
+    nominal = (2 * stats.t.cdf(1.96 * math.sqrt(39 / 40), 39) - 1) * (replicates - 1) / (replicates + 1)
+    low, high = stats.binom.ppf([0.0005, 0.9995], repetitions, nominal)
+    assert low <= hits["mean"] <= high
+    assert low <= hits["quantiles"] <= high
+    # std, skewness, kurtosis: skewed and biased statistics, percentile intervals lose a further O(1 / sqrt(S))
+    low = stats.binom.ppf(0.0005, repetitions, nominal - 0.05)
+    assert min(hits["std"], hits["skewness"], hits["kurtosis"]) >= low
+
+
+def test_ratio_of_sums_counts_windows_without_mu() -> None:
+    area = np.array([[1.0, 2.0, 0.0], [3.0, 0.5, 0.5]])
+    force = np.array([[2.0, 2.0, 0.0], [2.0, 1.0, 1.0]])
+    ratio = ratio_of_sums(area, force, 4.0, strip_weights(2, 40, np.random.default_rng(1)))
+    assert ratio.value == pytest.approx(4.0 * 7.0 / 8.0, rel=1e-15)
+    # replicates can only be the first strip, the second, or both
+    assert set(np.round(ratio.replicates, 12)) == {3.0, 3.5, 4.0}
+
+
+def test_distance_intervals_hold_the_distance_and_start_at_zero() -> None:
+    rows = np.concatenate(([0.01], np.full(99, 0.02)))
+    e = Estimate.of_distance(rows, np.linspace(0.0, 0.02, 101)[1:])
+    assert e.low == 0.0
+    assert e.high == pytest.approx(0.01 + np.quantile(np.linspace(0.0, 0.02, 101)[1:], 0.95))
+
+
+def test_strips_too_few_or_without_scatter_are_ill_posed() -> None:
+    mu, valid = skewed_windows(4)
+    weights = strip_weights(len(mu), 40, np.random.default_rng(2))
+    with pytest.raises(IllPosedError, match="no scatter"):
+        window_statistics(np.full(mu.shape, 0.2), valid, weights)
+    with pytest.raises(IllPosedError, match="plastic"):  # tau / H with the rounding of window sums
+        window_statistics(0.2 * (1.0 + 1e-12 * mu), valid, weights)
+    alone = valid.copy()
+    alone[1:] = False
+    with pytest.raises(IllPosedError, match="1 of 12 strips"):
+        window_statistics(mu, alone, weights)
+    # two strips in contact of twelve: a replicate misses both with probability (10/12)^12 = 0.11
+    alone[1] = valid[1]
+    with pytest.raises(IllPosedError, match="deepen the penetration"):
+        window_statistics(mu, alone, weights)
+    with pytest.raises(IllPosedError, match="1 of 1 strips"):
+        window_statistics(mu[:1], valid[:1], np.ones((41, 1), dtype=np.int64))
+    with pytest.raises(IllPosedError, match="at least 2"):
+        strip_weights(1, 40, np.random.default_rng(0))
+
+
+def test_faulty_arrays_are_refused() -> None:
+    mu, valid = skewed_windows(4)
+    weights = strip_weights(len(mu), 40, np.random.default_rng(2))
+    nan = np.where(valid, mu, np.nan)
+    assert window_statistics(nan, valid, weights).mean.value == window_statistics(mu, valid, weights).mean.value
+    nan[np.nonzero(valid)[0][0], np.nonzero(valid)[1][0]] = np.nan
+    cases = [
+        (nan, valid, weights, "finite"),
+        (mu, valid.astype(float), weights, "bool"),
+        (mu[:, 0], valid[:, 0], weights, "strips, windows"),
+        (-mu, valid, weights, "positive"),
+        (mu, valid, weights[:, :-1], "counts"),
+        (mu, valid, weights.astype(float), "counts"),
+        (mu, valid, weights[1:], "row of ones"),
+        (mu, valid, weights[:40], "40 replicates"),
+    ]
+    for m, v, w, reason in cases:
+        with pytest.raises(ParameterError, match=reason):
+            window_statistics(m, v, w)
+    with pytest.raises(ParameterError, match="40 replicates"):
+        strip_weights(5, 39, np.random.default_rng(0))
+
+
+def test_trend_of_a_line_is_its_slope_and_pairing_removes_common_noise() -> None:
+    q = np.array([5.0, 10.0, 50.0, 90.0, 95.0])
+    line = 0.4 - 0.002 * q
+    noise = np.random.default_rng(8).standard_normal(100)
+    falls = trend(q, line, line[:, None] + noise)
+    # noise of size 1, common to the levels, cancels down to its rounding
+    for e, true in ((falls.slope, -0.002), (falls.change, -0.18)):
+        np.testing.assert_allclose([e.value, e.low, e.high], true, rtol=1e-12)
+    assert falls.direction == -1
+    assert trend(q, -line, -line[:, None] + noise).direction == 1
+    own = np.random.default_rng(9).standard_normal((5, 100))
+    assert trend(q, line, line[:, None] + own).direction == 0
+
+
+def test_trend_needs_both_slope_and_ends_to_agree() -> None:
+    q = np.array([10.0, 50.0, 90.0])
+    dip = np.array([1.0, 0.5, 1.0])  # falls, then rises: slope 0
+    assert trend(q, dip, np.repeat(dip[:, None], 50, axis=1)).direction == 0
+    # ends fall by 0.1, the line rises: deviations -40, -10, 10, 40 of q times values sum to 6
+    apart = np.array([0.5, 0.0, 1.0, 0.4])
+    for sign in (1.0, -1.0):
+        result = trend(np.array([10.0, 40.0, 60.0, 90.0]), sign * apart, np.repeat(sign * apart[:, None], 50, axis=1))
+        assert result.slope.value == pytest.approx(sign * 6.0 / 3400.0, rel=1e-12)
+        assert result.direction == 0
+    with pytest.raises(IllPosedError, match="two levels"):
+        trend(q[:1], dip[:1], np.ones((1, 50)))
+    with pytest.raises(ParameterError, match="increasing"):
+        trend(q[::-1], dip, np.ones((3, 50)))
+    with pytest.raises(ParameterError, match="finite"):
+        trend(q, dip, np.full((3, 50), np.nan))
+
+
+RHO, STRIPS, MANY, WINDOWS = 0.95, 25, 250, 4
+
+
+def combined_sample(rng: np.random.Generator, replicates: int = 40) -> tuple:
+    """mu = 1 + 0.1 n and a control 0.5 + 0.3 c of another mean and scale, correlation of n and c RHO."""
+    same, many = rng.standard_normal((STRIPS, WINDOWS)), rng.standard_normal((MANY, WINDOWS))
+    own = rng.standard_normal((STRIPS, WINDOWS))
+    mu = 1.0 + 0.1 * (RHO * same + math.sqrt(1.0 - RHO**2) * own)
+    everywhere, many_everywhere = np.ones(mu.shape, bool), np.ones(many.shape, bool)
+    weights, weights_many = strip_weights(STRIPS, replicates, rng), strip_weights(MANY, replicates, rng)
+    pairs = (mu, everywhere), (2.5 + 0.3 * same, everywhere), (2.5 + 0.3 * many, many_everywhere)
+    return (*pairs, weights, weights_many)
+
+
+def test_combine_is_unbiased_and_saves_what_the_correlation_promises() -> None:
+    repetitions, n = 400, STRIPS * WINDOWS
+    means, log_stds, ratios = np.empty((3, repetitions, 2))
+    for k in range(repetitions):
+        sample = combined_sample(np.random.default_rng([11, k]))
+        c = combine(*sample)
+        means[k], log_stds[k] = (
+            (c.mean.value, np.mean(sample[0][0])),
+            (np.log(c.std.value), np.log(np.std(sample[0][0]))),
+        )
+        ratios[k] = c.mean_variance_ratio.value, c.std_variance_ratio.value
+    excess = 1.0 + STRIPS / MANY
+    # Gaussian windows: strip means correlate by rho, strip variances by rho^2
+    theory = np.array([1.0 - RHO**2 / excess, 1.0 - RHO**4 / excess])
+    variances = np.var(means[:, 0]) / (0.01 / n), np.var(log_stds[:, 0]) / np.var(log_stds[:, 1])
+    # A variance of 400 values is known to sqrt(2 / 399), the ratio of two to at most sqrt(2) times that. An alpha from
+    # 25 strips costs (S - 2)/(S - 3) of the unexplained part (Lavenberg and Welch 1981), within that.
+    tolerance = 4 * math.sqrt(2 / 399)
+    assert variances[0] == pytest.approx(theory[0], rel=tolerance)
+    assert variances[1] == pytest.approx(theory[1], rel=math.sqrt(2) * tolerance)
+    assert abs(np.mean(means[:, 0]) - 1.0) < 4 * np.std(means[:, 0]) / math.sqrt(repetitions)
+    # E log std = log 0.1 - 3 / (4 n) to first order (n divisor)
+    bias = np.mean(log_stds[:, 0]) - math.log(0.1) + 0.75 / n
+    assert abs(bias) < 4 * np.std(log_stds[:, 0]) / math.sqrt(repetitions) + 1.0 / n
+    # estimated correlations of 25 strips scatter by about (1 - rho^2) / sqrt(25) each; their mean much less, biased
+    # by (1 - rho^2) / 25
+    np.testing.assert_allclose(np.mean(ratios, axis=0), theory, atol=0.03)
+
+
+def test_combine_with_the_truth_as_control_returns_the_pooled_sample() -> None:
+    sample = combined_sample(np.random.default_rng(12))
+    _, same, many, weights, weights_many = sample
+    c = combine(same, same, many, weights, weights_many)
+    pooled = (STRIPS * np.mean(same[0]) + MANY * np.mean(many[0])) / (STRIPS + MANY)
+    assert c.mean_coefficient.value == pytest.approx(MANY / (STRIPS + MANY), rel=1e-12)
+    assert c.mean.value == pytest.approx(pooled, rel=1e-12)
+    np.testing.assert_allclose(c.mean_variance_ratio.replicates, STRIPS / (STRIPS + MANY), rtol=1e-9)
+    share = MANY / (STRIPS + MANY)
+    assert c.std.value == pytest.approx(np.std(same[0]) ** (1 - share) * np.std(many[0]) ** share, rel=1e-12)
+
+
+def test_combine_does_not_depend_on_the_controls_unit_or_offset() -> None:
+    solved, same, many, weights, weights_many = combined_sample(np.random.default_rng(13))
+    c = combine(solved, same, many, weights, weights_many)
+    moved = combine(solved, (1 + 7 * same[0], same[1]), (1 + 7 * many[0], many[1]), weights, weights_many)
+    for name in ("mean", "std", "variation", "std_coefficient", "mean_variance_ratio", "std_variance_ratio"):
+        e, f = getattr(c, name), getattr(moved, name)
+        np.testing.assert_allclose(e.rows, f.rows, rtol=1e-9, err_msg=name)
+    np.testing.assert_allclose(moved.mean_coefficient.rows * 7, c.mean_coefficient.rows, rtol=1e-9)
+
+
+def test_combine_replicates_are_the_estimate_of_the_strips_they_count() -> None:
+    solved, same, many, weights, weights_many = combined_sample(np.random.default_rng(14))
+    rng = np.random.default_rng(15)
+    solved, same, many = ((mu, rng.random(mu.shape) > 0.2) for mu, _ in (solved, same, many))
+    c = estimates(combine(solved, same, many, weights, weights_many))
+    for r in (3, 21):
+        s, t = (np.repeat(np.arange(len(w[0])), w[1 + r]) for w in (weights, weights_many))
+        taken = [(mu[k], valid[k]) for (mu, valid), k in ((solved, s), (same, s), (many, t))]
+        again = estimates(combine(*taken, weights, weights_many))
+        for name, e in c.items():
+            assert e.replicates[r] == pytest.approx(float(again[name].value), rel=1e-9), name
+
+
+def test_combine_interval_covers_and_is_shorter() -> None:
+    hits, shorter = 0, 0
+    for k in range(200):
+        sample = combined_sample(np.random.default_rng([16, k]), replicates=100)
+        c = combine(*sample)
+        hits += int(c.mean.low <= 1.0 <= c.mean.high)
+        plain = np.quantile(sample[3][1:] @ np.mean(sample[0][0], axis=1) / STRIPS, TAILS)
+        shorter += int(c.mean.high - c.mean.low < plain[1] - plain[0])
+    # t with 24 degrees of freedom, variance with 1/S, 100 replicates; the estimated alpha costs about 1/S in addition
+    nominal = (2 * stats.t.cdf(1.96 * math.sqrt(24 / 25), 24) - 1) * 99 / 101 - 1 / 25
+    assert hits >= stats.binom.ppf(0.001, 200, nominal)
+    assert shorter == 200
+
+
+def test_combine_refuses_a_control_that_tells_nothing() -> None:
+    solved, same, many, weights, weights_many = combined_sample(np.random.default_rng(17))
+    # every strip alike: scatter within strips, none between
+    alike = np.tile(same[0][:1], (STRIPS, 1)), same[1]
+    with pytest.raises(IllPosedError, match="between strips"):
+        combine(solved, alike, many, weights, weights_many)
+    with pytest.raises(ParameterError, match="same windows"):
+        combine(solved, (same[0][:, :2], same[1][:, :2]), many, weights, weights_many)
+    with pytest.raises(ParameterError, match="equally many"):
+        combine(solved, same, many, weights, strip_weights(MANY, 50, np.random.default_rng(0)))
+
+
+def test_results_are_frozen() -> None:
+    mu, valid = skewed_windows(1)
+    result = window_statistics(mu, valid, strip_weights(len(mu), 40, np.random.default_rng(0)))
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        result.windows = 3  # type: ignore[misc]

@@ -1,0 +1,160 @@
+"""Import closures and code hashes on small packages written to disk."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from workflow.lib.closure import closure, code_hash
+
+ROOT = Path(__file__).resolve().parents[2]
+STAGE = "pkg.stages.contact"
+
+# A stage that reaches each module in another way; `lonely` and `other` stay out.
+PACKAGE = {
+    "pkg/__init__.py": "",
+    "pkg/errors.py": "class E(Exception): pass\n",
+    "pkg/grid.py": "from .errors import E\n",
+    "pkg/lazy.py": "import os\n",
+    "pkg/types.py": "from pkg import errors as _\n",
+    "pkg/lonely.py": "import pkg.stages.contact\n",
+    "pkg/sub/__init__.py": "from . import inner\n",
+    "pkg/sub/inner.py": "from ..grid import E\n",
+    "pkg/sub/deep/__init__.py": "",
+    "pkg/sub/deep/leaf.py": "import numpy\n",
+    "pkg/sub/other.py": "",
+    "pkg/stages/__init__.py": "",
+    "pkg/stages/contact.py": (
+        "from __future__ import annotations\n"
+        "from typing import TYPE_CHECKING\n"
+        "import pkg.sub.deep.leaf as leaf\n"
+        "if TYPE_CHECKING:\n"
+        "    from pkg.types import Q\n"
+        "def run(x):\n"
+        '    """Solve."""\n'
+        "    from pkg import lazy\n"
+        "    return x + 1\n"
+    ),
+}
+REACHED = sorted(set(PACKAGE) - {"pkg/lonely.py", "pkg/sub/other.py"})
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    for name, text in PACKAGE.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    (tmp_path / "lock").write_text("numpy==2.0\n")
+    return tmp_path
+
+
+def edited(source: Path, name: str, old: str, new: str) -> bool:
+    """Does this edit change the hash of the stage?"""
+    before = code_hash(STAGE, source, source / "lock")
+    text = (source / name).read_text()
+    assert old in text
+    (source / name).write_text(text.replace(old, new, 1))
+    return code_hash(STAGE, source, source / "lock") != before
+
+
+def test_closure_is_what_an_import_can_execute(source):
+    assert [file.relative_to(source).as_posix() for file in closure(STAGE, source)] == REACHED
+
+
+def test_cycles_end(source):
+    (source / "pkg/errors.py").write_text("import pkg.grid\n")
+    assert len(closure(STAGE, source)) == len(REACHED)
+
+
+def test_module_without_a_file_is_named_with_who_imports_it(source):
+    (source / "pkg/lazy.py").write_text("import pkg.gone\n")
+    with pytest.raises(ModuleNotFoundError, match=r"lazy\.py imports pkg\.gone"):
+        closure(STAGE, source)
+    with pytest.raises(ModuleNotFoundError, match=r"the workflow imports pkg\.stages\.nothing"):
+        closure("pkg.stages.nothing", source)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("pkg/stages/contact.py", "return x + 1", "return (\n        x + 1  # one more\n    )"),
+        ("pkg/stages/contact.py", '"""Solve."""', '"""Solve it.\n\n    With care."""'),
+        ("pkg/errors.py", "class E(Exception): pass", '"""Errors."""\n\n\nclass E(Exception):\n    pass'),
+        ("pkg/lonely.py", "import", "import os\nimport"),
+        ("pkg/sub/other.py", "", "x = 1\n"),
+        ("lock", "numpy==2.0\n", "# newer tool\n\nnumpy==2.0\n    # via scipy\n"),
+    ],
+)
+def test_comments_docstrings_layout_and_strangers_leave_the_hash_alone(source, name, old, new):
+    assert not edited(source, name, old, new)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("pkg/stages/contact.py", "x + 1", "x + 2"),
+        ("pkg/stages/contact.py", "x + 1", "x - 1"),
+        ("pkg/stages/contact.py", "x + 1", "x + 1.0"),
+        ("pkg/stages/contact.py", "from pkg import lazy", "from pkg import lazy, lonely"),
+        ("pkg/errors.py", "pass", "text = 'pass'"),
+        ("pkg/sub/deep/__init__.py", "", "x = 1\n"),
+        ("pkg/__init__.py", "", "__version__ = '1'\n"),
+        ("lock", "2.0", "2.1"),
+    ],
+)
+def test_any_edit_that_acts_changes_the_hash(source, name, old, new):
+    assert edited(source, name, old, new)
+
+
+def test_a_docstring_that_becomes_a_value_counts(source):
+    assert edited(source, "pkg/stages/contact.py", '"""Solve."""', 'y = """Solve."""')
+
+
+def test_the_hash_does_not_depend_on_where_the_tree_stands(source, tmp_path):
+    moved = tmp_path / "elsewhere"
+    for name, text in PACKAGE.items():
+        (moved / name).parent.mkdir(parents=True, exist_ok=True)
+        (moved / name).write_text(text)
+    assert code_hash(STAGE, moved, source / "lock") == code_hash(STAGE, source, source / "lock")
+
+
+# Hash from Python 3.11.7; 3.12.1 and 3.13.0 gave the same. f-strings, empty lists of arguments and new fields of nodes
+# are where ast.dump and ast.unparse differ.
+TRICKY = '''
+def f(a, /, b=1, *args, c: int = 2, **kw):
+    """Doc."""
+    w = 3
+    return f"{a!r:>{w}} {b:.3e}{'x'}" "y" f"{a=}", a[1, ::2], [*args], {**kw}, 1e400, "é\\n", b"\\x00", lambda: (yield)
+
+
+class C(dict[str, int]):
+    """Doc."""
+
+    x: "C | None" = None
+'''
+TRICKY_HASH = "e59c7286fa54230fcba312e3ae2a8db9878148d6bfa79e8e23ea00d58c049421"
+
+
+def test_the_hash_is_the_same_on_every_python(tmp_path):
+    (tmp_path / "tricky.py").write_text(TRICKY, encoding="utf-8")
+    (tmp_path / "lock").write_text("")
+    assert code_hash("tricky", tmp_path, tmp_path / "lock") == TRICKY_HASH
+
+
+def test_the_real_stages_are_hashed_quickly():
+    """The whole Snakefile must parse well below 1 s, so all stages together get half of that, cold."""
+    script = (
+        "import time; start = time.process_time()\n"
+        "from pathlib import Path; from workflow.lib.closure import code_hash\n"
+        "stages = [f'roughslip.stages.{p.stem}' for p in Path('src/roughslip/stages').glob('[!_]*.py')]\n"
+        "assert stages; [code_hash(s, 'src', 'requirements.lock') for s in stages]\n"
+        "print(time.process_time() - start)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, env={**os.environ, "PYTHONPATH": "."}, capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    assert float(run.stdout) < 0.5

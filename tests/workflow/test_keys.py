@@ -1,0 +1,114 @@
+"""Key files: content, stable time stamps, whole files only."""
+
+import json
+import os
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from workflow.lib.closure import code_hash
+from workflow.lib.keys import write_key
+
+CONFIGURATION = {"seed": 7, "mesh": {"nx": 10, "edge_m": 2.5e-05}, "levels": [5, 50]}
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    (tmp_path / "stage.py").write_text("x = 1\n")
+    (tmp_path / "lock").write_text("numpy==2.0\n")
+    return tmp_path
+
+
+@pytest.fixture
+def key(source: Path) -> Path:
+    return source / "results" / "mine" / "keys" / "stage.json"
+
+
+@pytest.fixture
+def write(source: Path, key: Path):
+    return partial(write_key, key, module="stage", source_root=source, lock=source / "lock")
+
+
+def identity(path: Path) -> tuple[int, int]:
+    """Changes whenever a file is replaced or written into."""
+    return path.stat().st_ino, path.stat().st_mtime_ns
+
+
+def test_key_holds_configuration_and_code(write, key, source):
+    write(CONFIGURATION)
+    stored = json.loads(key.read_text())
+    assert stored == {"configuration": CONFIGURATION, "code": code_hash("stage", source, source / "lock")}
+    assert list(stored["configuration"]) == sorted(CONFIGURATION)
+
+
+def test_equal_key_keeps_its_time_stamp(write, key):
+    write(CONFIGURATION)
+    os.utime(key, (1.0, 1.0))
+    before = identity(key)
+    write(dict(reversed(CONFIGURATION.items())))
+    assert identity(key) == before
+
+
+@pytest.mark.parametrize(("name", "old", "new"), [("stage.py", "1", "2"), ("lock", "2.0", "2.1")])
+def test_code_and_lock_change_the_key(write, key, source, name, old, new):
+    write(CONFIGURATION)
+    before = key.read_text()
+    (source / name).write_text((source / name).read_text() + "# comment\n")
+    write(CONFIGURATION)
+    assert key.read_text() == before
+    (source / name).write_text((source / name).read_text().replace(old, new))
+    write(CONFIGURATION)
+    assert key.read_text() != before
+
+
+def test_order_of_a_list_and_equal_values_under_other_names_count(write, key):
+    seen = set()
+    for configuration in ({"a": [1, 2], "b": 3}, {"a": [2, 1], "b": 3}, {"b": [1, 2], "a": 3}, {"a": [1, 2.0], "b": 3}):
+        write(configuration)
+        seen.add(key.read_text())
+    assert len(seen) == 4
+
+
+def test_truncated_key_is_written_again(write, key):
+    write(CONFIGURATION)
+    whole = key.read_text()
+    key.write_text(whole[:20])
+    write(CONFIGURATION)
+    assert key.read_text() == whole
+
+
+@pytest.mark.parametrize(("value", "error"), [(float("nan"), ValueError), (float("inf"), ValueError), ({1}, TypeError)])
+def test_values_that_json_cannot_hold_leave_the_old_key(write, key, value, error):
+    write(CONFIGURATION)
+    before = identity(key)
+    with pytest.raises(error):
+        write({"x": value})
+    assert identity(key) == before
+
+
+def test_writers_at_once_leave_one_whole_file(write, key):
+    """Two workflows in one folder: any reader sees one of the configurations, whole, and nothing else is left over."""
+    configurations = [{"n": n, "pad": "x" * 20000} for n in range(2)]
+    write(configurations[0])
+    with ThreadPoolExecutor(4) as pool:
+        writers = [pool.submit(write, configurations[i % 2]) for i in range(200)]
+        while not all(job.done() for job in writers):
+            assert json.loads(key.read_text())["configuration"] in configurations
+        for job in writers:
+            job.result()
+    assert [path.name for path in key.parent.iterdir()] == [key.name]
+
+
+def test_a_write_that_fails_leaves_the_old_key_and_no_other_file(write, key, monkeypatch):
+    def full_disk(*_):
+        raise OSError("no space left on device")
+
+    write(CONFIGURATION)
+    before = identity(key)
+    monkeypatch.setattr("workflow.lib.keys.os.replace", full_disk)
+    with pytest.raises(OSError, match="no space left"):
+        write({"other": 1})
+    assert identity(key) == before
+    assert [path.name for path in key.parent.iterdir()] == [key.name]

@@ -1,0 +1,40 @@
+"""Key files: what a stage's results depend on, as an input file of its rules.
+
+Snakemake compares inputs by content, so a stage re-runs when its slice of the scene, its code or the locked packages
+change, and for no other edit; unlike parameters, this holds when the folder .snakemake is gone.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import uuid
+from pathlib import Path
+
+from workflow.lib.closure import code_hash
+
+
+def write_key(path: str | Path, configuration: dict, module: str, source_root: str | Path, lock: str | Path) -> None:
+    """Write a stage's key file if its content changed; an equal file keeps its time stamp.
+
+    path : the key file, results/<scene>/keys/<stage>.json
+    configuration : JSON values that the stage reads, its only configuration
+    module : dotted name of the stage module, such as roughslip.stages.contact
+    source_root : folder that holds the package
+    lock : the lock file of what runs
+
+    Safe beside other invocations and in dry runs: readers see the old file or the new one, whole.
+    Raises ValueError for NaN or infinity and TypeError for what JSON cannot hold.
+    """
+    path = Path(path)
+    key = {"configuration": configuration, "code": code_hash(module, source_root, lock)}
+    text = json.dumps(key, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False) + "\n"
+    if path.is_file() and path.read_bytes() == text.encode():
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
+    try:
+        partial.write_bytes(text.encode())
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)

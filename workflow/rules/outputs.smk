@@ -1,0 +1,152 @@
+# What a scene is for.
+# In:  chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc, as far as the scene's targets need them.
+# Out: figure2|3|5.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together results/report.html.
+
+
+rule cycles:
+    input:
+        key=scenes.key("cycles"),
+        deterministic=rules.deterministic.output.result,
+        ensemble=lambda wildcards: scenes.oscillator_runs(wildcards.scene),
+    output:
+        result="results/{scene}/oscillator/statistics.nc",
+        usage="results/{scene}/usage/cycles.json",
+    log:
+        "results/{scene}/logs/cycles.log",
+    threads: 1
+    shell:
+        STAGE + ".cycles --key {input.key:q} --deterministic {input.deterministic:q} --ensemble {input.ensemble:q}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule figure2:
+    input:
+        key=scenes.key("figure2"),
+        result=rules.chaos_square.output.result,
+    output:
+        numbers="results/{scene}/figure2.nc",
+        png=report("results/{scene}/figure2.png", caption="../report/figure2.rst", category="{scene}"),
+        svg="results/{scene}/figure2.svg",
+        usage="results/{scene}/usage/figure2.json",
+    log:
+        "results/{scene}/logs/figure2.log",
+    threads: 1
+    shell:
+        STAGE + ".figure2 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
+        " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule figure3:
+    input:
+        key=scenes.key("figure3"),
+        result=rules.friction.output.result,
+    output:
+        numbers="results/{scene}/figure3.nc",
+        png=report("results/{scene}/figure3.png", caption="../report/figure3.rst", category="{scene}"),
+        svg="results/{scene}/figure3.svg",
+        usage="results/{scene}/usage/figure3.json",
+    log:
+        "results/{scene}/logs/figure3.log",
+    threads: 1
+    shell:
+        STAGE + ".figure3 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
+        " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule figure5:
+    input:
+        key=scenes.key("figure5"),
+        result=rules.cycles.output.result,
+    output:
+        numbers="results/{scene}/figure5.nc",
+        png=report("results/{scene}/figure5.png", caption="../report/figure5.rst", category="{scene}"),
+        svg="results/{scene}/figure5.svg",
+        usage="results/{scene}/usage/figure5.json",
+    log:
+        "results/{scene}/logs/figure5.log",
+    threads: 1
+    shell:
+        STAGE + ".figure5 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
+        " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule claims:
+    input:
+        key=scenes.key("claims"),
+        results=lambda wildcards: list(scenes.results(wildcards.scene).values()),
+    output:
+        result="results/{scene}/claims.json",
+        usage="results/{scene}/usage/claims.json",
+    params:
+        results=lambda wildcards: " ".join(f"--{option} {path}" for option, path in scenes.results(wildcards.scene).items()),
+    log:
+        "results/{scene}/logs/claims.log",
+    threads: 1
+    shell:
+        STAGE + ".claims --key {input.key:q} {params.results}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule costs:
+    input:
+        key=scenes.key("costs"),
+        records=lambda wildcards: scenes.usage_records(wildcards.scene),
+    output:
+        result="results/{scene}/costs.json",
+        usage="results/{scene}/usage/costs.json",
+    log:
+        "results/{scene}/logs/costs.log",
+    threads: 1
+    shell:
+        STAGE + ".costs --key {input.key:q} --records {input.records:q}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule scene_report:
+    input:
+        key=scenes.key("report"),
+        claims=rules.claims.output.result,
+        costs=rules.costs.output.result,
+        figures=lambda wildcards: scenes.figures(wildcards.scene),
+    output:
+        result="results/{scene}/report.html",
+        usage="results/{scene}/usage/report.json",
+    log:
+        "results/{scene}/logs/report.log",
+    threads: 1
+    shell:
+        STAGE + ".report --key {input.key:q} --scenes results/{wildcards.scene}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule report_of_the_default_scenes:
+    input:
+        key=lambda wildcards: scenes.key_file(scenes.default[0], "report"),
+        scenes=[f"results/{name}/report.html" for name in scenes.default],
+    output:
+        result="results/report.html",
+        usage=temp("results/.report-usage.json"),
+    params:
+        folders=" ".join(f"results/{name}" for name in scenes.default),
+    log:
+        "results/logs/report.log",
+    threads: 1
+    shell:
+        STAGE + ".report --key {input.key:q} --scenes {params.folders}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule reference:
+    input:
+        key=lambda wildcards: scenes.key_file(scenes.default[0], "reference"),
+        scenes=[f"results/{name}/report.html" for name in scenes.default],
+    output:
+        usage=temp("results/.reference-usage.json"),
+    params:
+        folders=" ".join(f"results/{name}" for name in scenes.default),
+    log:
+        "results/logs/reference.log",
+    threads: 1
+    shell:
+        STAGE + ".reference --key {input.key:q} --scenes {params.folders} --output results/reference"
+        " --usage {output.usage:q} 2> {log:q}"

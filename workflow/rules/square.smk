@@ -1,0 +1,63 @@
+# The square of Figure 2.
+# In:  key files.
+# Out: surface/modes.nc, surface/design.nc, contact/square-<design>-<first>-<last>.nc, chaos/square.nc.
+
+
+rule surface:
+    input:
+        key=scenes.key("surface"),
+    output:
+        result="results/{scene}/surface/modes.nc",
+        usage="results/{scene}/usage/surface.json",
+    log:
+        "results/{scene}/logs/surface.log",
+    threads: 1
+    shell:
+        STAGE + ".surface --key {input.key:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule design:
+    input:
+        key=scenes.key("design"),
+    output:
+        result="results/{scene}/surface/design.nc",
+        usage="results/{scene}/usage/design.json",
+    log:
+        "results/{scene}/logs/design.log",
+    threads: 1
+    shell:
+        STAGE + ".design --key {input.key:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule contact_square:
+    input:
+        key=scenes.key("contact_square"),
+        surface=rules.surface.output.result,
+        design=rules.design.output.result,
+    output:
+        result="results/{scene}/contact/square-{design}-{first}-{last}.nc",
+        usage="results/{scene}/usage/contact_square-{design}-{first}-{last}.json",
+    log:
+        "results/{scene}/logs/contact_square-{design}-{first}-{last}.log",
+    threads: 1
+    shell:
+        STAGE + ".contact_square --key {input.key:q} --surface {input.surface:q} --design {input.design:q}"
+        " --design_name {wildcards.design} --first {wildcards.first} --last {wildcards.last}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule chaos_square:
+    input:
+        key=scenes.key("chaos_square"),
+        surface=rules.surface.output.result,
+        design=rules.design.output.result,
+        contact=lambda wildcards: scenes.square_contacts(wildcards.scene),
+    output:
+        result="results/{scene}/chaos/square.nc",
+        usage="results/{scene}/usage/chaos_square.json",
+    log:
+        "results/{scene}/logs/chaos_square.log",
+    threads: 1
+    shell:
+        STAGE + ".chaos_square --key {input.key:q} --surface {input.surface:q} --design {input.design:q}"
+        " --contact {input.contact:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"

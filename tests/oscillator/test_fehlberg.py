@@ -8,7 +8,7 @@ import pytest
 from roughslip.oscillator.fehlberg import State, acceleration, extreme_velocity, fehlberg_step, hermite, jerk
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.path import Piece, offset
-from roughslip.oscillator.slip import belt_bracket, meet_belt, step_to_node
+from roughslip.oscillator.slip import NO_SLIP, belt_bracket, meet_belt, slip, step_to_node
 from roughslip.oscillator.system import Oscillator, coefficients
 
 FREE = Piece(0.0, 0.0, 0.0, 0.0, 0.0, np.inf, 1.0)
@@ -61,7 +61,8 @@ def test_order_five_of_the_error_estimate():
 def test_jerk_is_the_derivative_of_acceleration(sigma):
     """Central difference along the solution: error h^2, here 1e-6 relative."""
     u = 0.3 * DRIVEN.V if sigma > 0 else 1.7 * DRIVEN.V
-    y = start(DRIVEN, 0.006, u, sigma, BUMPY)
+    a = acceleration(0.7, 0.006, u, sigma, offset(BUMPY, 0.004), DRIVEN)
+    y = State(0.7, 0.006, u, 0.004, a)
     h = 1e-4
     ahead, _ = fehlberg_step(y, h, sigma, BUMPY, DRIVEN)
     behind, _ = fehlberg_step(y, -h, sigma, BUMPY, DRIVEN)
@@ -121,3 +122,12 @@ def test_double_crossing_inside_a_step_is_seen():
     assert met.tau == pytest.approx(top - math.acos(p.V / radius), abs=1e-8)
     below = start(p, 0.4 * p.F - 0.99 * p.V * math.sin(top), 0.99 * p.V * math.cos(top), 1.0, FREE)
     assert belt_bracket(below, fehlberg_step(below, 0.12, 1.0, FREE, p)[0], 1.0, p) == 0.0
+
+
+def test_no_slip_where_friction_holds():
+    """Started in slip inside the limit, the mass is pulled past X' = V at once: no phase, however short."""
+    none = np.zeros(0)
+    for sigma in (1.0, -1.0):
+        phase = slip(State(0.0, 0.0, LINEAR.V, 0.0, 0.0), sigma, 1.0, none, 1.0, LINEAR, 1e-9, 100, 1.0, none, none)
+        assert phase.status == NO_SLIP
+        assert (phase.y.tau, phase.y.x, phase.error) == (0.0, 0.0, 0.0)

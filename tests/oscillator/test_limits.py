@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.oscillator import limits as module
 from roughslip.oscillator.fehlberg import acceleration
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.limits import equilibrium, existence_limit, hopf_damping, limit_cycle
@@ -90,6 +91,12 @@ def test_published_damping_needs_a_light_mass():
 def test_no_cycle_without_falling_friction():
     with pytest.raises(IllPosedError, match="fall with sliding speed"):
         existence_limit(STUDY, StribeckLaw(fit=0.0, quadratic_s2_per_m2=0.1))
+
+
+def test_no_upper_bracket_is_an_error(monkeypatch):
+    monkeypatch.setattr(module, "LARGEST_DAMPING", 0.4)  # the first bracket, 0.23, still has the cycle
+    with pytest.raises(ConvergenceError, match="every damping ratio"):
+        existence_limit(STUDY, LAW)
 
 
 def test_refuses_excitation_and_bad_accuracy():

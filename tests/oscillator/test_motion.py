@@ -252,6 +252,40 @@ def test_micro_slip_and_cycle_are_told_apart():
     assert level == pytest.approx(np.full(level.size, 0.7 * F - 2 * 0.17 * V), rel=1e-9)
 
 
+def test_turning_point_between_steps():
+    """A climb of friction lifts the least X' of a slip through zero: the flag turns where the drawn minimum is zero.
+
+    Nodes 1 mm apart and a tolerance of 1e-7 make steps so long (0.1) that none ends near the minimum.
+    """
+
+    def draw(height):
+        climb = np.full(60, 0.6)
+        climb[:2] = 0.0, height
+        drawn = trajectory(STUDY, LAW, climb, 1e-3, 3.0, tolerance=1e-7, samples_per_period=4000)
+        k = np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0]
+        return bool(drawn.motion.backwards[k]), drawn.velocity[drawn.time < drawn.motion.time[k]].min()
+
+    low, high = 0.0, 0.2
+    assert draw(low)[0]
+    assert not draw(high)[0]
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if draw(middle)[0] else (low, middle)
+    # the nearest sample is at most 0.0008 away, and misses by the rate of X'' (below F) times 0.0008^2 / 2
+    assert draw(high)[1] == pytest.approx(0.0, abs=1e-5 * V)
+
+
+def test_micro_slip_after_a_cycle():
+    """The climb begins just after the slip of one cycle: the next slip is a micro-slip, though the last was none."""
+    cycle = limit_cycle(STUDY, LAW)
+    spacing = 1e-5
+    s = spacing * np.arange(6000) - cycle.slipped_distance - 3 * spacing
+    motion = simulate(STUDY, LAW, 0.3 * np.clip(s / 3e-4, 0.0, 1.0), spacing, 3.0)
+    back = motion.kind == REATTACHMENT
+    assert motion.backwards[back].tolist()[:2] == [True, False]
+    assert motion.position[back][0] == pytest.approx(cycle.reattachment, abs=1e-8 * F)
+
+
 def test_zero_path_is_the_deterministic_motion():
     """The same motion through other steps."""
     plain = simulate(STUDY, LAW, None, 0.0, 5.0, tolerance=1e-11)
@@ -357,6 +391,7 @@ def test_step_limit_is_an_error(monkeypatch):
         ({"duration_periods": 0.0}, "duration"),
         ({"duration_periods": math.nan}, "duration"),
         ({"tolerance": 0.0}, "tolerance"),
+        ({"tolerance": 1e-2}, "tolerance"),
         ({"tolerance": math.nan}, "tolerance"),
         ({"start_position_m": math.inf}, "start position"),
     ],

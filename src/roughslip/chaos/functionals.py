@@ -12,24 +12,42 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from roughslip.errors import IllPosedError
+from roughslip.errors import IllPosedError, ParameterError
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
+
+INDEPENDENT = 1e-6  # share of a functional, by standard deviation, that those before it must leave unexplained
 
 
 @dataclass(frozen=True)
 class Stencil:
-    """Half widths, in nodes along x and y, of the boxes over which the near and the far mean of the heights run."""
+    """Boxes over which the near and the far mean of the heights run.
+
+    near, far : half widths along x and y [nodes]; a half width of 1 is a box of 3 nodes
+
+    Raises ParameterError for a negative half width.
+    """
 
     near: tuple[int, int]
     far: tuple[int, int]
 
+    def __post_init__(self) -> None:
+        if min(*self.near, *self.far) < 0:
+            raise ParameterError(f"half widths of boxes must not be negative: {self.near} and {self.far}")
+
 
 def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
-    """functionals : (8, ..., nx, ny) NAMES at every node of heights : (..., nx, ny), in units of height.
+    """The functionals NAMES at every node, in units of height: derivatives are per node, not per metre.
 
-    Differences are central, one-sided at the border; the boxes are cut at the border. All of it is linear.
+    heights : (..., nx, ny) [m] or any other unit
+    stencil : boxes of the local means
+
+    Returns functionals : (8, ..., nx, ny) [m]. Differences are central, at the border one-sided, and zero along an axis
+    of too few nodes (1 for slopes, 2 for curvatures); boxes are cut at the border. Raises ParameterError for heights
+    that are not finite.
     """
+    if not np.isfinite(heights).all():
+        raise ParameterError("heights must be finite")
     slope_x, slope_y = _difference(heights, -2), _difference(heights, -1)
     return np.stack(
         [
@@ -52,6 +70,7 @@ def _difference(field: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _second_difference(field: np.ndarray, axis: int) -> np.ndarray:
+    """At the border that of the node beside it: exact for quadratics there too."""
     along = np.moveaxis(field, axis, -1)
     second = np.zeros_like(along)
     if along.shape[-1] >= 3:
@@ -61,6 +80,7 @@ def _second_difference(field: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _box_mean(field: np.ndarray, half_widths: tuple[int, int]) -> np.ndarray:
+    """Means over boxes, one axis after the other, each from differences of a running sum."""
     for axis, half in zip((-2, -1), half_widths, strict=True):
         along = np.moveaxis(field, axis, -1)
         n = along.shape[-1]
@@ -72,40 +92,55 @@ def _box_mean(field: np.ndarray, half_widths: tuple[int, int]) -> np.ndarray:
 
 
 def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
-    """directions : (count, M) orthonormal rows that span the leading independent rows of candidates : (n, M).
+    """Orthonormal rows that span the leading independent candidates.
 
-    Rows are taken in their order and orthogonalised (Gram-Schmidt, twice is enough); one that depends on those before
-    it is passed over. A row is a functional of independent standard normals, so the directions are variables of that
-    kind again. Raises IllPosedError where fewer than `count` are independent: add candidates.
+    candidates : (n, M) functionals of M independent standard normals, a row each, the most important first
+    count : number of directions, at least 1
+
+    Returns directions : (count, M): variables directions @ xi are independent standard normals again. A candidate that
+    depends on those before it is passed over. Raises ParameterError for candidates that are not finite; IllPosedError
+    where fewer than `count` are independent.
+
+    Method: Gram-Schmidt with reorthogonalisation; twice is enough (Parlett, The Symmetric Eigenvalue Problem, 1980).
     """
-    directions: list[np.ndarray] = []
+    if count < 1 or not np.isfinite(candidates).all():
+        raise ParameterError(f"{count} directions of finite candidates were asked for: at least 1, and no NaN")
+    directions = np.empty((0, candidates.shape[1]))
     for candidate in candidates:
-        norm = np.linalg.norm(candidate)
-        if norm == 0:
-            continue
-        row = candidate / norm
+        row = candidate
         for _ in range(2):
-            for direction in directions:
-                row = row - (direction @ row) * direction
+            row = row - (directions @ row) @ directions
         remaining = np.linalg.norm(row)
-        if remaining > 1e-6:
-            directions.append(row / remaining)
+        if remaining > INDEPENDENT * np.linalg.norm(candidate):
+            directions = np.vstack([directions, row / remaining])
         if len(directions) == count:
-            return np.array(directions)
-    raise IllPosedError(f"only {len(directions)} of the {count} variables asked for are independent: ask for fewer")
+            return directions
+    raise IllPosedError(
+        f"only {len(directions)} of the {count} variables asked for are independent: ask for fewer variables"
+    )
 
 
 def whitening(samples: np.ndarray) -> np.ndarray:
-    """whiten : (n, n) lower triangular, so that whiten @ functional has unit covariance, from samples : (K, n).
+    """Matrix that turns the functionals into variables of unit covariance.
 
-    The functionals have mean zero by construction. Raises IllPosedError where they are dependent.
+    samples : (K, n) [m] functionals at K nodes, of mean zero by construction
+
+    Returns whiten : (n, n) [1/m] lower triangular, so that the columns of samples @ whiten.T have second moments 1 and
+    none mixed. Raises ParameterError for samples that are not finite; IllPosedError where a functional vanishes or
+    depends on those before it.
+
+    Method: inverse of the Cholesky factor of the correlation matrix, whose diagonal is what each has of its own.
     """
+    if not np.isfinite(samples).all():
+        raise ParameterError("samples of the functionals must be finite")
     covariance = samples.T @ samples / len(samples)
     scale = np.sqrt(np.diag(covariance))
     if not np.all(scale > 0):
         raise IllPosedError("a local functional vanishes on every sample: the strip is too narrow for it")
     try:
         factor = scipy.linalg.cholesky(covariance / np.outer(scale, scale), lower=True)
-    except np.linalg.LinAlgError as error:
-        raise IllPosedError("the local functionals depend on each other: use fewer, or a wider strip") from error
+    except np.linalg.LinAlgError:
+        factor = np.zeros_like(covariance)
+    if np.min(np.diag(factor)) <= INDEPENDENT:
+        raise IllPosedError("the local functionals depend on each other: use a wider strip or more training samples")
     return scipy.linalg.solve_triangular(factor, np.diag(1.0 / scale), lower=True)

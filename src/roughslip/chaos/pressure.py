@@ -6,13 +6,15 @@ and leave it free elsewhere. The targets here say what r is out of contact as we
     trial pressure    r = p - gap / B_00, p = r^+          the step that an active-set solver would take; coarse meshes
     squared pressure  w = p^2 - (2 E* / pi)^2 kappa gap,   p = sqrt(w^+)                                  fine meshes
 
-The second follows Hertz: on a summit of curvature kappa, p0^2 = (2 E* / pi)^2 kappa approach, so w is linear in the
-approach through first contact, where p itself rises as a square root. Out of contact a sample far away says little
-about the pressure, so it counts less: weight 1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean square pressure in contact.
+The second follows Hertz: on a summit of curvature kappa, p0^2 = (2 E* / pi)^2 kappa approach (Johnson, Contact
+Mechanics, 1985, eqs. 4.22 to 4.24), so w is linear in the approach through first contact, where p itself rises as a
+square root. Out of contact a sample far away says little about the pressure, so it counts less: weight
+1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean square pressure in contact.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,6 +22,8 @@ import numpy as np
 
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.errors import IllPosedError, ParameterError
+
+Kind = Literal["trial_pressure", "squared_pressure"]
 
 OUTSIDE_SCALE = 0.3  # of the factors 0.1 to 3 tried on the resolved square the one with the least Kolmogorov distance
 
@@ -29,48 +33,66 @@ class PressureTarget:
     """A smooth variable whose positive part gives the pressure.
 
     kind : "trial_pressure" or "squared_pressure"
-    gap_stiffness : what a metre of gap counts: 1 / B_00 [Pa/m], or (2 E*/pi)^2 kappa [Pa^2/m]
+    gap_stiffness : what a metre of gap counts: 1 / B_00 [Pa/m], or (2 E*/pi)^2 kappa [Pa^2/m]; positive
+
+    Raises ParameterError for an unknown kind or a stiffness that is not positive and finite.
     """
 
-    kind: Literal["trial_pressure", "squared_pressure"]
+    kind: Kind
     gap_stiffness: float
 
+    def __post_init__(self) -> None:
+        if self.kind not in ("trial_pressure", "squared_pressure"):
+            raise ParameterError(f"target {self.kind!r} is not known: trial_pressure or squared_pressure")
+        if not (math.isfinite(self.gap_stiffness) and self.gap_stiffness > 0):
+            raise ParameterError(f"the stiffness of the gap must be positive and finite, not {self.gap_stiffness}")
+
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
-        """target : same shape [Pa] or [Pa^2]; `pressure` [Pa] and `gap` [m] are complementary."""
+        """target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m], one of which is zero."""
         power = pressure if self.kind == "trial_pressure" else pressure**2
         return power - self.gap_stiffness * gap
 
     def weights(self, target: np.ndarray) -> np.ndarray:
-        """weight : same shape, 1 in contact, falling with the distance from it on the scale of the contact."""
-        contact = target > 0
-        if self.kind == "trial_pressure" or not np.any(contact):
+        """weight : (...) [-] 1 in contact, falling with the distance from it on the scale of the contact.
+
+        The trial pressure is linear in the gap far from contact too: all its weights are 1. Raises IllPosedError where
+        no sample of a squared pressure is in contact, since there is no scale then.
+        """
+        if self.kind == "trial_pressure":
             return np.ones_like(target)
+        contact = target > 0
+        if not np.any(contact):
+            raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
         scale = OUTSIDE_SCALE * np.mean(target[contact])
         return np.where(contact, 1.0, 1.0 / (1.0 + (target / scale) ** 2))
 
     def pressure(self, target: np.ndarray) -> np.ndarray:
-        """p : same shape [Pa], zero where the target is not positive."""
+        """p : (...) [Pa], zero where the target : (...) is not positive."""
         positive = np.maximum(target, 0.0)
         return positive if self.kind == "trial_pressure" else np.sqrt(positive)
 
 
 def pressure_target(
-    kind: str, *, influence_diagonal: float, plane_strain_modulus_pa: float, summit_curvature_per_m: float
+    kind: Kind, *, influence_diagonal: float, plane_strain_modulus_pa: float, summit_curvature_per_m: float
 ) -> PressureTarget:
-    """The target of that kind for a mesh (B_00 [m/Pa]), a material (E* [Pa]) and a surface (kappa [1/m])."""
+    """The target of a kind for a mesh, a material and a surface.
+
+    influence_diagonal : [m/Pa] B_00, displacement of a cell under its own unit pressure; positive
+    plane_strain_modulus_pa : [Pa] E*
+    summit_curvature_per_m : [1/m] kappa
+
+    Raises ParameterError as PressureTarget does.
+    """
     if kind == "trial_pressure":
-        return PressureTarget("trial_pressure", 1.0 / influence_diagonal)
-    if kind == "squared_pressure":
-        stiffness = (2 * plane_strain_modulus_pa / np.pi) ** 2 * summit_curvature_per_m
-        return PressureTarget("squared_pressure", stiffness)
-    raise ParameterError(f"target {kind!r} is not known: trial_pressure or squared_pressure")
+        return PressureTarget(kind, 1.0 / influence_diagonal)
+    return PressureTarget(kind, (2 * plane_strain_modulus_pa / np.pi) ** 2 * summit_curvature_per_m)
 
 
 def summit_curvature(rms_height_m: float, correlation_length_m: float) -> float:
     """kappa [1/m] typical of the summits of a Gaussian field with exp(-(r/l)^2): 4 Sq / l^2.
 
     At a stationary point of height z the mean curvature of the field is 2 z / l^2 on either axis, and the summits that
-    touch stand at one to two Sq; the design's trial found 3 to 6 Sq / l^2 to serve.
+    touch stand at one to two Sq; in trials 3 to 6 Sq / l^2 served.
     """
     return 4.0 * rms_height_m / correlation_length_m**2
 
@@ -78,8 +100,14 @@ def summit_curvature(rms_height_m: float, correlation_length_m: float) -> float:
 def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) -> Fit:
     """Coefficients of eq. (8), or of eq. (9) with `logarithm`, by eqs. (10) and (11) on the samples in contact alone.
 
-    basis : (K_t, P), pressure : (K_t,) [Pa]. Raises IllPosedError where the K samples in contact are not more than P.
+    basis : (K_t, P) terms at all samples
+    pressure : (K_t,) [Pa] not negative
+
+    Returns the fit, of p [Pa] or of log(p / Pa). Raises ParameterError for pressures that are not finite; IllPosedError
+    where the K samples in contact are not more than P, and as the regression does.
     """
+    if not np.isfinite(pressure).all():
+        raise ParameterError("pressures must be finite")
     contact = pressure > 0
     count, terms = int(contact.sum()), basis.shape[1]
     if count <= terms:
@@ -92,5 +120,11 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
 
 
 def fit_all_samples(basis: np.ndarray, target: np.ndarray, kind: PressureTarget) -> Fit:
-    """Coefficients of the smooth target : (K,) from every sample, weighted as the target asks."""
+    """Coefficients of a smooth target from every sample, weighted as the target asks.
+
+    basis : (K, P) terms at the samples
+    target : (K,) [Pa] or [Pa^2] values of `kind`
+
+    Returns the fit. Raises as the regression and the weights do.
+    """
     return least_squares(basis, target, kind.weights(target))

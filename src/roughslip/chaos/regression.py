@@ -10,6 +10,10 @@ import scipy.linalg
 from roughslip.errors import IllPosedError, ParameterError
 
 WORST_CONDITION = 1e8  # half the digits of the coefficients are rounding there
+LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding and says nothing about the sample left out
+LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: what the rounding of its mean can leave
+
+REMEDY = "take more samples, fewer variables or a lower degree"
 
 
 @dataclass(frozen=True)
@@ -17,13 +21,13 @@ class Fit:
     """Coefficients of one regression and its quality.
 
     coefficients : (P,) in the unit of the target
-    condition_number : ratio of the extreme singular values of the weighted basis with unit columns
+    condition_number : [-] ratio of the extreme singular values of the weighted basis with unit columns
     samples : K, the samples that entered
-    effective_samples : (sum w)^2 / sum w^2, Kish; equals K without weights
-    r_squared : share of the weighted variance of the target that the expansion explains, in sample
-    leave_one_out : share of the weighted variance that leave-one-out residuals keep (Blatman 2009, eq. 4.22);
-        1 - leave_one_out is the honest R^2
-    scatter : standard deviation of the leave-one-out residual, weighted, in the unit of the target
+    effective_samples : [-] (sum w)^2 / sum w^2 (Kish 1965); equals K for equal weights
+    r_squared : [-] share of the weighted variance of the target that the expansion explains, in sample
+    leave_one_out : [-] share of the weighted variance that the residuals keep when each sample is predicted from the
+        others; 1 - leave_one_out is the honest R^2
+    scatter : root mean square of these residuals, weighted, in the unit of the target
     """
 
     coefficients: np.ndarray
@@ -36,53 +40,66 @@ class Fit:
 
 
 def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None) -> Fit:
-    """Regression of target : (K,) on basis : (K, P) with weights : (K,), by QR of the basis with unit columns.
+    """Coefficients that minimise the weighted sum of squares: eq. (10) with weights.
 
-    Raises IllPosedError where the samples are not more than the terms, where a column vanishes, or where the
-    condition number exceeds WORST_CONDITION: take more samples, fewer variables or a lower degree.
+    basis : (K, P) terms at the samples
+    target : (K,) what is expanded
+    weights : (K,) [-] not negative, 1 if not given; only their ratios count
+
+    Returns the fit. Raises ParameterError for input that is not finite or of the wrong shape; IllPosedError where the
+    effective samples are not more than the terms, where a column vanishes, where the condition number exceeds
+    WORST_CONDITION, where a single sample determines a coefficient, or where the target does not vary.
+
+    Method: QR of the weighted basis with unit columns; leave-one-out residuals from the leverages, without refits
+    (PRESS: Allen, Technometrics 16 (1974) 125; for expansions Blatman and Sudret, J. Comput. Phys. 230 (2011) 2345).
     """
+    weights = _weights_of_samples(basis, target, weights)
     samples, terms = basis.shape
-    weights = np.ones(samples) if weights is None else weights
-    if not (np.all(np.isfinite(basis)) and np.all(np.isfinite(target)) and np.all(np.isfinite(weights))):
-        raise ParameterError("basis, target and weights of a regression must be finite")
-    if np.any(weights < 0) or not np.any(weights > 0):
-        raise ParameterError("weights of a regression must be non-negative and not all zero")
     effective = float(weights.sum() ** 2 / np.sum(weights**2))
     if min(samples, effective) <= terms:
         raise IllPosedError(
-            f"{samples} samples ({effective:.0f} effective) cannot determine {terms} coefficients: "
-            "take more samples, fewer variables or a lower degree"
+            f"{samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: {REMEDY}"
         )
     root = np.sqrt(weights)
     weighted = root[:, None] * basis
     norms = np.linalg.norm(weighted, axis=0)
     if not np.all(norms > 0):
-        raise IllPosedError("a term of the basis vanishes on every sample: take fewer variables or other samples")
+        raise IllPosedError(f"a term of the basis vanishes on every sample: {REMEDY}")
     q, r = scipy.linalg.qr(weighted / norms, mode="economic", check_finite=False)
     singular = scipy.linalg.svdvals(r, check_finite=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     if condition > WORST_CONDITION:
-        raise IllPosedError(
-            f"condition number {condition:.1e} of {samples} samples for {terms} coefficients: "
-            "take more samples, fewer variables or a lower degree"
-        )
+        raise IllPosedError(f"condition number {condition:.1e} of {samples} samples for {terms} terms: {REMEDY}")
     projected = q.T @ (root * target)
-    coefficients = scipy.linalg.solve_triangular(r, projected, check_finite=False) / norms
     residual = root * target - q @ projected
-    leverage = np.minimum(np.einsum("kp,kp->k", q, q), 1.0 - 1e-12)
-    deleted = residual / (1.0 - leverage)
-    total = weights.sum()
-    mean = np.sum(weights * target) / total
-    variance = np.sum(weights * (target - mean) ** 2) / total
-    if variance <= 0:
-        return Fit(coefficients, condition, samples, effective, 1.0, 0.0, 0.0)
-    kept = np.sum(deleted**2) / total
+    freedom = 1.0 - np.einsum("kp,kp->k", q, q)
+    if np.min(freedom) < LEAST_FREEDOM:
+        raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {REMEDY}")
+    mean = np.average(target, weights=weights)
+    variance = np.average((target - mean) ** 2, weights=weights)
+    if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
+        raise IllPosedError("the target is the same on every sample: there is nothing to expand")
+    kept = np.sum((residual / freedom) ** 2) / weights.sum()
     return Fit(
-        coefficients=coefficients,
+        coefficients=scipy.linalg.solve_triangular(r, projected, check_finite=False) / norms,
         condition_number=condition,
         samples=samples,
         effective_samples=effective,
-        r_squared=float(1.0 - np.sum(residual**2) / total / variance),
+        r_squared=float(1.0 - np.sum(residual**2) / weights.sum() / variance),
         leave_one_out=float(kept / variance),
         scatter=float(np.sqrt(kept)),
     )
+
+
+def _weights_of_samples(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
+    """The weights with the largest 1, after a check of all input."""
+    if basis.ndim != 2 or target.shape != basis.shape[:1]:
+        raise ParameterError(f"a regression needs a target for each row of its basis: {target.shape}, {basis.shape}")
+    weights = np.ones(len(basis)) if weights is None else weights
+    if weights.shape != target.shape:
+        raise ParameterError(f"a regression needs a weight for each target, not {weights.shape} for {target.shape}")
+    if not (np.isfinite(basis).all() and np.isfinite(target).all() and np.isfinite(weights).all()):
+        raise ParameterError("basis, target and weights of a regression must be finite")
+    if np.any(weights < 0) or not np.any(weights > 0):
+        raise ParameterError("weights of a regression must be non-negative and not all zero")
+    return weights / weights.max()

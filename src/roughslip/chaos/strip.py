@@ -14,6 +14,9 @@ import numpy as np
 from roughslip.chaos.functionals import Stencil, local_functionals, whitening
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
+from roughslip.errors import IllPosedError, ParameterError
+
+QUALITY = ("leave_one_out", "condition_number", "effective_samples")
 
 
 @dataclass(frozen=True)
@@ -34,14 +37,21 @@ class StripExpansion:
     target: PressureTarget
 
     def pressure(self, heights: np.ndarray) -> np.ndarray:
-        """p : (levels, nx, ny) [Pa] for heights : (nx, ny) [m] of the strip it was fitted on, of any length."""
+        """Pressure at every penetration.
+
+        heights : (nx, ny) [m] a strip as wide as those of the fit, of any length
+
+        Returns p : (levels, nx, ny) [Pa]. Raises ParameterError for another width or heights that are not finite.
+        """
+        rows, _, levels = self.coefficients.shape
+        if heights.ndim != 2 or heights.shape[1] != rows:
+            raise ParameterError(f"the expansion is of strips of {rows} rows, not of heights {heights.shape}")
         functionals = local_functionals(heights, self.stencil)
-        levels = self.coefficients.shape[2]
-        field = np.empty((levels, *heights.shape))
-        for row in range(heights.shape[1]):
+        values = np.empty((levels, *heights.shape))
+        for row in range(rows):
             xi = functionals[:, :, row].T @ self.whiten[row].T
-            field[:, :, row] = (hermite_basis(xi, self.indices) @ self.coefficients[row]).T
-        return self.target.pressure(field)
+            values[:, :, row] = (hermite_basis(xi, self.indices) @ self.coefficients[row]).T
+        return self.target.pressure(values)
 
 
 def fit_strip(
@@ -50,22 +60,30 @@ def fit_strip(
     """Fit the expansion row by row and penetration by penetration.
 
     functionals : (K, ny, 8) [m] local functionals at the training nodes
-    target_values : (K, ny, levels) of `target` there
-    Returns the expansion and, as (ny, levels) arrays, its quality: `leave_one_out`, `condition_number`,
-    `effective_samples`. Neighbouring nodes are correlated, so leave-one-out is an optimistic figure here.
-    Raises IllPosedError as the regression does.
+    target_values : (K, ny, levels) [Pa] or [Pa^2] values of `target` there
+    degree : total degree of the expansion
+    stencil : the boxes that the functionals were taken with
+
+    Returns the expansion and, as (ny, levels) arrays, its QUALITY. Neighbouring nodes are correlated, so that
+    leave-one-out is an optimistic figure here. Raises ParameterError for arrays that do not match, and IllPosedError as
+    the whitening and the regression do.
     """
-    rows, variables = functionals.shape[1:]
+    if functionals.ndim != 3 or target_values.ndim != 3 or functionals.shape[:2] != target_values.shape[:2]:
+        raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")
+    _, rows, variables = functionals.shape
     levels = target_values.shape[2]
     indices = multi_indices(variables, degree)
     whiten = np.empty((rows, variables, variables))
     coefficients = np.empty((rows, len(indices), levels))
-    quality = {name: np.empty((rows, levels)) for name in ("leave_one_out", "condition_number", "effective_samples")}
+    quality = {name: np.empty((rows, levels)) for name in QUALITY}
     for row in range(rows):
         whiten[row] = whitening(functionals[:, row])
         basis = hermite_basis(functionals[:, row] @ whiten[row].T, indices)
         for level in range(levels):
-            fit = fit_all_samples(basis, target_values[:, row, level], target)
+            try:
+                fit = fit_all_samples(basis, target_values[:, row, level], target)
+            except IllPosedError as error:
+                raise IllPosedError(f"row {row} of the strip, penetration {level}: {error}") from error
             coefficients[row, :, level] = fit.coefficients
             for name, array in quality.items():
                 array[row, level] = getattr(fit, name)

@@ -37,6 +37,7 @@ def solve(
     while True:
         residual = relative_residual(gap, pressure, influence.diagonal, interference)
         if residual <= tolerance:
+            # Nodes that are on their way out of contact count as out; then the gap once more, without its recurrence.
             pressure = np.where(influence.diagonal * pressure > gap, pressure, 0.0)
             gap = influence.apply(pressure) - interference
             work += 1

@@ -33,7 +33,8 @@ def love_coefficients(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
     grid : the mesh
     plane_strain_modulus_pa : E* = E / (1 - nu^2) [Pa]
 
-    Returns (nx, ny) [m/Pa] = 1/(pi E*) times the integral of 1/r over the cell, to a few units in the last place.
+    Returns (nx, ny) [m/Pa] = 1/(pi E*) times the integral of 1/r over the cell, to a few units in the last place near
+    and far; on long cells the nearest lose about the square of the aspect.
     Raises ParameterError for a modulus that is not positive and finite.
 
     Method: Love, Phil. Trans. R. Soc. A 228 (1929) 377. The integral is the sum over the four edges of the distance to
@@ -71,8 +72,8 @@ class Influence:
     coefficients : (nx, ny) [m/Pa] B by the offset of two nodes, along and across
     diagonal : B_00 [m/Pa], the displacement of a cell under its own unit pressure
     approximate_inverse : (5, 5) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and hold the
-        others still. B^-1 decays as 1/r^3 and its off-diagonal entries are negative, so that these 25 carry most of
-        it; as a stencil they are diagonally dominant, hence positive definite on every set of nodes.
+        others still. B^-1 decays as 1/r^3, so that these 25 carry most of it. On cells of all aspects tried those off
+        the centre are negative and as a stencil all are diagonally dominant: positive definite on any set of nodes.
 
     Raises ParameterError for a modulus that is not positive and finite.
     """
@@ -85,7 +86,7 @@ class Influence:
         self._mirrored = np.hstack((self.coefficients[:, :0:-1], self.coefficients))
         self._lengths = (fft.next_fast_len(2 * grid.nx - 1, real=True), fft.next_fast_len(2 * grid.ny - 1))
         self._symbol = _embedding_symbol(self.coefficients, self._lengths)
-        for array in (self.coefficients, self.approximate_inverse, self._symbol):
+        for array in (self.coefficients, self.approximate_inverse, self._mirrored, self._symbol):
             array.setflags(write=False)
 
     def apply(self, pressure: np.ndarray) -> np.ndarray:

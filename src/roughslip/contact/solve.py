@@ -95,9 +95,9 @@ def solve(
 
 
 def sweep(
-    influence: Influence, heights: np.ndarray, planes: Sequence[float], tolerance: float = 1e-10
+    influence: Influence, heights: np.ndarray, planes: Sequence[float] | np.ndarray, tolerance: float = 1e-10
 ) -> list[ContactSolution]:
-    """Solve one surface against planes of several heights, each solve starting from the plane above.
+    """Solve one surface against planes of several heights, each solve starting from those above.
 
     influence : B of the mesh
     heights : (nx, ny) [m] z

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, stdtrit
 
 from roughslip.errors import IllPosedError, ParameterError
 
-NORMAL_95 = 1.959963984540054
 REPLICATES = 1000
 FEWEST_REALISATIONS = 8
+TAILS = (0.025, 0.975)
+NO_SCATTER = 1e-12  # of the mean, or of the scatter of all runs: what rounding leaves where there is none
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class CycleCounts:
 
     mean, standard_error : of the count of a stochastic run
     difference, low, high : M_d - mean and its 95 % interval
-    still_cycling : share of the runs with at least one cycle
+    still_cycling : [-] share of the runs with at least one cycle
     """
 
     mean: np.ndarray
@@ -32,30 +33,37 @@ class CycleCounts:
 
 
 def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> CycleCounts:
-    """Compare counts : (realisations, dampings) of independent runs with the deterministic (dampings,).
+    """Compare the counts of independent stochastic runs with the deterministic count.
 
-    The interval is the normal one of a mean. The same realisations serve every damping ratio, so neighbouring points
-    of the curve err together. Raises IllPosedError for fewer than FEWEST_REALISATIONS.
+    deterministic : (dampings,) M_d
+    stochastic : (realisations, dampings) M_S; the same realisations of the friction serve every damping ratio, so
+        that neighbouring points of the curve err together
+
+    Returns the difference with Student's interval of a mean; where all runs count alike it has no width. Raises
+    ParameterError for input that is not finite or does not match, IllPosedError for fewer than FEWEST_REALISATIONS.
     """
+    if stochastic.ndim != 2 or deterministic.shape != stochastic.shape[1:]:
+        raise ParameterError(f"counts {deterministic.shape} and {stochastic.shape} are not of the same damping ratios")
+    if not (np.isfinite(deterministic).all() and np.isfinite(stochastic).all()):
+        raise ParameterError("counts of cycles must be finite")
     realisations = len(stochastic)
     if realisations < FEWEST_REALISATIONS:
         raise IllPosedError(f"{realisations} realisations give no interval: run at least {FEWEST_REALISATIONS}")
     mean = stochastic.mean(axis=0)
     error = stochastic.std(axis=0, ddof=1) / np.sqrt(realisations)
     difference = deterministic - mean
-    return CycleCounts(
-        mean, error, difference, difference - NORMAL_95 * error, difference + NORMAL_95 * error,
-        (stochastic > 0).mean(axis=0),
-    )  # fmt: skip
+    half = stdtrit(realisations - 1, TAILS[1]) * error
+    still_cycling = (stochastic > 0).mean(axis=0)
+    return CycleCounts(mean, error, difference, difference - half, difference + half, still_cycling)
 
 
 @dataclass(frozen=True)
 class Reattachment:
     """Moments of the reattachment point, each as (value, low, high) with a 95 % interval.
 
-    mean, std : [m]
-    skewness, kurtosis : [-], kurtosis in excess over the normal
-    distance_to_normal : [-] Kolmogorov distance to the normal of the same mean and standard deviation
+    mean, std : (3,) [m]; std is that of the events, without a correction for their number
+    skewness, kurtosis : (3,) [-], kurtosis in excess over the normal
+    distance_to_normal : (3,) [-] Kolmogorov distance to the normal of the same mean and standard deviation
     events, realisations : what they rest on
     """
 
@@ -71,56 +79,70 @@ class Reattachment:
 def reattachment_statistics(
     position: np.ndarray, realisation: np.ndarray, generator: np.random.Generator
 ) -> Reattachment:
-    """Moments of X : (events,) [m] at the start of stick, where realisation : (events,) says whose event it is.
+    """Moments of the reattachment point, and its distance from normality.
 
-    Cycles of one run follow on one another, so intervals come from resampling whole runs. Raises IllPosedError where
-    fewer than FEWEST_REALISATIONS runs stick again, or where all do so at one place.
+    position : (events,) [m] X at the start of stick
+    realisation : (events,) whose event it is
+    generator : draws the bootstrap replicates
+
+    Returns the statistics. Cycles of one run follow on one another, so the intervals come from resampling whole runs
+    (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8), as percentiles for the moments. Raises
+    ParameterError for input that is not finite or does not match; IllPosedError where fewer than FEWEST_REALISATIONS
+    runs stick again, or where the places of a resampled ensemble do not scatter.
     """
-    if position.shape != realisation.shape or not np.all(np.isfinite(position)):
+    if position.ndim != 1 or position.shape != realisation.shape or not np.isfinite(position).all():
         raise ParameterError("reattachment points must be finite, each with its realisation")
-    owners, index = np.unique(realisation, return_inverse=True)
-    if len(owners) < FEWEST_REALISATIONS:
-        raise IllPosedError(f"only {len(owners)} runs stick again: lower the damping or run more realisations")
-    order = np.argsort(position, kind="stable")
-    values, index = position[order], index[order]
-    centre, scale = values.mean(), values.std()
-    if scale <= 1e-12 * np.abs(centre):
+    owners, owner = np.unique(realisation, return_inverse=True)
+    runs = len(owners)
+    if runs < FEWEST_REALISATIONS:
+        raise IllPosedError(f"only {runs} runs stick again: lower the damping or run more realisations")
+    centre, scale = position.mean(), position.std()
+    if scale <= NO_SCATTER * np.abs(centre):
         raise IllPosedError("every run sticks again at the same place: the friction has no scatter")
-    powers = ((values - centre) / scale)[None, :] ** np.arange(5)[:, None]
-    sums = np.stack([np.bincount(index, weights=power, minlength=len(owners)) for power in powers])
-    drawn = generator.multinomial(len(owners), np.full(len(owners), 1 / len(owners)), size=REPLICATES)
-    weights = np.concatenate([np.ones((1, len(owners)), dtype=np.int64), drawn])
-    moments = np.array([_moments(np.einsum("ks,s->k", sums, row)) for row in weights])
+    ascending = np.argsort(position, kind="stable")
+    values, owner = (position[ascending] - centre) / scale, owner[ascending]
+    drawn = generator.multinomial(runs, np.full(runs, 1 / runs), size=REPLICATES)
+    counts = np.concatenate([np.ones((1, runs), dtype=np.int64), drawn])  # row 0 is the ensemble itself
+    moments = _moments(values, owner, counts)
+    distance = _distance_to_normal(values, owner, counts, moments[:, 0], moments[:, 1])
     moments[:, 0] = centre + scale * moments[:, 0]
     moments[:, 1] *= scale
-    interval = np.quantile(moments[1:], [0.025, 0.975], axis=0)
-    table = np.vstack([moments[:1], interval]).T
-    distance = _distance_to_normal(values, index, weights[:201], moments[:201, 0], moments[:201, 1])
-    mean, std, skewness, kurtosis = table
-    return Reattachment(mean, std, skewness, kurtosis, distance, len(values), len(owners))
+    mean, std, skewness, kurtosis = np.vstack([moments[:1], np.quantile(moments[1:], TAILS, axis=0)]).T.copy()
+    return Reattachment(mean, std, skewness, kurtosis, distance, len(position), runs)
 
 
-def _moments(sums: np.ndarray) -> tuple[float, float, float, float]:
-    """Mean, standard deviation, skewness and excess kurtosis from the sums of powers 0 ... 4."""
-    m1, m2, m3, m4 = sums[1:] / sums[0]
+def _moments(values: np.ndarray, owner: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """(1 + R, 4) mean, standard deviation, skewness and excess kurtosis of standardised values : (events,), each
+    counted as often as counts : (1 + R, runs) says of its owner."""
+    powers = values ** np.arange(5)[:, None]
+    sums = np.stack([np.bincount(owner, weights=power, minlength=counts.shape[1]) for power in powers])
+    n, *totals = np.einsum("ks,rs->kr", sums, counts.astype(np.float64))
+    m1, m2, m3, m4 = totals / n
     variance = m2 - m1**2
+    if np.any(variance <= NO_SCATTER):
+        raise IllPosedError("but for a few runs every run sticks again at the same place: run more realisations")
     third = m3 - 3 * m1 * m2 + 2 * m1**3
     fourth = m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
-    return m1, np.sqrt(variance), third / variance**1.5, fourth / variance**2 - 3
+    return np.stack([m1, np.sqrt(variance), third / variance**1.5, fourth / variance**2 - 3], axis=1)
 
 
 def _distance_to_normal(
-    values: np.ndarray, index: np.ndarray, weights: np.ndarray, mean: np.ndarray, std: np.ndarray
+    values: np.ndarray, owner: np.ndarray, counts: np.ndarray, mean: np.ndarray, std: np.ndarray
 ) -> np.ndarray:
-    """(value, low, high) of the Kolmogorov distance; resampling can only raise a distance, so the interval is the
-    reflected one, cut at zero and holding the value."""
-    distances = np.empty(len(weights))
-    for row, counts in enumerate(weights):
-        reached = np.cumsum(counts[index])
-        normal = ndtr((values - mean[row]) / std[row])
-        share = reached / reached[-1]
-        before = np.concatenate([[0.0], share[:-1]])
-        distances[row] = max(np.max(np.abs(share - normal)), np.max(np.abs(before - normal)))
-    low, high = np.quantile(distances[1:], [0.025, 0.975])
-    value = distances[0]
-    return np.array([value, np.clip(2 * value - high, 0.0, value), max(2 * value - low, value)])
+    """(value, low, high) of sup |F - Phi((. - mean) / std)| for ascending values : (events,).
+
+    Noise can only raise a distance, so that percentiles of its replicates lie too high. By the triangle inequality the
+    truth is within the distance that F - Phi has moved, of which the replicates give the 95 % quantile (Bickel and
+    Krieger, J. Am. Stat. Assoc. 84 (1989) 95). Conservative; cut at 0.
+    """
+
+    def departure(row: int) -> np.ndarray:
+        """(2, events) F - Phi before and after the step at each value."""
+        reached = np.cumsum(counts[row][owner])
+        steps = np.stack([np.concatenate([[0], reached[:-1]]), reached]) / reached[-1]
+        return steps - ndtr((values - mean[row]) / std[row])
+
+    ensemble = departure(0)
+    moved = [np.max(np.abs(departure(row) - ensemble)) for row in range(1, len(counts))]
+    value, radius = np.max(np.abs(ensemble)), np.quantile(moved, 0.95)
+    return np.array([value, max(value - radius, 0.0), value + radius])

@@ -19,7 +19,7 @@ from roughslip.oscillator.system import Coefficients, Oscillator, coefficients
 
 DEPARTURE, REATTACHMENT, CROSSING = 0, 1, 2
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, so that a run ends
-TOLERANCES = (1e-13, 1e-2)
+TOLERANCES = (1e-13, 1e-3)
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def simulate(
     path : (nodes,) [-] stochastic part mu_S at the slipped distances 0, spacing, 2 spacing, ...; None for mu_S = 0
     spacing_m : [m] distance of the nodes (not used without a path)
     duration_periods : [-] time in natural periods 2 pi / omega
-    tolerance : [-] local error of a step in X and X', relative to N / c + |X| (or |X'|)
+    tolerance : [-] local error of a step in X and in X', relative to N / c + max(|X|, |X'|); 1e-13 to 1e-3
     start_position_m : [m] X at tau = 0, where the mass sticks if friction holds it
     stochastic_static_limit : the limit of stick is static + mu_S(s); if False static alone, raised to static + mu_S(s)
         where that is larger, because stick cannot give way to a slip friction that holds

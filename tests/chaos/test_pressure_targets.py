@@ -1,0 +1,154 @@
+"""Targets of the expansion: continuous with slope at first contact, and the paper's fits on the samples in contact."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.pressure import (
+    OUTSIDE_SCALE,
+    PressureTarget,
+    fit_all_samples,
+    fit_in_contact,
+    pressure_target,
+    summit_curvature,
+)
+from roughslip.chaos.regression import least_squares
+from roughslip.errors import IllPosedError, ParameterError
+
+MODULUS, CURVATURE, DIAGONAL = 2.3e11, 1e3, 4e-18
+PARTS = {
+    "influence_diagonal": DIAGONAL,
+    "plane_strain_modulus_pa": MODULUS,
+    "summit_curvature_per_m": CURVATURE,
+}
+
+
+def test_squared_pressure_is_linear_through_first_contact_of_a_paraboloid():
+    """Hertz: a = sqrt(R d), F = 4/3 E* sqrt(R) d^1.5, p0 = 3 F / (2 pi a^2); the gap before contact is -d."""
+    radius = 1 / CURVATURE
+    approach = np.linspace(-2e-8, 2e-8, 9)
+    pressed = np.maximum(approach, 0.0)
+    area = np.pi * radius * np.where(pressed > 0, pressed, 1.0)
+    pressure = 1.5 * (4 / 3 * MODULUS * math.sqrt(radius) * pressed**1.5) / area
+    values = pressure_target("squared_pressure", **PARTS).values(pressure, np.maximum(-approach, 0.0))
+    slope = (2 * MODULUS / math.pi) ** 2 * CURVATURE
+    np.testing.assert_allclose(values, slope * approach, rtol=1e-13)
+
+
+def test_trial_pressure_is_linear_through_first_contact_of_a_cell():
+    """A cell alone: p = u / B_00 where the interference u is positive, else the gap is -u."""
+    interference = np.linspace(-2e-8, 2e-8, 9)
+    pressure, gap = np.maximum(interference, 0.0) / DIAGONAL, np.maximum(-interference, 0.0)
+    values = pressure_target("trial_pressure", **PARTS).values(pressure, gap)
+    np.testing.assert_allclose(values, interference / DIAGONAL, rtol=1e-14)
+
+
+@settings(derandomize=True, max_examples=50, deadline=None)
+@given(st.sampled_from(["trial_pressure", "squared_pressure"]), st.floats(1e-3, 1e12), st.floats(0, 1e-6))
+def test_the_positive_part_gives_the_pressure_back(kind, pressure, gap):
+    target = pressure_target(kind, **PARTS)
+    pressed, apart = np.array([pressure, 0.0, 0.0]), np.array([0.0, gap, 0.0])
+    # a square and its root: two roundings at most
+    np.testing.assert_allclose(target.pressure(target.values(pressed, apart)), pressed, rtol=5e-16)
+
+
+def test_weights_fall_with_the_distance_from_contact():
+    target = PressureTarget("squared_pressure", 1.0)
+    values = np.array([2.0, 4.0, 0.0, -3.0 * OUTSIDE_SCALE, -9.0 * OUTSIDE_SCALE])  # the mean in contact is 3
+    np.testing.assert_allclose(target.weights(values), [1.0, 1.0, 1.0, 0.5, 0.1], rtol=1e-14)
+    np.testing.assert_allclose(target.weights(1e18 * values), target.weights(values), rtol=1e-14)
+    assert np.array_equal(PressureTarget("trial_pressure", 1.0).weights(values), np.ones(5))
+    with pytest.raises(IllPosedError, match="no sample is in contact"):
+        target.weights(np.array([-1.0, 0.0]))
+
+
+def test_summit_curvature_is_that_of_a_stationary_point_at_two_rms_heights():
+    """The curvature expected at a height z is -C''(0) / C(0) z, here of C = exp(-(r/l)^2) by a central difference whose
+    relative error is h^2 / 2 = 5e-7 from the series and 1e-10 from rounding."""
+    length, h = 3.0, 3e-3
+    second = 2 * (1 - math.exp(-((h / length) ** 2))) / h**2
+    assert summit_curvature(0.7, length) == pytest.approx(second * 2 * 0.7, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "stiffness"), [("pressure", 1.0), ("trial_pressure", 0.0), ("trial_pressure", np.nan)]
+)
+def test_impossible_targets_are_refused(kind, stiffness):
+    with pytest.raises(ParameterError):
+        PressureTarget(kind, stiffness)
+
+
+def test_an_unknown_kind_is_named():
+    with pytest.raises(ParameterError, match="'tobit' is not known"):
+        pressure_target("tobit", **PARTS)
+
+
+def problem(samples=200):
+    xi = np.random.default_rng(1).standard_normal((samples, 2))
+    return xi, hermite_basis(xi, multi_indices(2, 2))
+
+
+@pytest.mark.parametrize("logarithm", [False, True])
+def test_fit_in_contact_is_plain_least_squares_there(logarithm):
+    xi, basis = problem()
+    pressure = np.maximum(np.sin(xi[:, 0]) + 0.3 * xi[:, 1] ** 3, 0.0)
+    contact = pressure > 0
+    fit = fit_in_contact(basis, pressure, logarithm=logarithm)
+    sought = np.log(pressure[contact]) if logarithm else pressure[contact]
+    np.testing.assert_allclose(fit.coefficients, np.linalg.lstsq(basis[contact], sought, rcond=None)[0], rtol=1e-11)
+    assert fit.samples == contact.sum() < len(pressure)
+
+
+def test_equation_9_is_exact_for_a_log_normal_pressure():
+    """log p = 18 + 0.5 xi_1 - 0.2 xi_2 on the samples in contact, whatever stands for the others."""
+    xi, basis = problem()
+    pressure = np.where(xi[:, 1] > 0.3, np.exp(18 + 0.5 * xi[:, 0] - 0.2 * xi[:, 1]), 0.0)
+    fit = fit_in_contact(basis, pressure, logarithm=True)
+    np.testing.assert_allclose(fit.coefficients, [18, 0.5, -0.2, 0, 0, 0], atol=1e-12)
+
+
+def test_every_sample_recovers_eq_8_where_contact_alone_cannot():
+    """r = -3 + xi_1 + xi_1 xi_2 / 2, of which few samples are positive: p = r^+, gap = r^- B_00."""
+    xi, basis = problem(40)
+    trial = -3 + xi[:, 0] + xi[:, 0] * xi[:, 1] / 2
+    pressure, gap = 1e6 * np.maximum(trial, 0.0), 1e6 * DIAGONAL * np.maximum(-trial, 0.0)
+    assert 0 < np.count_nonzero(pressure) <= basis.shape[1]
+    target = pressure_target("trial_pressure", **PARTS)
+    fit = fit_all_samples(basis, target.values(pressure, gap), target)
+    np.testing.assert_allclose(fit.coefficients, [-3e6, 1e6, 0, 0, 0.5e6, 0], atol=1e6 * 1e-12)
+    with pytest.raises(IllPosedError, match="more than the 6 coefficients"):
+        fit_in_contact(basis, pressure, logarithm=False)
+
+
+@pytest.mark.parametrize(("in_contact", "enough"), [(6, False), (7, True)])
+def test_equation_11_needs_more_samples_than_terms(in_contact, enough):
+    _, basis = problem()
+    pressure = np.zeros(len(basis))
+    pressure[:in_contact] = np.arange(1.0, in_contact + 1)
+    if enough:
+        assert fit_in_contact(basis, pressure, logarithm=False).samples == in_contact
+    else:
+        with pytest.raises(IllPosedError, match="6 of 200 samples are in contact"):
+            fit_in_contact(basis, pressure, logarithm=False)
+
+
+def test_all_samples_are_weighted_as_the_target_asks():
+    xi, basis = problem()
+    target = PressureTarget("squared_pressure", 1.0)
+    values = np.sin(xi[:, 0]) + xi[:, 1]
+    fit = fit_all_samples(basis, values, target)
+    weighted = least_squares(basis, values, target.weights(values))
+    assert np.array_equal(fit.coefficients, weighted.coefficients)
+    assert fit.effective_samples == weighted.effective_samples < len(values)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_pressures_that_are_not_finite_are_refused(bad):
+    """NaN > 0 is false: such a sample would be taken for one out of contact."""
+    _, basis = problem()
+    with pytest.raises(ParameterError, match="finite"):
+        fit_in_contact(basis, np.where(np.arange(200) == 5, bad, 1.0), logarithm=True)

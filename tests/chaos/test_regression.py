@@ -1,0 +1,169 @@
+"""Regression: exact where it can be, its figures of quality by brute force, and what it refuses."""
+
+import math
+
+import numpy as np
+import pytest
+
+from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.regression import WORST_CONDITION, least_squares
+from roughslip.errors import IllPosedError, ParameterError
+
+
+def noisy_problem(samples=30, terms=6):
+    rng = np.random.default_rng(1)
+    basis = rng.standard_normal((samples, terms)) * 10.0 ** np.arange(terms)
+    return basis, rng.standard_normal(samples) + basis[:, 0], rng.random(samples) + 0.1
+
+
+def weighted_solution(basis, target, weights):
+    root = np.sqrt(weights)
+    scale = np.linalg.norm(root[:, None] * basis, axis=0)
+    return np.linalg.lstsq(root[:, None] * basis / scale, root * target, rcond=None)[0] / scale
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_a_polynomial_of_the_basis_is_recovered(weighted):
+    """Coefficients err by the condition number, some 10, times rounding."""
+    rng = np.random.default_rng(2)
+    basis = hermite_basis(rng.standard_normal((80, 3)), multi_indices(3, 3))
+    exact = rng.standard_normal(20)
+    fit = least_squares(basis, basis @ exact, rng.random(80) + 0.1 if weighted else None)
+    assert fit.condition_number < 50
+    np.testing.assert_allclose(fit.coefficients, exact, atol=1e-13 * fit.condition_number)
+    assert fit.r_squared == pytest.approx(1.0, abs=1e-14)
+    assert fit.leave_one_out < 1e-25
+    assert fit.samples == 80
+
+
+def test_residuals_left_out_are_those_of_refits():
+    basis, target, weights = noisy_problem()
+    fit = least_squares(basis, target, weights)
+    deleted = np.empty(len(target))
+    for k in range(len(target)):
+        others = np.arange(len(target)) != k
+        deleted[k] = target[k] - basis[k] @ weighted_solution(basis[others], target[others], weights[others])
+    mean = np.average(target, weights=weights)
+    variance = np.average((target - mean) ** 2, weights=weights)
+    kept = np.average(deleted**2, weights=weights)
+    assert fit.leave_one_out == pytest.approx(kept / variance, rel=1e-11)
+    assert fit.scatter == pytest.approx(math.sqrt(kept), rel=1e-11)
+    solution = weighted_solution(basis, target, weights)
+    np.testing.assert_allclose(fit.coefficients, solution, rtol=1e-11)
+    unexplained = np.average((target - basis @ solution) ** 2, weights=weights) / variance
+    assert fit.r_squared == pytest.approx(1 - unexplained, rel=1e-11)
+
+
+def test_quality_of_a_mean_in_closed_form():
+    """A constant alone: a value left out is (y - mean) n / (n - 1) from the mean of the others."""
+    target = np.random.default_rng(3).random(12)
+    fit = least_squares(np.full((12, 1), 5.0), target)
+    assert fit.coefficients[0] == pytest.approx(target.mean() / 5, rel=1e-14)
+    assert fit.r_squared == pytest.approx(0.0, abs=1e-14)
+    assert fit.leave_one_out == pytest.approx((12 / 11) ** 2, rel=1e-13)
+    assert fit.scatter == pytest.approx(target.std() * 12 / 11, rel=1e-13)
+
+
+def test_integer_weights_are_repeated_rows():
+    basis, target, _ = noisy_problem()
+    times = np.random.default_rng(4).integers(1, 4, len(target))
+    weighted = least_squares(basis, target, times.astype(float))
+    repeated = least_squares(np.repeat(basis, times, axis=0), np.repeat(target, times))
+    np.testing.assert_allclose(weighted.coefficients, repeated.coefficients, rtol=1e-12)
+    assert weighted.condition_number == pytest.approx(repeated.condition_number, rel=1e-12)
+    assert weighted.r_squared == pytest.approx(repeated.r_squared, rel=1e-12)
+    assert weighted.effective_samples == pytest.approx(times.sum() ** 2 / np.sum(times**2), rel=1e-14)
+    assert repeated.effective_samples == times.sum()
+
+
+def test_a_weight_of_zero_leaves_a_sample_out():
+    basis, target, weights = noisy_problem()
+    weights[[3, 17]] = 0.0
+    kept = weights > 0
+    fit, without = least_squares(basis, target, weights), least_squares(basis[kept], target[kept], weights[kept])
+    for name in ("coefficients", "condition_number", "effective_samples", "r_squared", "leave_one_out", "scatter"):
+        np.testing.assert_allclose(getattr(fit, name), getattr(without, name), rtol=1e-12, err_msg=name)
+
+
+@pytest.mark.parametrize("factor", [1e-200, 1e200])
+def test_only_ratios_of_weights_count(factor):
+    basis, target, weights = noisy_problem()
+    fit, scaled = least_squares(basis, target, weights), least_squares(basis, target, factor * weights)
+    np.testing.assert_allclose(scaled.coefficients, fit.coefficients, rtol=1e-12)
+    assert scaled.scatter == pytest.approx(fit.scatter, rel=1e-12)
+    assert scaled.effective_samples == pytest.approx(fit.effective_samples, rel=1e-12)
+
+
+@pytest.mark.parametrize("cosine", [0.0, 0.6, 1 - 1e-10])
+def test_condition_number_of_two_columns(cosine):
+    """Unit columns at an angle have the singular values sqrt(1 +- cos); 1 - cos keeps six digits of the last case."""
+    first, second = np.eye(5)[:2]
+    basis = np.column_stack([1e-3 * first, 7e4 * (cosine * first + math.sqrt(1 - cosine**2) * second)])
+    basis = np.linalg.qr(np.random.default_rng(5).standard_normal((5, 5)))[0] @ basis  # no sample alone in a column
+    fit = least_squares(basis, np.arange(5.0))
+    assert fit.condition_number == pytest.approx(math.sqrt((1 + cosine) / (1 - cosine)), rel=1e-5)
+
+
+def refused(**changes):
+    basis, target, weights = noisy_problem()
+    problem = {"basis": basis, "target": target, "weights": weights}
+    return problem | {name: change(problem[name].copy()) for name, change in changes.items()}
+
+
+def put(index, value):
+    def change(array):
+        array[index] = value
+        return array
+
+    return change
+
+
+def column(copy_of, difference):
+    def change(array):
+        array[:, 1] = array[:, copy_of] * (1 + difference * np.arange(len(array)))
+        return array
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({n: lambda a: a[:6] for n in ("basis", "target", "weights")}, "6 samples .* 6 coefficients"),
+        ({"weights": put(slice(6, None), 1e-9)}, r"30 samples \(5 effective\)"),
+        ({"basis": put((slice(None), 2), 0.0)}, "vanishes on every sample"),
+        ({"basis": column(0, 1e-10)}, "condition number"),
+        ({"basis": column(0, 0.0)}, "condition number"),
+        ({"basis": put((slice(1, None), 2), 0.0)}, "without sample 0"),
+        ({"target": put(slice(None), 0.1)}, "same on every sample"),
+        ({"target": put(slice(None), 0.0)}, "same on every sample"),
+    ],
+)
+def test_ill_posed_problems_are_refused(changes, message):
+    with pytest.raises(IllPosedError, match=message):
+        least_squares(**refused(**changes))
+
+
+def test_the_last_sample_that_is_needed():
+    basis, target, _ = noisy_problem()
+    assert np.isfinite(least_squares(basis[:7], target[:7]).leave_one_out)
+    assert least_squares(basis, target).condition_number < WORST_CONDITION
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"basis": put((4, 2), np.nan)},
+        {"target": put(4, np.inf)},
+        {"weights": put(4, np.nan)},
+        {"weights": put(4, -1e-9)},
+        {"weights": put(slice(None), 0.0)},
+        {"weights": lambda a: a[:-1]},
+        {"target": lambda a: a[:-1]},
+        {"target": lambda a: a[:, None]},
+        {"basis": lambda a: a[:, 0]},
+    ],
+)
+def test_bad_input_is_refused(changes):
+    with pytest.raises(ParameterError):
+        least_squares(**refused(**changes))

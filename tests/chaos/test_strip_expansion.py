@@ -1,0 +1,112 @@
+"""The expansion along a strip: a target of degree 3 in the functionals is found again, whatever the whitening."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from roughslip.chaos.functionals import Stencil, local_functionals
+from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.strip import StripExpansion, fit_strip
+from roughslip.errors import IllPosedError, ParameterError
+
+ROWS, STENCIL, UNIT = 3, Stencil(near=(1, 1), far=(4, 4)), 1e-7
+TARGETS = [PressureTarget("trial_pressure", 1e17), PressureTarget("squared_pressure", 1e26)]
+
+
+def strip(seed, nodes):
+    """Heights [m], correlated over a few nodes, of mean zero."""
+    return 3 * UNIT * gaussian_filter(np.random.default_rng(seed).standard_normal((nodes, ROWS)), (1.0, 0.5))
+
+
+def cubic(heights, target):
+    """(levels, nx, ny) a polynomial of degree 3 in the functionals, another in each row and at each level."""
+    h, slope_x, slope_y, xx, yy, xy, near, far = local_functionals(heights, STENCIL) / UNIT
+    row = np.arange(ROWS)
+    first = h - 0.4 + 0.3 * slope_x * xx - 0.2 * near**2 * (1 + row) + 0.1 * far * slope_y * yy
+    second = 0.5 * near + 0.2 * row + xy * (h - far) ** 2 - 0.3 * h**3
+    return np.stack([first, second]) * (1e9 if target.kind == "trial_pressure" else 1e18)
+
+
+def fitted(target, nodes=2000, seed=1):
+    heights = strip(seed, nodes)
+    functionals = np.ascontiguousarray(local_functionals(heights, STENCIL).transpose(1, 2, 0))
+    values = np.ascontiguousarray(cubic(heights, target).transpose(1, 2, 0))
+    return fit_strip(functionals, values, 3, STENCIL, target)
+
+
+@pytest.mark.parametrize("target", TARGETS, ids=lambda target: target.kind)
+def test_a_cubic_target_is_recovered_on_other_strips_of_any_length(target):
+    """A whitened basis of degree 3 spans all cubics of the functionals. Rounding, some 1e-15 of the largest value, is
+    raised by the condition number (below 1e3) and by the whitening (1e2); a root spreads it near zero to its square root."""
+    expansion, quality = fitted(target)
+    assert expansion.indices.shape == (165, 8)
+    assert quality["condition_number"].max() < 1e3
+    assert quality["leave_one_out"].max() < 1e-20
+    for nodes in (40, 3000):
+        heights = strip(nodes, nodes)
+        exact = cubic(heights, target)
+        found = expansion.pressure(heights)
+        assert found.shape == (2, nodes, ROWS)
+        power = found if target.kind == "trial_pressure" else found**2
+        np.testing.assert_allclose(power, np.maximum(exact, 0.0), atol=1e-10 * np.abs(exact).max())
+        assert 0.1 < np.mean(found > 0) < 0.9
+
+
+def test_quality_is_given_by_row_and_level():
+    _, quality = fitted(TARGETS[1])
+    assert set(quality) == {"leave_one_out", "condition_number", "effective_samples"}
+    for values in quality.values():
+        assert values.shape == (ROWS, 2)
+    assert np.all(quality["effective_samples"] < 2000)
+    _, unweighted = fitted(TARGETS[0])
+    np.testing.assert_allclose(unweighted["effective_samples"], 2000, rtol=1e-12)
+
+
+def test_unrelated_variance_is_seen_by_leave_one_out():
+    """Noise of the target's variance: 1/2 unexplained, and the fit of 165 of 2000 terms raises the residuals left out
+    by 1 / (1 - 165/2000). The share errs by sqrt(2 / 2000), and the mean over leverages is not quite that of 1 / (1 - h)."""
+    heights, target = strip(2, 2000), TARGETS[0]
+    functionals = local_functionals(heights, STENCIL).transpose(1, 2, 0)
+    values = cubic(heights, target).transpose(1, 2, 0)
+    noise = np.random.default_rng(3).standard_normal(values.shape) * values.std(axis=0)
+    _, quality = fit_strip(functionals, values + noise, 3, STENCIL, target)
+    np.testing.assert_allclose(quality["leave_one_out"], 0.5 / (1 - 165 / 2000), rtol=5 * np.sqrt(2 / 2000))
+
+
+def test_fields_that_do_not_belong_to_the_fit_are_refused():
+    expansion, _ = fitted(TARGETS[0])
+    with pytest.raises(ParameterError, match="3 rows"):
+        expansion.pressure(np.zeros((50, ROWS - 1)))
+    heights = strip(4, 50)
+    heights[7, 1] = np.nan
+    with pytest.raises(ParameterError, match="finite"):
+        expansion.pressure(heights)
+    with pytest.raises(ParameterError, match="match"):
+        fit_strip(np.zeros((9, 3, 8)), np.zeros((9, 2, 1)), 3, STENCIL, TARGETS[0])
+
+
+def test_what_cannot_be_fitted_says_where():
+    heights, target = strip(5, 600), TARGETS[1]
+    functionals = local_functionals(heights, STENCIL).transpose(1, 2, 0)
+    values = cubic(heights, target).transpose(1, 2, 0)
+    values[:, 1, 1] = -1.0
+    with pytest.raises(IllPosedError, match="row 1 of the strip, penetration 1: no sample is in contact"):
+        fit_strip(functionals, values, 3, STENCIL, target)
+    with pytest.raises(IllPosedError, match="row 0 of the strip, penetration 0: 100 samples"):
+        fit_strip(functionals[:100], values[:100], 3, STENCIL, target)
+
+
+def test_a_strip_of_one_row_is_too_narrow():
+    functionals = local_functionals(strip(6, 600)[:, :1], STENCIL).transpose(1, 2, 0)
+    with pytest.raises(IllPosedError, match="too narrow"):
+        fit_strip(functionals, np.ones((600, 1, 1)), 3, STENCIL, TARGETS[0])
+
+
+def test_pressure_follows_from_given_coefficients():
+    """One term, the constant: the same pressure everywhere; its negative: none."""
+    coefficients = np.array([4.0, -4.0])[None, None, :].repeat(ROWS, axis=0)
+    whiten = np.eye(8)[None].repeat(ROWS, axis=0)
+    for target, expected in zip(TARGETS, (4.0, 2.0), strict=True):
+        expansion = StripExpansion(np.zeros((1, 8), dtype=np.int64), whiten, coefficients, STENCIL, target)
+        found = expansion.pressure(strip(7, 20))
+        assert np.array_equal(found, np.stack([np.full((20, ROWS), expected), np.zeros((20, ROWS))]))

@@ -1,0 +1,178 @@
+"""Ensemble statistics: intervals that cover as often as they say, moments as scipy has them."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.oscillator.cycles import FEWEST_REALISATIONS, REPLICATES, count_difference, reattachment_statistics
+
+# max |Phi(x) - F(x)| for a uniform and an exponential distribution and their normals: at the standardised u where the
+# densities agree, phi(u) = 1 / sqrt(12), and at x = 0, Phi(-1).
+_U = math.sqrt(-2 * math.log(math.sqrt(2 * math.pi / 12)))
+UNIFORM_DISTANCE = abs(stats.norm.cdf(_U) - 0.5 - _U / math.sqrt(12))
+EXPONENTIAL_DISTANCE = stats.norm.cdf(-1)
+
+
+def clustered_normals(rng, runs, events, share=0.3):
+    """(runs, events) standard normals, correlated by `share` within a run."""
+    within = math.sqrt(1 - share) * rng.standard_normal((runs, events))
+    return math.sqrt(share) * rng.standard_normal((runs, 1)) + within
+
+
+def statistics_of(position, seed=0):
+    owner = np.repeat(np.arange(len(position)), position.shape[1])
+    return reattachment_statistics(position.ravel(), owner, np.random.default_rng(seed))
+
+
+def test_count_difference_by_hand():
+    stochastic = np.array([[40, 0], [42, 0], [44, 0], [42, 0], [40, 0], [44, 0], [42, 0], [42, 8]])
+    counts = count_difference(np.array([47, 3]), stochastic)
+    assert np.array_equal(counts.mean, [42, 1])
+    assert np.array_equal(counts.difference, [5, 2])
+    assert counts.standard_error == pytest.approx([math.sqrt(16 / 7 / 8), 1.0], rel=1e-14)  # 56 / 7 = 8 squared
+    assert counts.high - counts.difference == pytest.approx(stats.t.ppf(0.975, 7) * counts.standard_error, rel=1e-12)
+    assert counts.difference - counts.low == pytest.approx(stats.t.ppf(0.975, 7) * counts.standard_error, rel=1e-12)
+    assert np.array_equal(counts.still_cycling, [1, 1 / 8])
+
+
+def test_count_intervals_cover_the_truth_as_often_as_they_say():
+    """4000 ensembles of 16 runs side by side. A rounded normal of deviation 5 has mean 40 and is normal to 1e-3, so the
+    coverage of Student's interval is 0.95; the normal one would have P(|t_15| < 1.96) = 0.931."""
+    ensembles = 4000
+    stochastic = np.rint(40 + 5 * np.random.default_rng(1).standard_normal((16, ensembles)))
+    counts = count_difference(np.full(ensembles, 47), stochastic)
+    covered = np.mean((counts.low <= 7) & (counts.high >= 7))
+    assert covered == pytest.approx(0.95, abs=4 * math.sqrt(0.95 * 0.05 / ensembles))
+
+
+def test_equal_counts_have_no_width():
+    counts = count_difference(np.array([47]), np.full((8, 1), 46))
+    assert counts.low == counts.high == counts.difference == 1
+
+
+@pytest.mark.parametrize(
+    ("deterministic", "stochastic"),
+    [
+        (np.zeros(3), np.zeros((8, 2))),
+        (np.zeros(2), np.zeros(8)),
+        (np.zeros(2), np.full((8, 2), np.nan)),
+        (np.full(2, np.inf), np.zeros((8, 2))),
+    ],
+)
+def test_counts_that_do_not_match_are_refused(deterministic, stochastic):
+    with pytest.raises(ParameterError):
+        count_difference(deterministic, stochastic)
+
+
+def test_few_realisations_give_no_interval():
+    assert count_difference(np.zeros(1), np.zeros((FEWEST_REALISATIONS, 1))).mean == 0
+    with pytest.raises(IllPosedError, match="7 realisations"):
+        count_difference(np.zeros(1), np.zeros((FEWEST_REALISATIONS - 1, 1)))
+
+
+def test_moments_are_the_textbook_ones():
+    """About 0.012 with a scatter of 1e-4: sums about the mean of all lose no digits to that ratio."""
+    position = 0.012 + 1e-4 * np.random.default_rng(2).gamma(3.0, size=(20, 15))
+    found = statistics_of(position)
+    sample = position.ravel()
+    assert found.mean[0] == pytest.approx(sample.mean(), rel=1e-14)
+    assert found.std[0] == pytest.approx(sample.std(), rel=1e-12)
+    assert found.skewness[0] == pytest.approx(stats.skew(sample), rel=1e-11)
+    assert found.kurtosis[0] == pytest.approx(stats.kurtosis(sample), rel=1e-11)
+    normal = stats.norm(sample.mean(), sample.std())
+    assert found.distance_to_normal[0] == pytest.approx(stats.kstest(sample, normal.cdf).statistic, rel=1e-10)
+    assert (found.events, found.realisations) == (300, 20)
+    for name in ("mean", "std", "skewness", "kurtosis", "distance_to_normal"):
+        value, low, high = getattr(found, name)
+        assert low < value < high
+
+
+def test_intervals_come_from_whole_runs():
+    """Equal runs: the replicates of the mean have the variance of the run means over their number. Ends of a percentile
+    interval from R replicates err by sqrt(p (1 - p) / R) / phi(1.96) deviations each, of 3.92."""
+    position = clustered_normals(np.random.default_rng(3), 50, 30, share=0.5)
+    found = statistics_of(position)
+    deviation = position.mean(axis=1).std() / math.sqrt(50)
+    noise = math.sqrt(2 * 0.025 * 0.975 / REPLICATES) / stats.norm.pdf(1.96) / 3.92
+    assert found.mean[2] - found.mean[1] == pytest.approx(3.92 * deviation, rel=4 * noise)
+    assert deviation > 3 * position.std() / math.sqrt(position.size)  # what single events would give
+
+
+def test_events_may_come_in_any_order():
+    position = np.random.default_rng(4).gamma(2.0, size=120)
+    owner = np.random.default_rng(5).integers(100, 112, 120)
+    order = np.random.default_rng(6).permutation(120)
+    found = reattachment_statistics(position, owner, np.random.default_rng(7))
+    shuffled = reattachment_statistics(position[order], owner[order], np.random.default_rng(7))
+    for name in ("mean", "std", "skewness", "kurtosis", "distance_to_normal"):
+        np.testing.assert_allclose(getattr(shuffled, name), getattr(found, name), rtol=1e-11, err_msg=name)
+
+
+def test_unit_and_origin_do_not_matter_to_the_shape():
+    position = np.random.default_rng(8).gamma(2.0, size=(10, 12))
+    found, moved = statistics_of(position), statistics_of(0.01 + 1e-3 * position)
+    np.testing.assert_allclose(moved.mean, 0.01 + 1e-3 * found.mean, rtol=1e-13)
+    np.testing.assert_allclose(moved.std, 1e-3 * found.std, rtol=1e-10)
+    for name in ("skewness", "kurtosis", "distance_to_normal"):
+        np.testing.assert_allclose(getattr(moved, name), getattr(found, name), rtol=1e-9, atol=1e-12, err_msg=name)
+
+
+def test_distance_of_a_uniform_distribution():
+    """4000 equidistant places: the steps of their distribution add half of one, 1 / 8000."""
+    position = np.random.default_rng(9).permutation((np.arange(4000) + 0.5) / 4000).reshape(10, 400)
+    assert statistics_of(position).distance_to_normal[0] == pytest.approx(UNIFORM_DISTANCE + 1 / 8000, abs=2e-6)
+
+
+def test_interval_of_the_distance_covers_the_truth():
+    """The triangle inequality makes the interval conservative where the distance is positive. For normal places it holds
+    0 as often as the 95 % quantile of a bootstrap with 40 runs says: scatter resampled from n runs is low by
+    sqrt(1 - 1/n), some 1 %, which costs less than 1 % of coverage. Limit: one in 2000 of 80 such trials."""
+    trials, zero, held = 80, 0, 0
+    for trial in range(trials):
+        normal = clustered_normals(np.random.default_rng([10, trial]), 40, 6)
+        zero += statistics_of(normal, trial).distance_to_normal[1] == 0.0
+        exponential = -np.log(stats.norm.sf(normal))
+        _, low, high = statistics_of(exponential, trial).distance_to_normal
+        held += 0.0 < low <= EXPONENTIAL_DISTANCE <= high
+    limit = stats.binom.ppf(0.0005, trials, 0.94)
+    assert zero >= limit
+    assert held >= limit
+
+
+def test_distance_of_few_runs_is_not_taken_for_certain():
+    """Ten strongly clustered runs of a normal distribution: the interval is as wide as ten values allow."""
+    found = statistics_of(clustered_normals(np.random.default_rng(11), 10, 50, share=0.9))
+    assert found.distance_to_normal[1] == 0.0
+    assert found.distance_to_normal[2] > 0.1
+
+
+@pytest.mark.parametrize(
+    ("position", "message"),
+    [
+        (np.random.default_rng(12).random((FEWEST_REALISATIONS - 1, 4)), "only 7 runs"),
+        (np.empty((0, 4)), "only 0 runs"),
+        (np.full((9, 4), 0.012), "no scatter"),
+        (np.full((9, 4), 0.012) * (1 + 1e-15 * np.arange(4)), "no scatter"),
+        (np.zeros((9, 4)), "no scatter"),
+        (np.where(np.arange(9)[:, None] == 3, 0.013, np.full((9, 4), 0.012)), "but for a few runs"),
+    ],
+)
+def test_ensembles_without_scatter_or_runs_are_refused(position, message):
+    with pytest.raises(IllPosedError, match=message):
+        statistics_of(position)
+
+
+@pytest.mark.parametrize(
+    ("position", "owner"),
+    [
+        (np.full(20, np.nan), np.arange(20)),
+        (np.arange(20.0), np.arange(19)),
+        (np.arange(20.0).reshape(10, 2), np.arange(20).reshape(10, 2)),
+    ],
+)
+def test_events_without_an_owner_or_a_place_are_refused(position, owner):
+    with pytest.raises(ParameterError):
+        reattachment_statistics(position, owner, np.random.default_rng(0))

@@ -15,9 +15,10 @@ from workflow.lib.scenes import Scenes
 
 os.environ.update(MPLBACKEND="Agg", OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1", NUMBA_NUM_THREADS="1")
 
-# One stage's command. `exec`, so that the stage is a child of Snakemake itself and dies with it; braces of a path would be
-# taken for placeholders.
-STAGE = f"PYTHONPATH={shlex.quote(str(SOURCE))} exec {shlex.quote(sys.executable)} -m roughslip.stages".replace("{", "{{").replace("}", "}}")
+# One stage's command. `exec`, so that the stage is a child of Snakemake itself and dies with it. Paths reach it through the
+# environment: in the command they would re-run everything when the tree moves or .venv is made anew.
+os.environ.update(PYTHONPATH=str(SOURCE), ROUGHSLIP_PYTHON=sys.executable)
+STAGE = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
 
 try:
     scenes = Scenes(ROOT, words=sys.argv[1:])
@@ -27,7 +28,7 @@ except InputError as error:
 
 
 wildcard_constraints:
-    scene="[a-z][a-z0-9_-]*",
+    scene="|".join(scenes.valid),
     first=r"\d+",
     last=r"\d+",
     design="[a-z_]+",

@@ -18,7 +18,7 @@ GIVEN_FRICTION = "statistics"
 # What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
 # does not re-run the stage. Sample numbers and batches reach it as arguments, the results of other stages as inputs.
 _SQUARE = "square.edge_m square.nodes square.modes"
-_STRIP = "strip.length_m strip.width_m strip.cell_m strip.penetration_percentiles"
+_STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
 _TERMS = "expansion.variables expansion.degree"
 _WINDOWS = "strip.window_m strip.window_spacing_m"
 SLICES = {
@@ -167,7 +167,7 @@ _RULES = (
     ),
     *(
         _Rule((f"strip.{length}", "strip.cell_m"), _is_multiple, "a whole multiple of strip.cell_m = {1} [m]")
-        for length in ("length_m", "width_m", "window_m", "window_spacing_m")
+        for length in ("length_m", "margin_m", "width_m", "window_m", "window_spacing_m")
     ),
     _Rule(
         ("strip.length_m", "strip.window_m"),
@@ -185,9 +185,9 @@ _RULES = (
         "at least eight times roughness.correlation_length_m = {1} [m]",
     ),
     _Rule(
-        ("strip.cell_m", "strip.length_m", "strip.width_m"),
-        lambda cell, length, width: length / cell * (width / cell) < _CELLS + 0.5,
-        f"at most {_CELLS} cells on the strip of {{1}} x {{2}} m",
+        ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
+        lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
+        f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
     _Rule(("strip.penetration_percentiles",), _increases, "strictly increasing percentiles"),
     _Rule(
@@ -196,7 +196,7 @@ _RULES = (
         "50 among them: friction.mean_at_median sets the shear strength there",
     ),
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
-    _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= s, "at least strip.samples = {1}"),
+    _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
     _Rule(
         ("oscillator.excitation_frequency_rad_per_s", "oscillator.excitation_force_n"),
         lambda frequency, force: frequency > 0 or force == 0,

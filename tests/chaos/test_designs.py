@@ -46,7 +46,7 @@ def test_variables_are_paired_at_random():
 
 def test_mean_of_an_additive_function_keeps_only_the_variance_within_strata():
     """Var = (variables / n^2) sum of the variances of a normal cut to each stratum (a, b), which are
-    1 + n (a phi(a) - b phi(b)) - (n (phi(a) - phi(b)))^2. A variance of 2000 nearly normal means errs by sqrt(2 / 2000)."""
+    1 + n (a phi(a) - b phi(b)) - (n (phi(a) - phi(b)))^2. A variance of R nearly normal means errs by sqrt(2 / R)."""
     n, variables, designs = 20, 3, 2000
     edges = ndtri(np.arange(n + 1) / n)
     density = norm.pdf(edges)

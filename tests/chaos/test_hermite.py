@@ -32,8 +32,8 @@ def test_lower_degrees_lead():
 
 
 def test_basis_is_orthonormal():
-    """Products of two terms have degree 6 in a variable at most, for which 4 Gauss points are exact. 64 weights, sums of
-    terms up to 10: rounding is some 1e-15."""
+    """Products of two terms have degree 6 in a variable at most, for which 4 Gauss points are exact. Rounding: sums of
+    64 terms up to 10."""
     points, weights = hermegauss(4)
     xi = np.array(list(product(points, repeat=3)))
     weight = np.prod(list(product(weights / math.sqrt(2 * math.pi), repeat=3)), axis=1)

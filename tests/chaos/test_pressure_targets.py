@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.pressure import CURVATURE as CURVATURE_FACTOR
 from roughslip.chaos.pressure import (
+    CURVATURE,
     OUTSIDE_SCALE,
     PressureTarget,
     fit_all_samples,
@@ -19,32 +21,47 @@ from roughslip.chaos.pressure import (
 from roughslip.chaos.regression import least_squares
 from roughslip.errors import IllPosedError, ParameterError
 
-MODULUS, CURVATURE, DIAGONAL = 2.3e11, 1e3, 4e-18
+MODULUS, SUMMIT_CURVATURE, DIAGONAL = 2.3e11, 1e3, 4e-18
 PARTS = {
     "influence_diagonal": DIAGONAL,
     "plane_strain_modulus_pa": MODULUS,
-    "summit_curvature_per_m": CURVATURE,
+    "summit_curvature_per_m": SUMMIT_CURVATURE,
 }
 
 
 def test_squared_pressure_is_linear_through_first_contact_of_a_paraboloid():
-    """Hertz: a = sqrt(R d), F = 4/3 E* sqrt(R) d^1.5, p0 = 3 F / (2 pi a^2); the gap before contact is -d."""
-    radius = 1 / CURVATURE
+    """Hertz: a = sqrt(R d), F = 4/3 E* sqrt(R) d^1.5, p0 = 3 F / (2 pi a^2); the gap before contact is -d. Cells far
+    smaller than the contact have B_00 = 0."""
+    radius = 1 / SUMMIT_CURVATURE
     approach = np.linspace(-2e-8, 2e-8, 9)
     pressed = np.maximum(approach, 0.0)
     area = np.pi * radius * np.where(pressed > 0, pressed, 1.0)
     pressure = 1.5 * (4 / 3 * MODULUS * math.sqrt(radius) * pressed**1.5) / area
-    values = pressure_target("squared_pressure", **PARTS).values(pressure, np.maximum(-approach, 0.0))
-    slope = (2 * MODULUS / math.pi) ** 2 * CURVATURE
-    np.testing.assert_allclose(values, slope * approach, rtol=1e-13)
+    values = pressure_target("squared_pressure", **PARTS | {"influence_diagonal": 0.0}).values(
+        pressure, np.maximum(-approach, 0.0)
+    )
+    np.testing.assert_allclose(values, (2 * MODULUS / math.pi) ** 2 * SUMMIT_CURVATURE * approach, rtol=1e-13)
 
 
-def test_trial_pressure_is_linear_through_first_contact_of_a_cell():
-    """A cell alone: p = u / B_00 where the interference u is positive, else the gap is -u."""
+@pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])
+def test_targets_have_one_slope_through_first_contact_of_a_cell(kind):
+    """A cell alone: p = u / B_00 where the interference u is positive, else the gap is -u. Squared, p^2 adds a parabola."""
     interference = np.linspace(-2e-8, 2e-8, 9)
     pressure, gap = np.maximum(interference, 0.0) / DIAGONAL, np.maximum(-interference, 0.0)
-    values = pressure_target("trial_pressure", **PARTS).values(pressure, gap)
-    np.testing.assert_allclose(values, interference / DIAGONAL, rtol=1e-14)
+    target = pressure_target(kind, **PARTS)
+    parabola = pressure**2 if kind == "squared_pressure" else 0.0
+    np.testing.assert_allclose(target.values(pressure, gap), target.gap_stiffness * interference + parabola, rtol=1e-14)
+
+
+def test_squared_pressure_of_large_cells_is_the_trial_pressure():
+    """w / p_1 = p + p^2 / p_1 - gap / B_00: the pressure is small against p_1 = k B_00."""
+    pressure, gap = np.array([1e5, 3e6, 0.0, 0.0]), np.array([0.0, 0.0, 1e-9, 1e-7])
+    coarse = PARTS | {"influence_diagonal": 1e-5}
+    squared, trial = (pressure_target(kind, **coarse) for kind in ("squared_pressure", "trial_pressure"))
+    assert squared.cell_pressure_pa > 1e14 * pressure.max()
+    np.testing.assert_allclose(
+        squared.values(pressure, gap) / squared.cell_pressure_pa, trial.values(pressure, gap), rtol=1e-13
+    )
 
 
 @settings(derandomize=True, max_examples=50, deadline=None)
@@ -52,8 +69,8 @@ def test_trial_pressure_is_linear_through_first_contact_of_a_cell():
 def test_the_positive_part_gives_the_pressure_back(kind, pressure, gap):
     target = pressure_target(kind, **PARTS)
     pressed, apart = np.array([pressure, 0.0, 0.0]), np.array([0.0, gap, 0.0])
-    # a square and its root: two roundings at most
-    np.testing.assert_allclose(target.pressure(target.values(pressed, apart)), pressed, rtol=5e-16)
+    # product, square, root, sum and quotient: five roundings, the square doubling those before it
+    np.testing.assert_allclose(target.pressure(target.values(pressed, apart)), pressed, rtol=2e-15)
 
 
 def test_weights_fall_with_the_distance_from_contact():
@@ -66,20 +83,23 @@ def test_weights_fall_with_the_distance_from_contact():
         target.weights(np.array([-1.0, 0.0]))
 
 
-def test_summit_curvature_is_that_of_a_stationary_point_at_two_rms_heights():
-    """The curvature expected at a height z is -C''(0) / C(0) z, here of C = exp(-(r/l)^2) by a central difference whose
-    relative error is h^2 / 2 = 5e-7 from the series and 1e-10 from rounding."""
-    length, h = 3.0, 3e-3
-    second = 2 * (1 - math.exp(-((h / length) ** 2))) / h**2
-    assert summit_curvature(0.7, length) == pytest.approx(second * 2 * 0.7, rel=1e-6)
+def test_summit_curvature_scales_as_height_over_length_squared():
+    assert summit_curvature(5e-8, 1.4e-5) == pytest.approx(CURVATURE * 5e-8 / 1.4e-5**2, rel=1e-15)
 
 
 @pytest.mark.parametrize(
-    ("kind", "stiffness"), [("pressure", 1.0), ("trial_pressure", 0.0), ("trial_pressure", np.nan)]
+    ("kind", "stiffness", "cell"),
+    [
+        ("pressure", 1.0, 0.0),
+        ("trial_pressure", 0.0, 0.0),
+        ("squared_pressure", np.nan, 0.0),
+        ("squared_pressure", 1.0, -1.0),
+        ("squared_pressure", 1.0, np.inf),
+    ],
 )
-def test_impossible_targets_are_refused(kind, stiffness):
+def test_impossible_targets_are_refused(kind, stiffness, cell):
     with pytest.raises(ParameterError):
-        PressureTarget(kind, stiffness)
+        PressureTarget(kind, stiffness, cell)
 
 
 def test_an_unknown_kind_is_named():
@@ -112,14 +132,14 @@ def test_equation_9_is_exact_for_a_log_normal_pressure():
 
 
 def test_every_sample_recovers_eq_8_where_contact_alone_cannot():
-    """r = -3 + xi_1 + xi_1 xi_2 / 2, of which few samples are positive: p = r^+, gap = r^- B_00."""
+    """r = -1.5 + xi_1 + xi_1 xi_2 / 2, of which few samples are positive: p = r^+, gap = r^- B_00."""
     xi, basis = problem(40)
-    trial = -3 + xi[:, 0] + xi[:, 0] * xi[:, 1] / 2
+    trial = -1.5 + xi[:, 0] + xi[:, 0] * xi[:, 1] / 2
     pressure, gap = 1e6 * np.maximum(trial, 0.0), 1e6 * DIAGONAL * np.maximum(-trial, 0.0)
     assert 0 < np.count_nonzero(pressure) <= basis.shape[1]
     target = pressure_target("trial_pressure", **PARTS)
     fit = fit_all_samples(basis, target.values(pressure, gap), target)
-    np.testing.assert_allclose(fit.coefficients, [-3e6, 1e6, 0, 0, 0.5e6, 0], atol=1e6 * 1e-12)
+    np.testing.assert_allclose(fit.coefficients, [-1.5e6, 1e6, 0, 0, 0.5e6, 0], atol=1e6 * 1e-12)
     with pytest.raises(IllPosedError, match="more than the 6 coefficients"):
         fit_in_contact(basis, pressure, logarithm=False)
 

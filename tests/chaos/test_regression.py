@@ -147,6 +147,8 @@ def test_ill_posed_problems_are_refused(changes, message):
 def test_the_last_sample_that_is_needed():
     basis, target, _ = noisy_problem()
     assert np.isfinite(least_squares(basis[:7], target[:7]).leave_one_out)
+    with pytest.raises(IllPosedError, match=r"6 samples .* 6 coefficients"):
+        least_squares(basis[:6], target[:6])
     assert least_squares(basis, target).condition_number < WORST_CONDITION
 
 

@@ -7,11 +7,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from roughslip import scene_rules
+from roughslip import scene_rules, scene_yaml
 from roughslip.errors import InputError
-from roughslip.scene import load
+from roughslip.scene import load, scene_names
 from workflow.lib.keys import write_key
 
 DESIGNS = {
@@ -19,6 +17,10 @@ DESIGNS = {
     "latin_hypercube": "square.latin_hypercube_samples",
     "expansion": "expansion.samples",
 }
+
+# A scene is a target of its own name, as these are already.
+RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes"})
+DEFAULT_TARGETS = frozenset({"all", "reference", "results/report.html"})
 
 
 class Scenes:
@@ -33,18 +35,19 @@ class Scenes:
         self.root = root
         folder = root / "config" / "scenes"
         self.default = _default_scenes(root / "config" / "config.yaml", folder)
-        named = {_scene_of(word) for word in words} & {path.stem for path in folder.glob("*.yaml")}
-        asked = named or set(self.default)
+        asked = {_scene_of(word) for word in words} & set(scene_names(folder))
+        if not asked or DEFAULT_TARGETS.intersection(words):
+            asked.update(self.default)
         self.valid: dict[str, dict[str, Any]] = {}
         mistakes: list[str] = []
-        for path in sorted(folder.glob("*.yaml")):
+        for name in scene_names(folder):
             try:
-                self.valid[path.stem] = load(path.stem, folder, root / "config" / "scene.schema.yaml")
+                self.valid[name] = _load(name, folder, root / "config" / "scene.schema.yaml")
             except InputError as error:
-                if path.stem in asked:
+                if name in asked:
                     mistakes += error.lines
         if mistakes:
-            raise InputError(mistakes)
+            raise InputError(list(dict.fromkeys(mistakes)))
 
     def __getitem__(self, name: str) -> dict[str, Any]:
         return self.valid[name]
@@ -54,14 +57,22 @@ class Scenes:
         """Stages that the targets of the scene need."""
         return frozenset(scene_rules.stages_needed(self.valid[name]))
 
-    @cache  # noqa: B019
     def key_file(self, name: str, stage: str) -> str:
-        """Path of a stage's key file, which is written if the scene, the stage's code or the lock file changed."""
-        path = f"results/{name}/keys/{stage}.json"
-        configuration = scene_rules.slice_for(self.valid[name], stage)
-        module = f"roughslip.stages.{stage}"
-        write_key(path, configuration, module, self.root / "src", self.root / "requirements.lock")
-        return path
+        """Path of a stage's key file. All those of the scene are written where scene, code or the lock file changed."""
+        self._write_keys(name)
+        return f"results/{name}/keys/{stage}.json"
+
+    @cache  # noqa: B019
+    def _write_keys(self, name: str) -> None:
+        """All at once: Snakemake lists the folder when it meets the first, and takes later ones for missing."""
+        for stage in (*self.stages(name), "reference"):
+            write_key(
+                f"results/{name}/keys/{stage}.json",
+                scene_rules.slice_for(self.valid[name], stage),
+                module=f"roughslip.stages.{stage}",
+                source_root=self.root / "src",
+                lock=self.root / "requirements.lock",
+            )
 
     def key(self, stage: str) -> Callable[[Any], str]:
         """An input function: the stage's key file for the scene of the wildcards."""
@@ -145,16 +156,28 @@ def _scene_of(word: str) -> str:
     return parts[1] if len(parts) > 1 and parts[0] == "results" else word
 
 
+def _load(name: str, folder: Path, schema: Path) -> dict[str, Any]:
+    if name in RULES:
+        file = scene_yaml.display(folder / f"{name}.yaml")
+        raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
+    return load(folder / f"{name}.yaml", folder, schema)
+
+
 def _default_scenes(path: Path, folder: Path) -> list[str]:
-    allowed = sorted(file.stem for file in folder.glob("*.yaml"))
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: not readable ({error})") from error
-    names = content.get("scenes") if isinstance(content, dict) else None
-    if set(content or {}) != {"scenes"} or not isinstance(names, list) or not names:
-        raise InputError(f"{path}: scenes: must be its only key, a list of some of: {', '.join(allowed)}")
-    wrong = [name for name in names if name not in allowed]
-    if wrong:
-        raise InputError([f"{path}: scenes: {name!r} is not allowed; one of: {', '.join(allowed)}" for name in wrong])
+    """The scenes that config/config.yaml names, which have files."""
+    values, misread = scene_yaml.read(path)
+    if misread:
+        raise InputError([scene_yaml.line(path, key, text) for key, text in misread])
+    allowed = scene_names(folder)
+    known = f"a list of scenes, each once: {', '.join(allowed)}"
+    lines = [scene_yaml.line(path, (key,), "unknown key; allowed: scenes") for key in values if key != "scenes"]
+    names = values.get("scenes")
+    if not isinstance(names, list) or not names:
+        given = "missing" if "scenes" not in values else f"{scene_yaml.shown(names)} is not allowed"
+        raise InputError([*lines, scene_yaml.line(path, ("scenes",), f"{given}; {known}")])
+    for number, name in enumerate(names):
+        if name not in allowed or name in names[:number]:
+            lines.append(scene_yaml.line(path, ("scenes", number), f"{scene_yaml.shown(name)} is not allowed; {known}"))
+    if lines:
+        raise InputError(lines)
     return names

@@ -58,7 +58,7 @@ def quantile_levels(pressure: np.ndarray, lowest: float = 1e-4, count: int = 120
     if np.isinf(pressure).any():
         raise ParameterError("quantiles need finite pressures")
     tail = np.geomspace(lowest, 0.5, count)
-    probabilities = np.concatenate([tail, 1.0 - tail[-2::-1]])
+    probabilities = np.concatenate([tail, 1.0 - tail[::-1]])
     return np.unique(np.quantile(_ascending(pressure[pressure > 0], of=pressure), probabilities))
 
 

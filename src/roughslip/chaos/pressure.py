@@ -3,13 +3,16 @@
 Eq. (8) says p = r^+ with r a polynomial, but eqs. (10) and (11) fit r on the samples in contact alone, where it is p,
 and leave it free elsewhere. The targets here say what r is out of contact as well, so that every sample counts:
 
-    trial pressure    r = p - gap / B_00, p = r^+          the step that an active-set solver would take; coarse meshes
-    squared pressure  w = p^2 - (2 E* / pi)^2 kappa gap,   p = sqrt(w^+)                                  fine meshes
+    trial pressure    r = p - gap / B_00                     p = r^+
+    squared pressure  w = p^2 + p_1 p - k gap                p from w^+
 
-The second follows Hertz: on a summit of curvature kappa, p0^2 = (2 E* / pi)^2 kappa approach (Johnson, Contact
-Mechanics, 1985, eqs. 4.22 to 4.24), so w is linear in the approach through first contact, where p itself rises as a
-square root. Out of contact a sample far away says little about the pressure, so it counts less: weight
-1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean square pressure in contact.
+The first is the step that an active-set solver would take; it serves on coarse meshes, where a contact is a cell. The
+second follows Hertz on fine ones: on a summit of curvature kappa, p_0^2 = k approach with k = (2 E* / pi)^2 kappa
+(Johnson, Contact Mechanics, 1985, eqs. 4.22 to 4.24), so p^2 is linear in the approach where p itself rises as a square
+root. At first contact even a fine mesh holds one cell, with p = approach / B_00; the term p_1 p with p_1 = k B_00 makes
+w linear in the approach from there on, at the slope that it has in the gap. As B_00 grows, w / p_1 becomes the trial
+pressure. Out of contact a sample far away says little about the pressure, so it counts less: weight
+1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean of w in contact.
 """
 
 from __future__ import annotations
@@ -25,7 +28,11 @@ from roughslip.errors import IllPosedError, ParameterError
 
 Kind = Literal["trial_pressure", "squared_pressure"]
 
-OUTSIDE_SCALE = 0.3  # of the factors 0.1 to 3 tried on the resolved square the one with the least Kolmogorov distance
+# On the resolved square (4000 samples, degree 3 in 8 variables) the Kolmogorov distance, over all samples and given
+# contact, is 0.005 and 0.03 with these two, and 0.013 and 0.09 without p_1. Scales of 0.1 to 3 were tried, and
+# curvatures of 1 to 40 Sq / l^2, of which 8 to 20 stay below 0.007 and 0.035 on two independent designs.
+OUTSIDE_SCALE = 0.3
+CURVATURE = 10.0  # times Sq / l^2
 
 
 @dataclass(frozen=True)
@@ -33,23 +40,27 @@ class PressureTarget:
     """A smooth variable whose positive part gives the pressure.
 
     kind : "trial_pressure" or "squared_pressure"
-    gap_stiffness : what a metre of gap counts: 1 / B_00 [Pa/m], or (2 E*/pi)^2 kappa [Pa^2/m]; positive
+    gap_stiffness : what a metre of gap counts: 1 / B_00 [Pa/m], or k [Pa^2/m]; positive
+    cell_pressure_pa : [Pa] p_1 of the squared pressure, without effect on the trial pressure; not negative
 
-    Raises ParameterError for an unknown kind or a stiffness that is not positive and finite.
+    Raises ParameterError for an unknown kind or a number out of range.
     """
 
     kind: Kind
     gap_stiffness: float
+    cell_pressure_pa: float = 0.0
 
     def __post_init__(self) -> None:
         if self.kind not in ("trial_pressure", "squared_pressure"):
             raise ParameterError(f"target {self.kind!r} is not known: trial_pressure or squared_pressure")
         if not (math.isfinite(self.gap_stiffness) and self.gap_stiffness > 0):
             raise ParameterError(f"the stiffness of the gap must be positive and finite, not {self.gap_stiffness}")
+        if not (math.isfinite(self.cell_pressure_pa) and self.cell_pressure_pa >= 0):
+            raise ParameterError(f"the cell pressure must be finite and not negative, not {self.cell_pressure_pa} Pa")
 
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m], one of which is zero."""
-        power = pressure if self.kind == "trial_pressure" else pressure**2
+        power = pressure if self.kind == "trial_pressure" else pressure * (pressure + self.cell_pressure_pa)
         return power - self.gap_stiffness * gap
 
     def weights(self, target: np.ndarray) -> np.ndarray:
@@ -69,7 +80,11 @@ class PressureTarget:
     def pressure(self, target: np.ndarray) -> np.ndarray:
         """p : (...) [Pa], zero where the target : (...) is not positive."""
         positive = np.maximum(target, 0.0)
-        return positive if self.kind == "trial_pressure" else np.sqrt(positive)
+        if self.kind == "trial_pressure":
+            return positive
+        half = 0.5 * self.cell_pressure_pa
+        root = np.sqrt(half**2 + positive) + half  # p = w / root: no difference of near numbers
+        return np.divide(positive, root, out=np.zeros_like(positive), where=positive > 0)
 
 
 def pressure_target(
@@ -85,16 +100,16 @@ def pressure_target(
     """
     if kind == "trial_pressure":
         return PressureTarget(kind, 1.0 / influence_diagonal)
-    return PressureTarget(kind, (2 * plane_strain_modulus_pa / np.pi) ** 2 * summit_curvature_per_m)
+    stiffness = (2 * plane_strain_modulus_pa / np.pi) ** 2 * summit_curvature_per_m
+    return PressureTarget(kind, stiffness, stiffness * influence_diagonal)
 
 
 def summit_curvature(rms_height_m: float, correlation_length_m: float) -> float:
-    """kappa [1/m] typical of the summits of a Gaussian field with exp(-(r/l)^2): 4 Sq / l^2.
+    """kappa [1/m] that ties gap to pressure on a Gaussian field with exp(-(r/l)^2): 10 Sq / l^2.
 
-    At a stationary point of height z the mean curvature of the field is 2 z / l^2 on either axis, and the summits that
-    touch stand at one to two Sq; in trials 3 to 6 Sq / l^2 served.
+    At a stationary point of height z the mean curvature is 2 z / l^2 on either axis. The constant is measured (above).
     """
-    return 4.0 * rms_height_m / correlation_length_m**2
+    return CURVATURE * rms_height_m / correlation_length_m**2
 
 
 def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) -> Fit:

@@ -133,7 +133,8 @@ def _distance_to_normal(
 
     Noise can only raise a distance, so that percentiles of its replicates lie too high. By the triangle inequality the
     truth is within the distance that F - Phi has moved, of which the replicates give the 95 % quantile (Bickel and
-    Krieger, J. Am. Stat. Assoc. 84 (1989) 95). Conservative; cut at 0.
+    Krieger, J. Am. Stat. Assoc. 84 (1989) 95), cut at 0. Conservative for a distance above 0; on normal places of 8 to
+    40 runs it held 0 in 92 to 95 % of the trials.
     """
 
     def departure(row: int) -> np.ndarray:

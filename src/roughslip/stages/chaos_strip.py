@@ -21,7 +21,7 @@ def work(job: Job) -> None:
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
     target, stencil = expansion.target(configuration, grid), expansion.stencil(covariance, grid)
     embedding = embed(covariance, grid)
-    columns = training_columns(grid.nx)
+    columns = training_columns(geometry.middle(configuration))
     with job.usage.core():
         functionals = []
         for number in range(len(pressure)):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from roughslip.errors import RoughslipError
+from roughslip.errors import RoughslipError, StoreError
 from roughslip.stages.usage import Usage, die_with_parent
 from roughslip.store import Key, read_key
 
@@ -69,7 +69,10 @@ def execute(
     die_with_parent()
     try:
         with Usage(arguments.usage, stage) as usage:
-            work(Job(read_key(arguments.key), arguments, usage))
+            key = read_key(arguments.key)
+            work(Job(key, arguments, usage))
+            if read_key(arguments.key) != key:  # Snakemake would take the result for that of the new key
+                raise StoreError(f"{arguments.key}: scene or code changed while the stage ran; run snakemake again")
     except RoughslipError as error:
         print(f"{stage}: {error}", file=sys.stderr)
         sys.exit(1)

@@ -23,11 +23,11 @@ def work(job: Job) -> None:
     influence = elastic.influence(configuration, grid)
     planes = plane_height(np.array(configuration["strip"]["penetration_percentiles"]), covariance.rms_height_m)
     tolerance = configuration["numerics"]["contact_tolerance"]
-    window_nodes, spacing_nodes = geometry.window(configuration)
+    windows = geometry.windows(configuration)
     count, levels = arguments.last - arguments.first, len(planes)
-    columns = training_columns(grid.nx)
+    columns = training_columns(windows.middle)
     trained = max(0, min(configuration["strip"]["training_samples"], arguments.last) - arguments.first)
-    area, force = np.empty((2, count, levels, (grid.nx - window_nodes) // spacing_nodes + 1))
+    area, force = np.empty((2, count, levels, windows.count))
     residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
     with job.usage.core():
@@ -35,20 +35,22 @@ def work(job: Job) -> None:
             heights = embedding.sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
             for level, solution in enumerate(sweep(influence, heights, planes.tolist(), tolerance)):
                 in_contact = np.count_nonzero(solution.pressure, axis=1).astype(float)
-                area[row, level] = grid.cell_area * window_sums(in_contact, window_nodes, spacing_nodes)
+                area[row, level] = grid.cell_area * window_sums(
+                    in_contact[windows.middle], windows.length, windows.spacing
+                )
                 column_force = grid.cell_area * solution.pressure.sum(axis=1)
-                force[row, level] = window_sums(column_force, window_nodes, spacing_nodes)
+                force[row, level] = window_sums(column_force[windows.middle], windows.length, windows.spacing)
                 residual[row, level], effort[row, level] = solution.residual, solution.work
                 if row < trained:
                     pressure[row, level], gap[row, level] = solution.pressure[columns], solution.gap[columns]
             job.usage.progress(row + 1, count)
     job.usage.count(solves=count * levels, convolutions=int(effort.sum()))
-    windows, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
+    shape, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
     variables = {
-        "area": store.Variable(windows, area, "m2", "contact area of the window"),
-        "force": store.Variable(windows, force, "N", "normal force on the window"),
-        "residual": store.Variable(windows[:2], residual, "1", "relative residual of the complementarity"),
-        "work": store.Variable(windows[:2], effort, "1", "work of the solver, as its method counts it"),
+        "area": store.Variable(shape, area, "m2", "contact area of the window"),
+        "force": store.Variable(shape, force, "N", "normal force on the window"),
+        "residual": store.Variable(shape[:2], residual, "1", "relative residual of the complementarity"),
+        "work": store.Variable(shape[:2], effort, "1", "work of the solver, as its method counts it"),
     }
     if trained:
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")

@@ -29,16 +29,17 @@ def work(job: Job) -> None:
         expansion.target(configuration, grid),
     )
     embedding = embed(covariance, grid)
-    window_nodes, spacing_nodes = geometry.window(configuration)
+    windows = geometry.windows(configuration)
     count, levels = arguments.last - arguments.first, fitted.coefficients.shape[2]
-    area, force = np.empty((2, count, levels, (grid.nx - window_nodes) // spacing_nodes + 1))
+    area, force = np.empty((2, count, levels, windows.count))
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
             heights = embedding.sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
             pressure = fitted.pressure(heights)
             in_contact = np.count_nonzero(pressure, axis=2).astype(float)
-            area[row] = grid.cell_area * window_sums(in_contact, window_nodes, spacing_nodes)
-            force[row] = window_sums(grid.cell_area * pressure.sum(axis=2), window_nodes, spacing_nodes)
+            column_area, column_force = grid.cell_area * in_contact, grid.cell_area * pressure.sum(axis=2)
+            area[row] = window_sums(column_area[:, windows.middle], windows.length, windows.spacing)
+            force[row] = window_sums(column_force[:, windows.middle], windows.length, windows.spacing)
             job.usage.progress(row + 1, count)
     job.usage.count(expansions=count * levels)
     shape = ("sample", "level", "window")

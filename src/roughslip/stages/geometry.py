@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from roughslip.grid import Grid
@@ -28,13 +29,40 @@ def square_grid(configuration: Configuration) -> Grid:
 
 
 def strip_grid(configuration: Configuration) -> Grid:
-    """Mesh of a strip of Figure 3."""
+    """Mesh of a strip of Figure 3, margins included."""
     strip = configuration["strip"]
     cell = strip["cell_m"]
-    return Grid(round(strip["length_m"] / cell), round(strip["width_m"] / cell), cell, cell)
+    length = strip["length_m"] + 2 * strip["margin_m"]
+    return Grid(round(length / cell), round(strip["width_m"] / cell), cell, cell)
 
 
-def window(configuration: Configuration) -> tuple[int, int]:
-    """(nodes in a window, nodes between two windows) along the strip."""
+def middle(configuration: Configuration) -> slice:
+    """Columns of the strip on which windows lie: the ends of a contact carry more pressure, so they are left out."""
     strip = configuration["strip"]
-    return round(strip["window_m"] / strip["cell_m"]), round(strip["window_spacing_m"] / strip["cell_m"])
+    margin, length = round(strip["margin_m"] / strip["cell_m"]), round(strip["length_m"] / strip["cell_m"])
+    return slice(margin, margin + length)
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Sliding windows on the middle of a strip, in columns.
+
+    middle : columns on which windows lie
+    length, spacing : of a window, and between two of them
+    """
+
+    middle: slice
+    length: int
+    spacing: int
+
+    @property
+    def count(self) -> int:
+        """Number of windows on a strip."""
+        return (self.middle.stop - self.middle.start - self.length) // self.spacing + 1
+
+
+def windows(configuration: Configuration) -> Windows:
+    """Where the windows of a strip lie."""
+    strip = configuration["strip"]
+    length, spacing = (round(strip[name] / strip["cell_m"]) for name in ("window_m", "window_spacing_m"))
+    return Windows(middle(configuration), length, spacing)

@@ -14,7 +14,6 @@ from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages.geometry import Configuration
 
-
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 
 

@@ -7,6 +7,6 @@ import numpy as np
 TRAINING_SPACING = 8  # columns from one training column to the next: neighbours would say the same again
 
 
-def training_columns(nodes: int) -> np.ndarray:
-    """Columns of a strip whose pressure and gap train the expansion."""
-    return np.arange(TRAINING_SPACING // 2, nodes, TRAINING_SPACING)
+def training_columns(middle: slice) -> np.ndarray:
+    """Columns of a strip whose pressure and gap train the expansion, all of them on its stationary middle."""
+    return np.arange(middle.start + TRAINING_SPACING // 2, middle.stop, TRAINING_SPACING)

@@ -1,0 +1,122 @@
+"""A project of its own with a tiny scene that is run once a session; tests plan, edit and break copies of it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock")
+
+# Every stage, about as small as the rules allow; one job a batched stage but for the three designs of the square.
+TINY = """\
+extends: paper
+description: "Every stage, as small as the rules allow"
+square: {nodes: 8, modes: 64, monte_carlo_samples: 4000, latin_hypercube_samples: 4000}
+expansion: {variables: 3, degree: 2, samples: 200, draws: 2000}
+strip:
+  cell_m: 5.0e-6
+  window_spacing_m: 6.0e-5
+  penetration_percentiles: [30, 50]
+  samples: 8
+  training_samples: 3
+  expansion_samples: 16
+ensemble:
+  realisations: 8
+  duration_periods: 20
+  discarded_periods: 2
+  damping_ratios: [0.17, 0.34]
+  drawn_realisations: 2
+batches: {square_samples: 4000, strip_samples: 8, expansion_samples: 16, realisations: 8}
+"""
+
+
+@dataclass(frozen=True)
+class Project:
+    """A copy of the project, and Snakemake in it.
+
+    folder : its root
+    numba_cache : compiled functions; numba keeps those of another folder apart
+    """
+
+    folder: Path
+    numba_cache: Path
+
+    def path(self, name: str) -> Path:
+        return self.folder / name
+
+    def scene(self, name: str, text: str) -> None:
+        self.path(f"config/scenes/{name}.yaml").write_text(text)
+
+    def edit(self, name: str, old: str, new: str) -> None:
+        text = self.path(name).read_text()
+        assert old in text
+        self.path(name).write_text(text.replace(old, new, 1))
+
+    def copy(self, folder: Path, *scenes: str) -> Project:
+        """The project with all time stamps and the results of these scenes."""
+
+        def others(parent: str, names: list[str]) -> list[str]:
+            return [name for name in names if Path(parent) == self.path("results") and name not in scenes]
+
+        shutil.copytree(self.folder, folder, ignore=others)
+        return Project(folder, self.numba_cache)
+
+    def command(self, *arguments: str) -> dict:
+        """What subprocess takes to run Python with these arguments in the project."""
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(self.numba_cache), "PYTHONPATH": str(self.path("src"))}
+        return {"args": [sys.executable, "-m", *arguments], "cwd": self.folder, "env": environment, "text": True}
+
+    def snakemake(self, *arguments: str) -> subprocess.CompletedProcess:
+        return subprocess.run(**self.command("snakemake", *arguments), capture_output=True)
+
+    def make(self, *arguments: str) -> None:
+        run = self.snakemake(*arguments)
+        assert run.returncode == 0, run.stdout[-5000:] + run.stderr
+
+    def plan(self, *targets: str) -> dict[str, int]:
+        """How many jobs of each rule a dry run announces."""
+        run = self.snakemake("-n", *targets)
+        assert run.returncode == 0, run.stdout[-5000:] + run.stderr
+        if "Nothing to be done" in run.stdout:
+            return {}
+        table = run.stdout.partition("Job stats:\n")[2].partition("\n\n")[0]
+        return {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", table, re.M) if name != "total"}
+
+
+@pytest.fixture(scope="session")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """The project with the scene `tiny`, nothing made."""
+    base = tmp_path_factory.mktemp("workflow")
+    folder = base / "project"
+    folder.mkdir()
+    for name in SOURCES:
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        else:
+            shutil.copy2(ROOT / name, folder / name)
+    project = Project(folder, base / "numba")
+    project.scene("tiny", TINY)
+    return project
+
+
+@pytest.fixture(scope="session")
+def finished(empty: Project) -> Project:
+    """The same project after `snakemake -j2 tiny`. Not to be changed: take a copy."""
+    empty.make("-j2", "tiny")
+    return empty
+
+
+@pytest.fixture
+def project(finished: Project, tmp_path: Path):
+    """A copy of the finished project that a test may change."""
+    copy = finished.copy(tmp_path / "copy", "tiny")
+    yield copy
+    shutil.rmtree(copy.folder)

@@ -1,0 +1,88 @@
+"""Which jobs a scene's targets bring, and which scenes a command line can ask for."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+# One job a batched stage, three for the designs of the square.
+END = {"claims": 1, "costs": 1, "scene_report": 1}
+SQUARE = {"surface": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1}
+STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
+OSCILLATOR = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
+
+STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
+GIVEN = f"friction:\n  statistics: {STATISTICS}\n"
+SCENES = {
+    "targets: [figure2]": {**SQUARE, **END},
+    "targets: [figure3]": {**STRIP, "figure3": 1, **END},
+    "targets: [figure5]": {**STRIP, **OSCILLATOR, **END},
+    "targets: [figure2, figure3]": {**SQUARE, **STRIP, "figure3": 1, **END},
+    f"targets: [figure5]\n{GIVEN}": {**OSCILLATOR, **END},
+    f"targets: [figure2, figure5]\n{GIVEN}": {**SQUARE, **OSCILLATOR, **END},
+}
+
+
+@pytest.fixture(scope="module")
+def fresh(empty, tmp_path_factory):
+    """A project without results, for dry runs only."""
+    return empty.copy(tmp_path_factory.mktemp("targets") / "copy")
+
+
+@pytest.mark.parametrize("text", SCENES)
+def test_only_the_stages_that_the_targets_need_are_planned(fresh, text):
+    fresh.scene("mine", f"extends: tiny\ndescription: Mine\n{text}\n")
+    assert fresh.plan("mine") == {**SCENES[text], "mine": 1}
+
+
+def test_key_files_are_written_for_stages_that_the_targets_need(fresh):
+    fresh.scene("keyed", f"extends: tiny\ndescription: Keyed\ntargets: [figure5]\n{GIVEN}")
+    fresh.plan("keyed")
+    written = {path.stem for path in fresh.path("results/keyed/keys").iterdir()}
+    assert written == {*OSCILLATOR, "claims", "costs", "report", "reference"}
+
+
+def test_a_result_is_a_target_too(fresh):
+    """Of a scene that has no key file yet: Snakemake lists the folder of a target's inputs once."""
+    fresh.scene("one", "extends: tiny\n")
+    assert fresh.plan("results/one/figure2.png") == SQUARE
+    fresh.scene("two", "extends: tiny\n")
+    assert fresh.plan("results/two/contact/strip-0-8.nc") == {"contact_strip": 1}
+
+
+def test_the_scene_given_runs_the_oscillator_alone(fresh):
+    assert fresh.plan("given") == {**OSCILLATOR, "oscillator": 3, **END, "given": 1}
+
+
+def test_without_a_target_the_scenes_of_the_configuration_are_planned(fresh):
+    fresh.path("config/config.yaml").write_text("scenes: [tiny, given]\n")
+    shutil.rmtree(fresh.path("results"), ignore_errors=True)
+    both = {**OSCILLATOR, **END}
+    both = {name: 2 * count for name, count in both.items()} | {"oscillator": 4, "figure3": 1}
+    expected = {**SQUARE, **STRIP, **both, "report_of_the_default_scenes": 1}
+    assert fresh.plan("results/report.html") == expected
+    assert fresh.plan() == {**expected, "all": 1}
+
+
+def test_a_broken_scene_that_nobody_asks_for_harms_nobody(fresh):
+    """Neither one with mistakes, nor one with the name of a rule, nor one that no scene can have."""
+    rules = fresh.snakemake("--list-rules").stdout.split()
+    assert {"surface", "scene_report", "report_of_the_default_scenes"} <= set(rules)
+    taken = set(rules) - {"tiny", "given", "smoke", "paper", "resolved"}
+    for name in (*taken, "benchmarks", "Capital", "with space"):
+        fresh.scene(name, "extends: tiny\n")
+    fresh.scene("broken", "square: [\n")
+    assert fresh.plan("results/tiny/surface/modes.nc") == {"surface": 1}
+    run = fresh.snakemake("-n", *sorted(taken), "benchmarks", "broken")
+    refused = [line.partition(": ")[0] for line in run.stderr.splitlines() if "config/scenes" in line]
+    assert run.returncode == 1
+    assert refused == sorted(f"config/scenes/{name}.yaml" for name in (*taken, "benchmarks", "broken"))
+
+
+def test_what_is_no_target_is_refused_without_a_traceback(fresh):
+    for word in ("mein", "results/mein/figure2.png", "results/tiny/figure4.png"):
+        run = fresh.snakemake("-n", word)
+        assert run.returncode == 1
+        assert f"No rule to produce {word}" in run.stdout + run.stderr
+        assert "Traceback" not in run.stdout + run.stderr

@@ -10,6 +10,8 @@ PIP_INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-input
 
 # The package is not installed: it runs from here, and so does every job that Snakemake starts.
 export PYTHONPATH := $(CURDIR)/src
+# One thread a process: jobs run side by side, and results do not depend on the number of cores.
+export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:

@@ -13,8 +13,6 @@ sys.path[:0] = [str(ROOT), str(SOURCE)]
 from roughslip.errors import InputError
 from workflow.lib.scenes import Scenes
 
-os.environ.update(MPLBACKEND="Agg", OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1", NUMBA_NUM_THREADS="1")
-
 # One stage's command. `exec`, so that the stage is a child of Snakemake itself and dies with it. Paths reach it through the
 # environment: in the command they would re-run everything when the tree moves or .venv is made anew.
 os.environ.update(PYTHONPATH=str(SOURCE), ROUGHSLIP_PYTHON=sys.executable)
@@ -38,7 +36,7 @@ wildcard_constraints:
 rule all:
     default_target: True
     input:
-        [f"results/{name}/report.html" for name in scenes.default],
+        lambda wildcards: [product for name in scenes.default for product in scenes.products(name)],
         "results/report.html",
 
 
@@ -54,4 +52,4 @@ for name in scenes.valid:
         name:
             name
         input:
-            f"results/{name}/report.html",
+            scenes.products(name),

@@ -1,8 +1,8 @@
 """The paper's statements, each with our number, its interval and a verdict that a written rule decides.
 
-A rule compares an interval with an effect size; no verdict is set by hand. `reproduced` needs the whole interval on the
-right side; a statement at odds with another number of the paper `contradicts itself`; one whose stage the scene does
-not run is `not tested`.
+A rule wants an interval on one side of an effect size; no verdict is set by hand. `reproduced` needs the whole interval
+there; else `not reproduced`, and where the interval reaches both sides the note says that it is undecided. A statement
+at odds with another number of the paper `contradicts itself`; one that the scene has no numbers for is `not tested`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from roughslip.friction.marginal import beta_moments
+
 REPRODUCED, NOT_REPRODUCED, CONTRADICTS, NOT_TESTED = (
     "reproduced",
     "not reproduced",
@@ -20,12 +22,20 @@ REPRODUCED, NOT_REPRODUCED, CONTRADICTS, NOT_TESTED = (
     "not tested",
 )
 VISIBLE = 0.1  # Kolmogorov distance that a reader sees between two curves in print
-TAIL = float(np.log10(2.0))  # factor of two in a small probability
+FACTOR = 2.0  # between small probabilities that still match
 SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence
+SAME_SKEWNESS = 0.5  # relative; the normal law, 0.05 from Beta(2.1, 5) in Kolmogorov distance, is off by 1
+NON_NORMAL = 0.01  # Kolmogorov distance to the normal
+CYCLING = 0.95  # share of the runs
 PAPER_LENGTH = 250e-6  # m
 PAPER_BETA = (2.1, 5.0)
+_, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
+SKEWNESS_RANGE = BETA_SKEWNESS * (1 - SAME_SKEWNESS), BETA_SKEWNESS * (1 + SAME_SKEWNESS)
+
+SOLVED = 0  # row of the sources of the friction statistics
 
 Arrays = Mapping[str, np.ndarray]
+Interval = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -36,10 +46,26 @@ class Claim:
     statement: str
     paper: str
     ours: float | None
-    interval: tuple[float, float] | None
+    interval: Interval | None
     verdict: str
     note: str
     rule: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Our number on a statement with its 95 % interval.
+
+    holds : what the rule says, as `inside` does
+    note : what the number is, and others that belong to it
+    contradicts : whether another number of the paper is at odds with the statement
+    """
+
+    ours: float
+    interval: Interval
+    holds: int
+    note: str
+    contradicts: bool = False
 
 
 STATEMENTS = {
@@ -63,30 +89,49 @@ STATEMENTS = {
     "fig5-range-beyond-limit": ("With scatter there is a range of damping where the cycle goes on", "a range"),
 }
 
+_COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"
+_DECREASES = "the intervals of the slope over penetration and of last less first level both lie below zero"
+_SKEWED_ALIKE = "that of the skewness from {:.2f} to {:.2f}, around the {:.2f} of Beta(2.1, 5)".format(
+    *SKEWNESS_RANGE, BETA_SKEWNESS
+)
+
 RULES = {
-    "fig2-mcs-lhs": f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}",
-    "fig2-pc-lhs": f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}",
-    "fig2-pc-tail": "where Monte Carlo lies between 0.001 and 0.1, eq. (8) is within a factor of two, interval and all",
-    "fig2-variants-agree": f"the interval of their Kolmogorov distance lies below {VISIBLE}",
-    "fig3-mean-decreases": "intervals of the slope over penetration and of last less first level both lie below zero",
-    "fig3-std-decreases": "intervals of the slope over penetration and of last less first level both lie below zero",
-    "fig3-cov-decreases": "intervals of the slope over penetration and of last less first level both lie below zero",
+    "fig2-mcs-lhs": _COINCIDE,
+    "fig2-pc-lhs": _COINCIDE,
+    "fig2-pc-tail": f"where Monte Carlo lies between 0.001, or the least that its samples settle, and 0.1, eq. (8) is "
+    f"within a factor of {FACTOR:g} of it: the interval of the largest |log10| of their ratio lies below "
+    f"{np.log10(FACTOR):.3f}",
+    "fig2-variants-agree": _COINCIDE,
+    "fig3-mean-decreases": _DECREASES,
+    "fig3-std-decreases": _DECREASES,
+    "fig3-cov-decreases": _DECREASES,
     "mu-correlation-exponential": "mean square distance to the fitted exponential less that to the triangle of the "
     "window itself: the interval lies below zero",
-    "mu-correlation-250um": "the interval of the least-squares length lies within 20 % of 250 um",
-    "mu-correlation-any-depth": "the interval of the change from first to last level is within 20 % of the mean length",
+    "mu-correlation-250um": f"the interval of the least-squares length lies within {SAME_LENGTH:.0%} of 250 um",
+    "mu-correlation-any-depth": f"the interval of the change from first to last level is within {SAME_LENGTH:.0%} of "
+    "the mean length",
     "mu-right-skewed": "the interval of the skewness at median penetration lies above zero",
-    "mu-leptokurtic": "the paper's own Beta(2.1, 5) has negative excess kurtosis, so the statement contradicts it",
-    "mu-beta-2.1-5": f"the interval of the Kolmogorov distance of the standardised laws lies below {VISIBLE / 2}",
-    "mu-beta-any-depth": f"as for Beta(2.1, 5) at every level, so the largest upper end lies below {VISIBLE / 2}",
-    "fig5-limit-cycle": "the damping lies below the deterministic limit and 95 % of the runs cycle, interval and all",
-    "fig5-reattachment-nonnormal": "the interval of the Kolmogorov distance to the normal lies above 0.01, "
+    "mu-leptokurtic": "contradicts itself if the paper's own Beta(2.1, 5) has negative excess kurtosis; else the "
+    "interval of the excess kurtosis at median penetration lies above zero",
+    "mu-beta-2.1-5": f"at median penetration the interval of the Kolmogorov distance, both standardised, lies below "
+    f"{VISIBLE} and {_SKEWED_ALIKE}",
+    "mu-beta-any-depth": f"at every level the interval of the Kolmogorov distance, both standardised, lies below "
+    f"{VISIBLE} and {_SKEWED_ALIKE}",
+    "fig5-limit-cycle": f"the damping lies below the deterministic limit, and the interval of the share of runs that "
+    f"cycle to the end above {CYCLING}",
+    "fig5-reattachment-nonnormal": f"the interval of the Kolmogorov distance to the normal lies above {NON_NORMAL}, "
     "and that of the skewness or of the kurtosis excludes zero",
-    "fig5-sharp-limit": "every damping below the limit gives at least half the cycles of the least damping, "
-    "every one above at most one",
-    "fig5-range-beyond-limit": "at some damping above the deterministic limit the interval of the mean number of "
-    "cycles lies above one",
-}  # fmt: skip
+    "fig5-sharp-limit": "every damping of the list below the limit gives at least half the cycles of the least "
+    "damping, every one above at most one; not tested if the list has none below or none above",
+    "fig5-range-beyond-limit": "at some damping of the list above the deterministic limit the interval of the mean "
+    "number of cycles lies above one; not tested if the list has none",
+}
+
+NO_STAGE = "the scene does not run this stage"
+NO_NUMBER = "the number does not exist in this scene"
+ONE_LEVEL = "the scene has one penetration only"
+NO_LIMIT = "the oscillator has no limit of its own: it is excited, or sticks again at no damping"
+ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
 
 
 def claims(square: Arrays | None, friction: Arrays | None, oscillator: Arrays | None) -> list[dict[str, Any]]:
@@ -94,181 +139,230 @@ def claims(square: Arrays | None, friction: Arrays | None, oscillator: Arrays | 
 
     square, friction, oscillator : contents of chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc
     """
-    found: dict[str, tuple[float, tuple[float, float], bool | str, str]] = {}
+    found: dict[str, Finding | str] = {}
     if square is not None:
         found |= _figure_2(square)
     if friction is not None:
         found |= _figure_3(friction) | _correlation(friction) | _marginal(friction)
     if oscillator is not None:
         found |= _figure_5(oscillator)
-    return [asdict(_claim(name, found.get(name))) for name in STATEMENTS]
+    return [asdict(_claim(name, found.get(name, NO_STAGE))) for name in STATEMENTS]
 
 
-def _claim(name: str, result: tuple[float, tuple[float, float], bool | str, str] | None) -> Claim:
+def _claim(name: str, found: Finding | str) -> Claim:
+    """The verdict on a finding, or the reason why there is none."""
     statement, paper = STATEMENTS[name]
-    if result is None:
-        return Claim(name, statement, paper, None, None, NOT_TESTED, "the scene does not run this stage", RULES[name])
-    ours, interval, holds, note = result
-    verdict = holds if isinstance(holds, str) else REPRODUCED if holds else NOT_REPRODUCED
-    ends = float(interval[0]), float(interval[1])
-    return Claim(name, statement, paper, float(ours), ends, verdict, note, RULES[name])
+    if isinstance(found, Finding) and not np.isfinite([found.ours, *found.interval]).all():
+        found = NO_NUMBER
+    if isinstance(found, str):
+        return Claim(name, statement, paper, None, None, NOT_TESTED, found, RULES[name])
+    verdict, note = REPRODUCED if found.holds > 0 else NOT_REPRODUCED, found.note
+    if found.contradicts:
+        verdict = CONTRADICTS
+    elif found.holds == 0:
+        note += "; undecided, since the interval reaches both sides"
+    return Claim(name, statement, paper, found.ours, found.interval, verdict, note, RULES[name])
 
 
-def _interval(arrays: Arrays, name: str, *index: Any) -> tuple[float, tuple[float, float]]:
+def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> int:
+    """1 where all of an interval lies between low and high, -1 where none of it does, else 0: it does not decide.
+
+    Several conditions hold together by the least of their numbers, one or another by the largest (Kleene's logic).
+    """
+    if low < interval[0] and interval[1] < high:
+        return 1
+    return -1 if interval[1] <= low or high <= interval[0] else 0
+
+
+def _number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:
     value, low, high = (float(np.asarray(arrays[name + suffix])[index]) for suffix in ("", "_low", "_high"))
     return value, (low, high)
 
 
-def _figure_2(square: Arrays) -> dict[str, Any]:
+def _judged(arrays: Arrays, name: str, *index: int, low: float = -np.inf, high: float = np.inf, note: str) -> Finding:
+    """The rule that wants the interval of one stored number between low and high."""
+    value, interval = _number(arrays, name, *index)
+    return Finding(value, interval, inside(interval, low, high), note)
+
+
+def _shown(number: tuple[float, Interval], digits: int = 2) -> str:
+    value, (low, high) = number
+    return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+
+def _figure_2(square: Arrays) -> dict[str, Finding | str]:
     row = {str(name): i for i, name in enumerate(square["method"])}
-    fit = {str(name): i for i, name in enumerate(square["fit"])}
-    lhs, lhs_interval = _interval(square, "distance_in_contact", row["latin_hypercube"])
-    eq8, eq8_interval = _interval(square, "distance_in_contact", row["equation_8"])
-    eq9 = float(square["distance_in_contact"][row["equation_9"]])
-    ours, ours_interval = _interval(square, "distance_in_contact", row["roughslip"])
-    tail, tail_interval = _interval(square, "tail_error", row["equation_8"])
-    between, between_interval = _interval(square, "distance_between_variants")
-    samples = int(square["fit_samples"][fit["equation_8"]])
-    all_samples = int(square["fit_samples"][fit["roughslip"]])
+    samples = {str(name): f"{count:.0f}" for name, count in zip(square["fit"], square["fit_samples"], strict=True)}
+    in_sample = {str(name): float(x) for name, x in zip(square["fit"], square["fit_distance_in_sample"], strict=True)}
+    equation_9, ours = (_number(square, "distance_in_contact", row[name]) for name in ("equation_9", "roughslip"))
+    note = "Kolmogorov distance given contact"
     return {
-        "fig2-mcs-lhs": (lhs, lhs_interval, lhs_interval[1] < VISIBLE, "Kolmogorov distance given contact"),
-        "fig2-pc-lhs": (
-            eq8,
-            eq8_interval,
-            eq8_interval[1] < VISIBLE,
-            f"Kolmogorov distance given contact of eq. (8) fitted to {samples} samples in contact; eq. (9) {eq9:.2f}; "
-            f"the expansion of {all_samples} samples, in contact or not, {ours:.3f} "
-            f"({ours_interval[0]:.3f} to {ours_interval[1]:.3f})",
+        "fig2-mcs-lhs": _judged(square, "distance_in_contact", row["latin_hypercube"], high=VISIBLE, note=note),
+        "fig2-pc-lhs": _judged(
+            square,
+            "distance_in_contact",
+            row["equation_8"],
+            high=VISIBLE,
+            note=f"{note} of eq. (8), fitted to {samples['equation_8']} samples in contact; that of eq. (9) "
+            f"{_shown(equation_9)}, of the expansion of {samples['roughslip']} samples, in contact or not, "
+            f"{_shown(ours, 3)}; drawn at the very samples of their fits eqs. (8) and (9) have "
+            f"{in_sample['equation_8']:.3f} and {in_sample['equation_9']:.3f}",
         ),
-        "fig2-pc-tail": (
-            tail,
-            tail_interval,
-            tail_interval[1] < TAIL,
-            "largest |log10| of the ratio to Monte Carlo; that of the expansion of all samples "
-            f"{float(square['tail_error'][row['roughslip']]):.2f}",
+        "fig2-pc-tail": _judged(
+            square,
+            "tail_error",
+            row["equation_8"],
+            high=float(np.log10(FACTOR)),
+            note="largest |log10| of the ratio to Monte Carlo; that of the expansion of all samples "
+            f"{_shown(_number(square, 'tail_error', row['roughslip']))}",
         ),
-        "fig2-variants-agree": (between, between_interval, between_interval[1] < VISIBLE, "Kolmogorov distance"),
+        "fig2-variants-agree": _judged(square, "distance_between_variants", high=VISIBLE, note=note),
     }
 
 
-def _figure_3(friction: Arrays) -> dict[str, Any]:
-    found = {}
-    for name, key, title in (
-        ("fig3-mean-decreases", "mean", "mean"),
-        ("fig3-std-decreases", "std", "standard deviation"),
-        ("fig3-cov-decreases", "variation", "coefficient of variation"),
-    ):
-        change, interval = _interval(friction, f"trend_combined_{key}_change")
-        _, slope = _interval(friction, f"trend_combined_{key}_slope")
+def _figure_3(friction: Arrays) -> dict[str, Finding | str]:
+    titles = {"mean": "mean", "std": "standard deviation", "variation": "coefficient of variation"}
+    found: dict[str, Finding | str] = {}
+    for name, (key, title) in zip(("mean", "std", "cov"), titles.items(), strict=True):
+        if len(friction["percentile"]) == 1:
+            found[f"fig3-{name}-decreases"] = ONE_LEVEL
+            continue
+        change, interval = _number(friction, f"trend_combined_{key}_change")
+        _, slope = _number(friction, f"trend_combined_{key}_slope")
         values = friction[f"combined_{key}"]
         note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
-        found[name] = (change, interval, interval[1] < 0 and slope[1] < 0, note)
+        holds = min(inside(interval, high=0.0), inside(slope, high=0.0))
+        found[f"fig3-{name}-decreases"] = Finding(change, interval, holds, note)
     return found
 
 
-def _correlation(friction: Arrays) -> dict[str, Any]:
-    median = int(np.flatnonzero(friction["percentile"] == 50.0)[0])
-    nearer, nearer_interval = _interval(friction, "misfit_difference", 0, median)
-    length, interval = _interval(friction, "length_least_squares", 0, median)
-    change, change_interval = _interval(friction, "trend_length_least_squares_change", 0)
-    allowed = SAME_LENGTH * float(np.mean(friction["length_least_squares"][0]))
-    exponential, triangle = (float(friction[f"misfit_{name}"][0, median]) for name in ("exponential", "triangle"))
-    other = {name: 1e6 * float(friction[f"length_{name}"][0, median]) for name in ("one_over_e", "integral")}
+def _median(friction: Arrays) -> int:
+    return int(np.flatnonzero(friction["percentile"] == 50.0)[0])
+
+
+def _correlation(friction: Arrays) -> dict[str, Finding | str]:
+    median, lengths = _median(friction), friction["length_least_squares"][SOLVED]
+    exponential, triangle = (float(friction[f"misfit_{name}"][SOLVED, median]) for name in ("exponential", "triangle"))
+    one_over_e, integral = (
+        1e6 * float(friction[f"length_{name}"][SOLVED, median]) for name in ("one_over_e", "integral")
+    )
+    allowed = SAME_LENGTH * float(np.mean(lengths))
     return {
-        "mu-correlation-exponential": (
-            nearer,
-            nearer_interval,
-            nearer_interval[1] < 0,
-            f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window",
+        "mu-correlation-exponential": _judged(
+            friction,
+            "misfit_difference",
+            SOLVED,
+            median,
+            high=0.0,
+            note=f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window",
         ),
-        "mu-correlation-250um": (
-            length,
-            interval,
-            interval[0] > PAPER_LENGTH * (1 - SAME_LENGTH) and interval[1] < PAPER_LENGTH * (1 + SAME_LENGTH),
-            f"metres, least squares over lags to three windows; 1/e {other['one_over_e']:.0f} um, "
-            f"integral {other['integral']:.0f} um",
+        "mu-correlation-250um": _judged(
+            friction,
+            "length_least_squares",
+            SOLVED,
+            median,
+            low=PAPER_LENGTH * (1 - SAME_LENGTH),
+            high=PAPER_LENGTH * (1 + SAME_LENGTH),
+            note=f"metres, least squares to lags of three windows; 1/e {one_over_e:.0f} um, integral {integral:.0f} um",
         ),
-        "mu-correlation-any-depth": (
-            change,
-            change_interval,
-            change_interval[0] > -allowed and change_interval[1] < allowed,
-            f"metres, change from the first to the last level; {1e6 * allowed:.0f} um are allowed",
+        "mu-correlation-any-depth": ONE_LEVEL
+        if len(lengths) == 1
+        else _judged(
+            friction,
+            "trend_length_least_squares_change",
+            SOLVED,
+            low=-allowed,
+            high=allowed,
+            note=f"metres, change from the first to the last level; {1e6 * allowed:.0f} um are allowed; over all "
+            f"levels {1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} um",
         ),
     }
 
 
-def _marginal(friction: Arrays) -> dict[str, Any]:
-    median = int(np.flatnonzero(friction["percentile"] == 50.0)[0])
-    skewness, skewness_interval = _interval(friction, "skewness", 0, median)
-    kurtosis, kurtosis_interval = _interval(friction, "kurtosis", 0, median)
-    distance, distance_interval = _interval(friction, "beta_distance_standardised", 0, median)
-    farthest = int(np.argmax(friction["beta_distance_standardised_high"][0]))
-    worst, worst_interval = _interval(friction, "beta_distance_standardised", 0, farthest)
-    a, b = PAPER_BETA
-    excess = 6 * ((a - b) ** 2 * (a + b + 1) - a * b * (a + b + 2)) / (a * b * (a + b + 2) * (a + b + 3))
-    fitted = ", ".join(f"{float(friction[f'beta_{shape}'][0, median]):.2g}" for shape in "ab")
-    scaled = ", ".join(f"{float(friction[f'scaled_beta_{shape}'][0, median]):.2g}" for shape in "ab")
+def _follows_beta(friction: Arrays, level: int) -> int:
+    """Whether the law at a level has the shape of the paper's: by its distance alone the normal law would pass."""
+    _, distance = _number(friction, "beta_distance_standardised", SOLVED, level)
+    _, skewness = _number(friction, "skewness", SOLVED, level)
+    return min(inside(distance, high=VISIBLE), inside(skewness, *SKEWNESS_RANGE))
+
+
+def _marginal(friction: Arrays) -> dict[str, Finding | str]:
+    median, levels = _median(friction), range(len(friction["percentile"]))
+    kurtosis, kurtosis_interval = _number(friction, "kurtosis", SOLVED, median)
+    follows = [_follows_beta(friction, level) for level in levels]
+    farthest = int(np.argmax(friction["beta_distance_standardised_high"][SOLVED]))
+    skewness = friction["skewness"][SOLVED]
+    fitted, scaled = (
+        ", ".join(f"{float(friction[f'{name}_{shape}'][SOLVED, median]):.3g}" for shape in "ab")
+        for name in ("beta", "scaled_beta")
+    )
     return {
-        "mu-right-skewed": (skewness, skewness_interval, skewness_interval[0] > 0, "skewness at median penetration"),
-        "mu-leptokurtic": (
+        "mu-right-skewed": _judged(
+            friction, "skewness", SOLVED, median, low=0.0, note="skewness at median penetration"
+        ),
+        "mu-leptokurtic": Finding(
             kurtosis,
             kurtosis_interval,
-            CONTRADICTS if excess < 0 else kurtosis_interval[0] > 0,
-            f"excess kurtosis at median penetration; Beta(2.1, 5) has {excess:.3f}",
+            inside(kurtosis_interval, low=0.0),
+            f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}",
+            contradicts=BETA_KURTOSIS < 0,
         ),
-        "mu-beta-2.1-5": (
-            distance,
-            distance_interval,
-            distance_interval[1] < VISIBLE / 2,
-            f"Kolmogorov distance, both standardised; fitted Beta({fitted}), after scaling by extremes Beta({scaled})",
+        "mu-beta-2.1-5": Finding(
+            *_number(friction, "beta_distance_standardised", SOLVED, median),
+            follows[median],
+            f"Kolmogorov distance; skewness {_shown(_number(friction, 'skewness', SOLVED, median))}; fitted "
+            f"Beta({fitted}), after scaling by the sample extremes Beta({scaled})",
         ),
-        "mu-beta-any-depth": (
-            worst,
-            worst_interval,
-            worst_interval[1] < VISIBLE / 2,
-            f"Kolmogorov distance at percentile {float(friction['percentile'][farthest]):g}, the largest upper end",
+        "mu-beta-any-depth": Finding(
+            *_number(friction, "beta_distance_standardised", SOLVED, farthest),
+            min(follows),
+            f"Kolmogorov distance at percentile {float(friction['percentile'][farthest]):g}, of the largest upper end; "
+            f"{follows.count(1)} of {len(levels)} levels follow it; skewness {skewness.min():.2f} to "
+            f"{skewness.max():.2f}",
         ),
     }
 
 
-def _figure_5(oscillator: Arrays) -> dict[str, Any]:
-    share, share_interval = _interval(oscillator, "cycling_share")
+def _figure_5(oscillator: Arrays) -> dict[str, Finding | str]:
+    found: dict[str, Finding | str] = {"fig5-reattachment-nonnormal": _reattachment(oscillator)}
     nominal, limit = float(oscillator["nominal_damping"]), float(oscillator["deterministic_existence_limit"])
-    found: dict[str, Any] = {}
-    if np.isfinite(oscillator["reattachment_distance_to_normal"]):
-        found["fig5-reattachment-nonnormal"] = _reattachment(oscillator)
-    if not np.isfinite(limit):  # with excitation there is no equilibrium and no cycle of the free oscillator
-        return found
-    found["fig5-limit-cycle"] = (
+    if not np.isfinite(limit):
+        return found | dict.fromkeys(("fig5-limit-cycle", "fig5-sharp-limit", "fig5-range-beyond-limit"), NO_LIMIT)
+    share, interval = _number(oscillator, "cycling_share")
+    found["fig5-limit-cycle"] = Finding(
         share,
-        share_interval,
-        nominal < limit and share_interval[0] > 0.95,
-        f"share of the runs that cycle to the end at D = {nominal:g}; without scatter it exists up to {limit:.4f}",
+        interval,
+        min(inside((nominal, nominal), high=limit), inside(interval, low=CYCLING)),
+        f"share of the runs that cycle to the end at D = {nominal:g}; without scatter the cycle exists up to "
+        f"{limit:.4f}",
     )
     damping, cycles = oscillator["damping_ratio"], oscillator["deterministic_cycles"]
     below, above = damping < limit, damping > limit
-    sharp = bool(np.all(cycles[below] >= 0.5 * cycles[0]) and np.all(cycles[above] <= 1) and above.any())
-    found["fig5-sharp-limit"] = (limit, (limit - 1e-8, limit + 1e-8), sharp, "damping ratio, by bisection to 1e-8")
-    low = oscillator["mean_cycles"] - 1.96 * oscillator["mean_cycles_error"]
-    beyond = np.flatnonzero(above & (low > 1))
-    farthest = float(damping[beyond[-1]]) if beyond.size else limit
-    found["fig5-range-beyond-limit"] = (
-        farthest,
-        (limit, farthest),
-        beyond.size > 0,
-        "largest damping ratio of the list at which the mean number of cycles exceeds one; the interval is the range",
-    )
+    if below.any() and above.any():
+        sharp = np.all(cycles[below] >= 0.5 * cycles[0]) and np.all(cycles[above] <= 1)
+        note = "damping ratio, by bisection to 1e-8"
+        found["fig5-sharp-limit"] = Finding(limit, (limit - 1e-8, limit + 1e-8), 1 if sharp else -1, note)
+    else:
+        found["fig5-sharp-limit"] = ONE_SIDE.format(limit)
+    found["fig5-range-beyond-limit"] = _beyond(oscillator, above) if above.any() else ONE_SIDE.format(limit)
     return found
 
 
-def _reattachment(oscillator: Arrays) -> tuple[float, tuple[float, float], bool, str]:
-    distance, interval = _interval(oscillator, "reattachment_distance_to_normal")
-    skewness, skewness_interval = _interval(oscillator, "reattachment_skewness")
-    kurtosis, kurtosis_interval = _interval(oscillator, "reattachment_kurtosis")
-    shaped = any(low > 0 or high < 0 for low, high in (skewness_interval, kurtosis_interval))
-    note = (
-        f"Kolmogorov distance to the normal; skewness {skewness:.2f} ({skewness_interval[0]:.2f} to "
-        f"{skewness_interval[1]:.2f}), excess kurtosis {kurtosis:.2f} ({kurtosis_interval[0]:.2f} to "
-        f"{kurtosis_interval[1]:.2f})"
-    )
-    return distance, interval, interval[0] > 0.01 and shaped, note
+def _beyond(oscillator: Arrays, above: np.ndarray) -> Finding:
+    """The mean number of cycles at the damping above the limit where it is surest, and how far the range reaches."""
+    damping, cycles = oscillator["damping_ratio"], oscillator["deterministic_cycles"]
+    low, high = (cycles - oscillator[f"difference_{end}"] for end in ("high", "low"))  # M_d has no error
+    surest = int(np.argmax(np.where(above, low, -np.inf)))
+    interval = float(low[surest]), float(high[surest])
+    cycling = damping[above & (low > 1.0)]
+    note = f"mean number of cycles at D = {damping[surest]:g}, where M_d = {int(cycles[surest])}"
+    reach = f"; above one up to D = {cycling[-1]:g}" if cycling.size else ""
+    return Finding(float(oscillator["mean_cycles"][surest]), interval, inside(interval, low=1.0), note + reach)
+
+
+def _reattachment(oscillator: Arrays) -> Finding:
+    distance, interval = _number(oscillator, "reattachment_distance_to_normal")
+    skewness, kurtosis = (_number(oscillator, f"reattachment_{moment}") for moment in ("skewness", "kurtosis"))
+    shaped = max(max(inside(moment, low=0.0), inside(moment, high=0.0)) for _, moment in (skewness, kurtosis))
+    note = f"Kolmogorov distance to the normal; skewness {_shown(skewness)}, excess kurtosis {_shown(kurtosis)}"
+    return Finding(distance, interval, min(inside(interval, low=NON_NORMAL), shaped), note)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -12,20 +13,30 @@ STYLE = """
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 0 auto; padding: 1rem; }
 h1, h2, h3 { line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ccc; }
-figure { margin: 1.5rem 0; } img { width: 100%; height: auto; } figcaption { color: #555; font-size: .9rem; }
-.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: .85rem; min-width: 40rem; width: 100%; }
+figure { margin: 1.5rem 0; } img { width: 100%; min-width: 44rem; height: auto; display: block; }
+figcaption { color: #555; font-size: .9rem; }
+.wide, pre { overflow-x: auto; } pre { background: #f5f5f5; padding: .7rem; }
+table { border-collapse: collapse; font-size: .85rem; width: 100%; }
 th, td { text-align: left; vertical-align: top; padding: .3rem .6rem .3rem 0; border-bottom: 1px solid #ddd; }
-td.number { white-space: nowrap; text-align: right; } pre { overflow-x: auto; background: #f5f5f5; padding: .7rem; }
+td.number { white-space: nowrap; text-align: right; } td.note::first-letter { text-transform: uppercase; }
 .verdict { white-space: nowrap; font-weight: 600; } .reproduced { color: #0b6e3b; } .not-reproduced { color: #a12; }
 .contradicts-itself { color: #8a5a00; } .not-tested { color: #777; font-weight: 400; }
-@media print { body { max-width: none; } h2 { break-before: page; } figure, tr { break-inside: avoid; } }
+@media (max-width: 50rem) {
+  table, tbody, tr, td { display: block; } thead, td:empty { display: none; }
+  tr { padding: .5rem 0; border-bottom: 1px solid #bbb; } td, td.number { border: 0; padding: 0; text-align: left; }
+  td::before { content: attr(data-head) ": "; color: #666; font-weight: 400; }
+}
+@media print {
+  body { max-width: none; } h2 { break-before: page; } figure, tr { break-inside: avoid; } img { min-width: 0; }
+}
 """
 
 CAPTIONS = {
     "figure2": "Figure 2. Pressure at the centre of the square: Monte Carlo, Latin hypercube, the two polynomial chaos "
     "variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals.",
-    "figure3": "Figure 3. Friction coefficient of the test surface against penetration, from solved contact and from "
-    "the expansion; its autocorrelation beside that of the window alone, and its marginal.",
+    "figure3": "Figure 3. Friction coefficient of the test surface against penetration, from solved contact, from the "
+    "expansion, and from solved contact with the expansion as control variate; its autocorrelation beside that of "
+    "white noise averaged over the window; and its marginal, less its mean and over its standard deviation.",
     "figure5": "Figure 5. Stick-slip limit cycle with and without scatter, the point where the mass sticks again, and "
     "the cycles lost to the scatter against damping.",
 }
@@ -74,13 +85,13 @@ snakemake -j2 {escape(names)}   # with the packages installed</pre>
 
 def _scene(scene: SceneReport) -> str:
     pictures = "".join(
-        f'<figure><img alt="{escape(name)} of the scene {escape(scene.name)}" '
-        f'src="data:image/png;base64,{base64.b64encode(content).decode()}">'
+        f'<figure><div class="wide"><img alt="{escape(name)} of the scene {escape(scene.name)}" '
+        f'src="data:image/png;base64,{base64.b64encode(content).decode()}"></div>'
         f"<figcaption>{escape(CAPTIONS[name])}</figcaption></figure>"
         for name, content in scene.figures.items()
     )
     return f"""<h2 id="{escape(scene.name)}">Scene {escape(scene.name)}</h2>
-<p>{escape(scene.description)}.</p>
+<p>{escape(scene.description.rstrip("."))}.</p>
 {pictures}
 <h3>The paper's statements</h3>
 {_claims(scene.claims)}
@@ -91,34 +102,52 @@ def _scene(scene: SceneReport) -> str:
 
 
 def _claims(claims: Sequence[Mapping[str, Any]]) -> str:
+    verdicts = Counter(str(claim["verdict"]) for claim in claims)
+    counts = ", ".join(f"{count} {escape(verdict)}" for verdict, count in verdicts.most_common())
     rows = []
     for claim in claims:
         verdict = str(claim["verdict"])
-        number = "" if claim["ours"] is None else f"{claim['ours']:.3g}"
-        interval = "" if claim["interval"] is None else " to ".join(f"{end:.3g}" for end in claim["interval"])
         rows.append(
-            f"<tr><td>{escape(claim['statement'])}</td><td>{escape(claim['paper'])}</td>"
-            f'<td class="number">{number}</td><td class="number">{interval}</td>'
-            f'<td class="verdict {verdict.replace(" ", "-")}">{escape(verdict)}</td>'
-            f"<td>{escape(claim['note'])}. <em>Rule: {escape(claim['rule'])}.</em></td></tr>"
+            (
+                ("", escape(claim["statement"])),
+                ("", escape(claim["paper"])),
+                ("number", "" if claim["ours"] is None else f"{claim['ours']:.3g}"),
+                ("number", "" if claim["interval"] is None else " to ".join(f"{end:.3g}" for end in claim["interval"])),
+                (f"verdict {verdict.replace(' ', '-')}", escape(verdict)),
+                ("note", f"{escape(claim['note'])}. <em>Rule: {escape(claim['rule'])}.</em>"),
+            )
         )
-    return _table(("Statement", "Paper", "Ours", "95 % interval", "Verdict", "Note and rule"), rows)
+    heads = ("Statement", "Paper", "Ours", "95 % interval", "Verdict", "Note")
+    return f"<p>{len(claims)} statements: {counts}.</p>{_table(heads, rows)}"
 
 
 def _costs(costs: Sequence[Mapping[str, Any]]) -> str:
     rows = []
     for row in costs:
-        did = ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in row["did"].items())
+        did = ", ".join(f"{count:,} {escape(name.replace('_', ' '))}" for name, count in row["did"].items())
         peak = "" if row["peak_memory_mib"] is None else f"{row['peak_memory_mib']:.0f}"
         numbers = (str(row["jobs"]), f"{row['cpu_seconds']:.1f}", f"{100 * row['core_share']:.0f}", peak)
-        cells = "".join(f'<td class="number">{number}</td>' for number in numbers)
         rows.append(
-            f"<tr><td>{escape(row['stage'])}</td>{cells}<td>{'' if row['stage'] == 'all' else escape(did)}</td></tr>"
+            (
+                ("", escape(row["stage"])),
+                *(("number", number) for number in numbers),
+                ("", "" if row["stage"] == "all" else did),
+            )
         )
     heads = ("Stage", "Jobs", "CPU [s]", "Solving, fitting, integrating [%]", "Peak memory [MiB]", "Did")
     return _table(heads, rows)
 
 
-def _table(heads: Sequence[str], rows: Sequence[str]) -> str:
+def _table(heads: Sequence[str], rows: Sequence[Sequence[tuple[str, str]]]) -> str:
+    """A table of cells (class, HTML); on a narrow page each cell stands on a line of its own behind its head."""
     head = "".join(f"<th>{escape(name)}</th>" for name in heads)
-    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+    body = "".join(
+        "<tr>"
+        + "".join(
+            f'<td class="{kind}" data-head="{escape(name)}">{content}</td>'
+            for name, (kind, content) in zip(heads, row, strict=True)
+        )
+        + "</tr>"
+        for row in rows
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

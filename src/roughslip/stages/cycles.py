@@ -19,6 +19,17 @@ NOTHING = np.full(3, np.nan)
 NO_REATTACHMENT = Reattachment(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, 0, 0)
 
 
+def cycling_share(last_cycle: np.ndarray, duration_periods: float) -> tuple[float, float, float]:
+    """Share of the runs that still cycle in the closing periods, with its 95 % interval.
+
+    last_cycle : (runs,) natural periods until the last cycle, 0 for a run without one
+    """
+    runs = len(last_cycle)
+    cycling = int(np.count_nonzero(last_cycle > max(duration_periods - CLOSING_PERIODS, 0.0)))
+    low, high = wilson_interval(cycling, runs)
+    return cycling / runs, float(low), float(high)
+
+
 def work(job: Job) -> None:
     """Write M_d - E[M_S], micro-slips, moments and histogram of the reattachment point, and what is drawn."""
     deterministic = store.read(job.arguments.deterministic)
@@ -54,17 +65,15 @@ def work(job: Job) -> None:
     density = events / max(events.sum(), 1) / np.diff(edges)
     variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
     variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")
-    variables["events"] = store.Variable((), statistics.events, "1", "reattachments that end a cycle")
-    end = job.configuration["ensemble"]["duration_periods"] - CLOSING_PERIODS
-    cycling = int(np.sum(store.join(batches, "last_cycle") >= end))
-    runs = len(store.join(batches, "cycles"))
-    share = (cycling / runs, *map(float, wilson_interval(cycling, runs)))
+    variables["events"] = store.Variable((), len(place), "1", "reattachments that end a cycle")
+    last_cycle = store.join(batches, "last_cycle")
+    share = cycling_share(last_cycle, job.configuration["ensemble"]["duration_periods"])
     title = f"share of runs with a cycle in the last {CLOSING_PERIODS} natural periods, at the scene's damping"
     for suffix, value in zip(("", "_low", "_high"), share, strict=True):
         variables[f"cycling_share{suffix}"] = store.Variable((), value, "1", title + suffix.replace("_", ", "))
     nominal = job.configuration["oscillator"]["damping_ratio"]
     variables["nominal_damping"] = store.Variable((), nominal, "1", "the scene's damping ratio")
-    variables["realisations"] = store.Variable((), runs, "1", "runs")
+    variables["realisations"] = store.Variable((), len(last_cycle), "1", "runs")
     for name in ("position", "velocity"):
         drawn = store.join([batch for batch in batches if name in batch], name)
         variables[name] = store.Variable(("drawn", "time"), drawn, "m", f"{name} of the runs that are drawn")
@@ -73,7 +82,7 @@ def work(job: Job) -> None:
     for name in ("hopf_damping", "existence_limit", "reattachment", "departure"):
         unit = "1" if name in ("hopf_damping", "existence_limit") else "m"
         variables[f"deterministic_{name}"] = store.Variable((), deterministic[name], unit, f"{name} without scatter")
-    job.usage.count(events=statistics.events)
+    job.usage.count(events=len(place))
     store.write(job.arguments.output, variables, job.key)
 
 

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import IllPosedError
+from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import ensemble_counts, trajectory
+from roughslip.oscillator.system import Oscillator
 from roughslip.stages import mass_on_belt
 from roughslip.stages.command import Job, execute
+
+
+def where_it_exists(find: Callable[[Oscillator, StribeckLaw], Any], belt: Oscillator, law: StribeckLaw) -> Any:
+    """What `find` finds; None, and a line in the log, where an oscillator has no such cycle or limit."""
+    try:
+        return find(belt, law)
+    except (IllPosedError, ConvergenceError) as error:
+        print(f"deterministic: {error}; stored as NaN", file=sys.stderr)
+        return None
 
 
 def work(job: Job) -> None:
@@ -24,12 +37,11 @@ def work(job: Job) -> None:
         limits = {"hopf_damping": np.nan, "existence_limit": np.nan}
         cycle = {"departure": np.nan, "reattachment": np.nan, "period": np.nan, "slipped_distance": np.nan}
         if belt.excitation_force_n == 0:
-            limits = {"hopf_damping": hopf_damping(belt, law), "existence_limit": existence_limit(belt, law)}
-            try:
-                found = limit_cycle(belt, law)
+            limits["hopf_damping"] = hopf_damping(belt, law)
+            if (limit := where_it_exists(existence_limit, belt, law)) is not None:
+                limits["existence_limit"] = limit
+            if (found := where_it_exists(limit_cycle, belt, law)) is not None:
                 cycle = {name: getattr(found, name) for name in cycle}
-            except IllPosedError as error:
-                print(f"deterministic: {error}; its numbers are stored as NaN", file=sys.stderr)
         counts = ensemble_counts(
             belt, law, None, 0.0, ensemble["duration_periods"], ensemble["damping_ratios"], tolerance
         )

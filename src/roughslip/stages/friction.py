@@ -7,6 +7,7 @@ from dataclasses import fields
 import numpy as np
 
 from roughslip import store
+from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
@@ -82,7 +83,11 @@ def work(job: Job) -> None:
             for level in range(len(percentiles)):
                 windows = (mu[source][0][level], mu[source][1][level])
                 pair = (area[source][level], force[source][level])
-                for name, estimate in describe(windows, pair, shear, weights[source], job).items():
+                try:
+                    estimates = describe(windows, pair, shear, weights[source], job)
+                except IllPosedError as error:
+                    raise IllPosedError(f"percentile {percentiles[level]:g}, {source}: {error}") from error
+                for name, estimate in estimates.items():
                     table.setdefault(name, []).append(estimate)
                 job.usage.progress(level + 1, len(percentiles))
         combined = [combined_at(mu, level, strips, weights) for level in range(len(percentiles))]

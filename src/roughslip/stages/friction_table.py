@@ -74,7 +74,7 @@ def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) ->
 def table_variables(
     table: dict[str, list[Estimate]], combined: list[Combined], percentiles: np.ndarray, strip: dict[str, Any]
 ) -> dict[str, store.Variable]:
-    """Every statistic with its interval, and how those of TRENDS change with penetration.
+    """Every statistic with its interval, and how those of TRENDS change with penetration where there are two levels.
 
     table : per name the estimates of all levels of the first source, then of the second
     combined : per level the solved windows with the expansion as control
@@ -91,6 +91,22 @@ def table_variables(
         variables |= stored(name, ("source", "level", *extra.get(name, ())), estimates)
     for name in COMBINED:
         variables |= stored(f"combined_{name}", ("level",), [getattr(estimate, name) for estimate in combined])
+    if levels > 1:
+        variables |= trend_variables(table, combined, percentiles)
+    lags = strip["window_spacing_m"] * np.arange(len(table["autocorrelation"][0].value))
+    variables["lag"] = store.Variable(("lag",), lags, "m", "distance of two windows")
+    variables["triangle"] = store.Variable(
+        ("lag",), triangular(lags, strip["window_m"]), "1", "autocorrelation that the window alone would give"
+    )
+    return variables
+
+
+def trend_variables(
+    table: dict[str, list[Estimate]], combined: list[Combined], percentiles: np.ndarray
+) -> dict[str, store.Variable]:
+    """Slope over penetration, and last less first level, of TRENDS by source and of the combined moments."""
+    levels = len(percentiles)
+    variables: dict[str, store.Variable] = {}
     for name in TRENDS:
         trends = [trend_of(percentiles, table[name][row : row + levels]) for row in (0, levels)]
         variables |= stored(f"trend_{name}_slope", ("source",), [each.slope for each in trends])
@@ -99,11 +115,6 @@ def table_variables(
         one = trend_of(percentiles, [getattr(estimate, name) for estimate in combined])
         variables |= stored(f"trend_combined_{name}_slope", (), [one.slope])
         variables |= stored(f"trend_combined_{name}_change", (), [one.change])
-    lags = strip["window_spacing_m"] * np.arange(len(table["autocorrelation"][0].value))
-    variables["lag"] = store.Variable(("lag",), lags, "m", "distance of two windows")
-    variables["triangle"] = store.Variable(
-        ("lag",), triangular(lags, strip["window_m"]), "1", "autocorrelation that the window alone would give"
-    )
     return variables
 
 

@@ -29,7 +29,8 @@ def work(job: Job) -> None:
     reattachments, owners, drawn = [], [], []
     steps = 0
     with job.usage.core():
-        spectrum = prepare(numbers.process(), spacing, mass_on_belt.path_length(belt, periods))
+        longest = max(periods, discarded + mass_on_belt.DRAWN_PERIODS)
+        spectrum = prepare(numbers.process(), spacing, mass_on_belt.path_length(belt, longest))
         for row, number in enumerate(range(arguments.first, arguments.last)):
             path = sample(spectrum, np.random.default_rng([configuration["seed"], geometry.STREAM_PROCESS, number]))
             run = {"tolerance": tolerance, "stochastic_static_limit": stochastic}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from roughslip import store
+from roughslip.errors import StoreError
 from roughslip.report import SceneReport, page
 from roughslip.stages.command import Job, execute
 
@@ -20,15 +21,25 @@ def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
     return whole
 
 
+def picture(path: Path) -> bytes:
+    """A PNG file. Raises StoreError where it is missing."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
+
+
 def read_scene(folder: Path) -> SceneReport:
     """What a scene left in its folder of results."""
-    configuration = merged([store.read_key(path).configuration for path in sorted((folder / "keys").glob("*.json"))])
+    costs = store.read_json(folder / "costs.json")
+    stages = sorted({row["stage"] for row in costs} - {"all"})  # of this run: the folder may hold keys of older targets
+    configuration = merged([store.read_key(folder / "keys" / f"{stage}.json").configuration for stage in stages])
     return SceneReport(
         name=folder.name,
-        description=str(configuration.get("description", "")),
-        figures={path.stem: path.read_bytes() for path in sorted(folder.glob("figure*.png"))},
+        description=configuration["description"],
+        figures={target: picture(folder / f"{target}.png") for target in configuration["targets"]},
         claims=store.read_json(folder / "claims.json"),
-        costs=store.read_json(folder / "costs.json"),
+        costs=costs,
         configuration=json.dumps(configuration, indent=1, sort_keys=True),
     )
 

@@ -1,0 +1,245 @@
+"""Distributions of the pressure at the centre from samples and from expansions, each with its interval.
+
+The distance of a sampled distribution F_n from a reference G has a 95 % interval from sampling alone: from below by
+Kolmogorov's bound on sup |F_n - F|; from above by the normal error at the one pressure where |F - G| is largest, since
+the distance that is seen is at least the one seen there. That of an expansion comes from its refits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from roughslip import store
+from roughslip.chaos.distribution import NORMAL_95, cumulative_given_contact, kolmogorov_distance, wilson_interval
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.pressure import PressureTarget, fit_all_samples, fit_in_contact
+from roughslip.chaos.regression import Fit
+from roughslip.errors import IllPosedError
+
+SAMPLED = ("monte_carlo", "latin_hypercube")
+EXPANDED = ("equation_8", "equation_9", "roughslip")
+METHODS = (*SAMPLED, *EXPANDED)
+BLOCK = 20_000  # draws evaluated at a time
+REFIT_BLOCKS = 5  # on which refits are held against the fit: 16 draws in contact below a probability of 0.001
+REPLICATES = 200
+KOLMOGOROV_975 = 1.480  # 97.5 % quantile of the Kolmogorov distribution: sqrt(n) sup |F_n - F|
+LARGEST_LOGARITHM = 300.0  # of p / Pa: the cubic of eq. (9) has no mean, and its exponential would overflow
+TAIL = (1e-3, 1e-1)  # what counts as low probabilities
+SETTLED = 50  # surfaces in contact below a pressure, from which Monte Carlo knows its probability to 28 %
+ROWS = {
+    "cumulative": "distribution given contact",
+    "contact_probability": "probability of contact at the centre",
+    "distance_in_contact": "Kolmogorov distance to Monte Carlo, given contact",
+    "tail_error": "largest |log10| of the ratio to Monte Carlo where that lies between tail_from and 0.1",
+}
+Row = tuple[Any, Any, Any]  # value, low, high
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """One expansion of the pressure at the centre and the samples behind it.
+
+    method : "equation_8", "equation_9" or "roughslip"
+    basis : (K, P) terms at its samples
+    pressure, gap : (K,) [Pa], [m] at the centre
+    target : the smooth variable of roughslip
+    indices : (P, variables) exponents
+    """
+
+    method: str
+    basis: np.ndarray
+    pressure: np.ndarray
+    gap: np.ndarray
+    target: PressureTarget
+    indices: np.ndarray
+
+    def fit(self) -> Fit:
+        """Coefficients. Raises IllPosedError as the regression does."""
+        if self.method == "roughslip":
+            return fit_all_samples(self.basis, self.target.values(self.pressure, self.gap), self.target)
+        return fit_in_contact(self.basis, self.pressure, logarithm=self.method == "equation_9")
+
+    def regression(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """basis, target and weights of the samples that enter the fit."""
+        if self.method == "roughslip":
+            values = self.target.values(self.pressure, self.gap)
+            return self.basis, values, self.target.weights(values)
+        contact = self.pressure > 0
+        values = self.pressure[contact]
+        return self.basis[contact], np.log(values) if self.method == "equation_9" else values, np.ones(len(values))
+
+    def at(self, basis: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """p : (draws, ...) [Pa] from basis : (draws, P) and coefficients : (P, ...)."""
+        values = basis @ coefficients
+        if self.method == "equation_9":
+            return np.exp(np.clip(values, -LARGEST_LOGARITHM, LARGEST_LOGARITHM))
+        return np.maximum(values, 0.0) if self.method == "equation_8" else self.target.pressure(values)
+
+
+def draw(expansion: Expansion, coefficients: np.ndarray, count: int, seed: list[int]) -> np.ndarray:
+    """p : (count,) [Pa] at independent draws of the variables, block by block; the same draws for every expansion."""
+    return np.concatenate(
+        [
+            expansion.at(_block(expansion.indices, seed, number)[: count - first], coefficients)
+            for number, first in enumerate(range(0, count, BLOCK))
+        ]
+    )
+
+
+def _block(indices: np.ndarray, seed: list[int], number: int) -> np.ndarray:
+    draws = np.random.default_rng([*seed, number]).standard_normal((BLOCK, indices.shape[1]))
+    return hermite_basis(draws, indices)
+
+
+def refits(
+    expansion: Expansion, fit: Fit, levels: np.ndarray, seed: list[int], signs_seed: list[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the scatter of its samples does to an expansion: refits less the fit, on the same draws.
+
+    Returns the distribution given contact (R, levels) and the contact probability (R,). Expansions with the same
+    samples and signs_seed have the same signs. Raises IllPosedError where a refit is never in contact.
+    """
+    basis, values, weights = expansion.regression()
+    signs = np.random.default_rng(signs_seed).choice([-1.0, 1.0], (len(values), REPLICATES))
+    coefficients = np.column_stack([fit.coefficients, wild_coefficients(basis, values, weights, signs)])
+    below, contacts = np.zeros((1 + REPLICATES, len(levels))), np.zeros(1 + REPLICATES)
+    for number in range(REFIT_BLOCKS):
+        pressures = np.sort(expansion.at(_block(expansion.indices, seed, number), coefficients), axis=0)
+        out_of_contact = BLOCK - np.count_nonzero(pressures, axis=0)
+        contacts += BLOCK - out_of_contact
+        for row, pressure in enumerate(pressures.T):
+            below[row] += np.searchsorted(pressure, levels, side="right") - out_of_contact[row]
+    if not contacts.all():
+        raise IllPosedError(f"{expansion.method}: a refit is never in contact; take more samples")
+    curves, shares = below / contacts[:, None], contacts / (REFIT_BLOCKS * BLOCK)
+    return curves[1:] - curves[0], shares[1:] - shares[0]
+
+
+def wild_coefficients(basis: np.ndarray, values: np.ndarray, weights: np.ndarray, signs: np.ndarray) -> np.ndarray:
+    """Coefficients : (P, R) of refits to the fitted values plus the residuals times signs : (K, R).
+
+    Every refit keeps all samples. Resampling would leave out more than a third of them, and with four samples a
+    coefficient, as eq. (8) has, refits would be far worse than the fit (1.6 times its distance, in a trial).
+
+    Method: wild bootstrap of residuals over sqrt(1 - leverage) (Wu, Ann. Stat. 14 (1986) 1261; Liu, Ann. Stat. 16
+    (1988) 1696).
+    """
+    root = np.sqrt(weights)
+    q, r = scipy.linalg.qr(root[:, None] * basis, mode="economic")
+    projected = q.T @ (root * values)
+    residual = (root * values - q @ projected) / np.sqrt(1.0 - np.einsum("kp,kp->k", q, q))
+    return scipy.linalg.solve_triangular(r, projected[:, None] + q.T @ (residual[:, None] * signs))
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Monte Carlo, against which all are held.
+
+    pressure : (surfaces * nodes,) [Pa]
+    surfaces : number of surfaces; central nodes of one are not independent
+    levels : (levels,) [Pa] at which distributions are drawn
+    """
+
+    pressure: np.ndarray
+    surfaces: int
+    levels: np.ndarray
+
+    @cached_property
+    def contacts(self) -> float:
+        """Number of surfaces in contact at their centre."""
+        return float(np.mean(self.pressure > 0)) * self.surfaces
+
+    @cached_property
+    def cumulative(self) -> np.ndarray:
+        """Distribution given contact at the levels."""
+        return cumulative_given_contact(self.pressure, self.levels)
+
+    @property
+    def tail_from(self) -> float:
+        """The least of the low probabilities that it settles."""
+        return max(TAIL[0], SETTLED / self.contacts)
+
+    def distance(self, pressure: np.ndarray) -> float:
+        """Kolmogorov distance given contact of p : (n,) [Pa]."""
+        return kolmogorov_distance(pressure[pressure > 0], self.pressure[self.pressure > 0])
+
+    def tail_error(self, first: np.ndarray, second: np.ndarray) -> float:
+        """Largest |log10 F_1 / F_2| where the reference lies between tail_from and 0.1; NaN where it settles nothing.
+
+        No probability counts as smaller than one in a block of draws, below which it is not known.
+        """
+        tail = (self.cumulative >= self.tail_from) & (self.cumulative <= TAIL[1])
+        one, other = (np.maximum(curve[tail], 1 / BLOCK) for curve in (first, second))
+        return float(np.max(np.abs(np.log10(one / other)))) if tail.any() else float("nan")
+
+
+def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -> dict[str, Row]:
+    """The rows of a sampled method with so many independent samples."""
+    share = float(np.mean(pressure > 0))
+    contacts = share * independent
+    curve = cumulative_given_contact(pressure, reference.levels)
+    band = wilson_interval(curve * contacts, contacts)
+    probability = wilson_interval(contacts, independent)
+    distance = reference.distance(pressure)
+    root = np.sqrt(1 / contacts + 1 / reference.contacts)
+    low, high = distance - KOLMOGOROV_975 * root, distance + NORMAL_95 / 2 * root
+    tail = reference.tail_error(curve, reference.cumulative)
+    moved = max(reference.tail_error(end, curve) for end in band)
+    return {
+        "cumulative": (curve, *band),
+        "contact_probability": (share, float(probability[0]), float(probability[1])),
+        "distance_in_contact": (distance, max(low, 0.0), min(high, 1.0)),
+        "tail_error": (tail, max(tail - moved, 0.0), tail + moved),
+    }
+
+
+def expanded_rows(pressure: np.ndarray, moved: np.ndarray, probability: Row, reference: Reference) -> dict[str, Row]:
+    """The rows of an expansion, whose refits moved its distribution : (R, levels).
+
+    A distance moves with its refit by at most their distance (triangle inequality, as in Bickel and Krieger 1989), so
+    its interval is the value and the 95 % quantile of that on either side, and the error of the reference.
+    """
+    curve = cumulative_given_contact(pressure, reference.levels)
+    curves = np.clip(curve + moved, 0.0, 1.0)
+    distance, tail = reference.distance(pressure), reference.tail_error(curve, reference.cumulative)
+    error = NORMAL_95 / np.sqrt(reference.contacts)
+    far = np.quantile(np.max(np.abs(moved), axis=1), 0.95) + error / 2
+    far_tail = np.quantile([reference.tail_error(one, curve) for one in curves], 0.95)
+    far_tail += error / np.log(10) / np.sqrt(reference.tail_from)
+    return {
+        "cumulative": (curve, *np.quantile(curves, [0.025, 0.975], axis=0)),
+        "contact_probability": probability,
+        "distance_in_contact": (distance, max(distance - far, 0.0), min(distance + far, 1.0)),
+        "tail_error": (tail, max(tail - far_tail, 0.0), tail + far_tail),
+    }
+
+
+def refused_rows(levels: np.ndarray, probability: Row) -> dict[str, Row]:
+    """The rows of an expansion whose fit is ill-posed: NaN, as it has no distribution."""
+    nothing = np.full(len(levels), np.nan)
+    rows = {"cumulative": (nothing, nothing, nothing), "contact_probability": probability}
+    return rows | dict.fromkeys(("distance_in_contact", "tail_error"), (np.nan, np.nan, np.nan))
+
+
+def apart(first: np.ndarray, second: np.ndarray, moved: dict[str, np.ndarray]) -> Row:
+    """Kolmogorov distance of eqs. (8) and (9) given contact, from their pressures and refits to the same samples."""
+    distance = kolmogorov_distance(first[first > 0], second[second > 0])
+    far = float(np.quantile(np.max(np.abs(moved["equation_8"] - moved["equation_9"]), axis=1), 0.95))
+    return distance, max(distance - far, 0.0), min(distance + far, 1.0)
+
+
+def stack(name: str, dimensions: tuple[str, ...], rows: list[Row], title: str) -> dict[str, store.Variable]:
+    """Variables for value, low and high of one quantity: a row a method, or one row without dimensions."""
+    suffixes = {"": title, "_low": f"{title}, lower end of its 95 % interval"}
+    suffixes["_high"] = f"{title}, upper end of its 95 % interval"
+    return {
+        name + suffix: store.Variable(
+            dimensions, np.array([row[part] for row in rows]) if dimensions else rows[0][part], "1", label
+        )
+        for part, (suffix, label) in enumerate(suffixes.items())
+    }

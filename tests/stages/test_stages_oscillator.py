@@ -1,0 +1,112 @@
+"""From friction statistics to process and oscillator, and what the oscillator stages make of runs without a cycle."""
+
+import numpy as np
+import pytest
+
+from roughslip import store
+from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
+from roughslip.stages import mass_on_belt
+from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
+from roughslip.stages.deterministic import where_it_exists
+from roughslip.stages.mass_on_belt import FrictionNumbers, friction_numbers
+
+GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4, "beta_a": 2.1, "beta_b": 5.0}
+SECTION = {
+    "mass_kg": 1.0,
+    "natural_frequency_rad_per_s": 316.0,
+    "damping_ratio": 0.17,
+    "belt_velocity_m_per_s": 0.948,
+    "normal_force_n": 2500.0,
+    "excitation_force_n": 0.0,
+    "excitation_frequency_rad_per_s": 316.0,
+    "static_friction": 0.4,
+    "stribeck_decay_s_per_m": 1.42,
+    "stribeck_quadratic_s2_per_m2": 0.01,
+    "stochastic_static_limit": True,
+}
+
+
+@pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.5, 0.5), (90.0, 300.0)])
+@pytest.mark.parametrize("std", [0.01, 0.2])
+def test_the_process_has_the_mean_and_scatter_of_the_statistics(a, b, std):
+    process = FrictionNumbers(**(GIVEN | {"standard_deviation": std, "beta_a": a, "beta_b": b})).process()
+    assert (process.mean, process.standard_deviation) == (pytest.approx(0.3), pytest.approx(std))
+    assert (process.a, process.b, process.correlation_length_m) == (a, b, 2.5e-4)
+    u = np.random.default_rng(0).beta(a, b, 200_000)
+    mu = process.lower + (process.upper - process.lower) * u
+    np.testing.assert_allclose([mu.mean(), mu.std()], [0.3, std], rtol=0.01)  # of draws: 1 / sqrt(2 n) and less
+
+
+def test_numbers_that_the_scene_gives_come_before_a_file(tmp_path):
+    found = friction_numbers({"friction": {"statistics": GIVEN}}, tmp_path / "absent.nc")
+    assert found == FrictionNumbers(**GIVEN)
+
+
+def test_numbers_of_the_statistics_are_those_at_the_median(tmp_path):
+    """Mean and scatter with the expansion as control, length and shape of the solved windows."""
+    two = np.arange(6.0).reshape(2, 3)
+    variables = {
+        "percentile": store.Variable(("level",), np.array([10.0, 50.0, 90.0]), "percent", "p"),
+        "combined_mean": store.Variable(("level",), np.array([0.4, 0.3, 0.2]), "1", "m"),
+        "combined_std": store.Variable(("level",), np.array([0.04, 0.03, 0.02]), "1", "s"),
+        "length_least_squares": store.Variable(("source", "level"), 1e-4 * (1 + two), "m", "l"),
+        "beta_a": store.Variable(("source", "level"), 2 + two, "1", "a"),
+        "beta_b": store.Variable(("source", "level"), 5 + two, "1", "b"),
+    }
+    store.write(tmp_path / "statistics.nc", variables, store.Key({}, "abc"))
+    assert friction_numbers({}, tmp_path / "statistics.nc") == FrictionNumbers(0.3, 0.03, 2e-4, 3.0, 6.0)
+
+
+def test_without_numbers_and_without_a_file_there_is_no_friction():
+    with pytest.raises(InputError, match="--friction"):
+        friction_numbers({"friction": {"mean_at_median": 0.3}}, None)
+
+
+def test_the_paper_s_oscillator_and_law():
+    belt, law = mass_on_belt.oscillator({"oscillator": SECTION}), mass_on_belt.law({"oscillator": SECTION}, 0.3)
+    assert (pytest.approx(0.003), pytest.approx(2500 / 316**2)) == (belt.V, belt.F)
+    v = np.linspace(0.0, 2.0, 9)
+    np.testing.assert_allclose(law.mu(v), 0.3 / (1 + 1.42 * v) + 0.1 + 0.01 * v**2)
+
+
+def test_a_path_is_longer_than_the_belt_travels():
+    belt = mass_on_belt.oscillator({"oscillator": SECTION})
+    travel = 0.948 * 100 * 2 * np.pi / 316
+    assert mass_on_belt.path_length(belt, 100) == pytest.approx(travel + 10 * belt.F)
+
+
+@pytest.mark.parametrize("error", [IllPosedError("no cycle here"), ConvergenceError("no cycle here", 1.0, 2)])
+def test_a_cycle_that_does_not_exist_is_told_and_not_raised(error, capsys):
+    def find(belt, law):
+        raise error
+
+    assert where_it_exists(find, None, None) is None
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("deterministic: no cycle here")
+
+
+def test_a_cycle_that_exists_is_found_and_a_wrong_parameter_is_no_missing_cycle(capsys):
+    def refuse(belt, law):
+        raise ParameterError("not an oscillator")
+
+    assert where_it_exists(lambda belt, law: belt + law, 1, 2) == 3
+    assert capsys.readouterr().err == ""
+    with pytest.raises(ParameterError):
+        where_it_exists(refuse, None, None)
+
+
+def test_share_of_runs_that_cycle_to_the_end():
+    """Four of five cycle in the last ten periods; Wilson's interval, by hand: (4 + z^2/2) / (5 + z^2) +- ..."""
+    last = np.array([0.0, 90.5, 95.0, 99.0, 99.9])
+    share, low, high = cycling_share(last, 100.0)
+    assert share == 0.8
+    z = 1.959963984540054
+    centre, half = (4 + z**2 / 2) / (5 + z**2), z * np.sqrt(4 / 5 + z**2 / 4) / (5 + z**2)
+    assert (low, high) == (pytest.approx(centre - half), pytest.approx(centre + half))
+    assert cycling_share(np.full(5, 90.0), 100.0)[0] == 0.0
+
+
+@pytest.mark.parametrize("duration", [CLOSING_PERIODS, 0.5 * CLOSING_PERIODS])
+def test_in_a_short_run_a_run_without_a_cycle_does_not_cycle(duration):
+    """Its last cycle is at 0, which is no cycle."""
+    assert cycling_share(np.array([0.0, 0.0, 3.0, 4.0]), duration)[0] == 0.5

@@ -1,0 +1,282 @@
+"""The figures draw what is stored and nothing else, the same bytes each time, with no legend over data.
+
+Warnings are errors in every test of this project, so a figure that warns fails here.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from roughslip.figures import DRAWN, METHODS, figure2, figure3, figure5, save
+
+FIGURES = {"figure2": figure2, "figure3": figure3, "figure5": figure5}
+DAMPING = np.array([0.05, 0.1, 0.17, 0.2, 0.23, 0.25, 0.27, 0.28, 0.29, 0.3, 0.31, 0.32, 0.3225, 0.325, 0.34, 0.4])
+
+
+class Recorded(dict):
+    """A result that remembers what was read."""
+
+    def __init__(self, arrays):
+        super().__init__(arrays)
+        self.read = set()
+
+    def __getitem__(self, name):
+        self.read.add(name)
+        return super().__getitem__(name)
+
+
+def with_interval(name, value, half):
+    value = np.asarray(value, dtype=float)
+    return {name: value, f"{name}_low": value - half, f"{name}_high": value + half}
+
+
+def square(*, count=200, scale=1e8):
+    """Exponential pressures; eq. (9) far off, as it is in the study."""
+    pressure = scale * np.geomspace(1e-3, 8.0, count)
+    curve = 1 - np.exp(-pressure / scale)
+    rows = np.array([curve, curve, curve**0.8, curve**0.1, curve**1.1])
+    shares = [0.16, 0.158, 0.158, 0.158, 0.165]
+    return {
+        "method": np.array(list(METHODS)),
+        "pressure": pressure,
+        "distance_in_contact": np.array([0.0, 0.02, 0.14, 0.76, 0.013]),
+        **{name: np.clip(values, 0, 1) for name, values in with_interval("cumulative", rows, 0.03).items()},
+        **with_interval("contact_probability", shares, 0.01),
+    }
+
+
+def refused():
+    """Eqs. (8) and (9) with no more samples in contact than coefficients."""
+    result = square()
+    for name in ("cumulative", "cumulative_low", "cumulative_high", "distance_in_contact"):
+        result[name] = np.where(
+            np.array([0, 0, 1, 1, 0]).reshape(-1, *[1] * (result[name].ndim - 1)), np.nan, result[name]
+        )
+    return result
+
+
+def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e-6):
+    percentile = np.array(percentile, dtype=float)
+    lag = 15e-6 * np.arange(121)
+    mean, std = 0.4 - 0.001 * percentile, 0.1 / (1 + percentile / 10)
+    both = np.ones((2, 1))
+    curves = np.exp(-lag / length) * np.ones((2, len(percentile), 1))
+    middle = 0.4 - 0.05
+    edges = np.linspace(middle - 0.05, middle + 0.1, 41)
+    density = np.exp(-(((edges[1:] - middle) / 0.0167) ** 2) / 2)
+    return {
+        "source": np.array(["solved", "expansion"]),
+        "percentile": percentile,
+        "lag": lag,
+        "triangle": np.maximum(0, 1 - lag / 600e-6),
+        "length_least_squares": np.full((2, len(percentile)), length),
+        "histogram": density / density.sum() / np.diff(edges),
+        "histogram_edge": edges,
+        **{f"beta_{name}": np.full((2, len(percentile)), v) for name, v in zip("ab", (299.7, 300.0), strict=True)},
+        "beta_lower": np.full((2, len(percentile)), 0.2),
+        "beta_upper": np.full((2, len(percentile)), 0.5),
+        **with_interval("combined_mean", mean, 0.002),
+        **with_interval("combined_std", std, 0.002),
+        **with_interval("mean", both * mean, 0.004),
+        **with_interval("std", both * std, 0.004),
+        **with_interval("autocorrelation", curves, 0.2),
+    }
+
+
+def oscillator(runs=12, damping=DAMPING):
+    """The shape that Figure 5 has: M_d near 91 up to the limit, then 0; the ensemble loses the cycle before it."""
+    angle = np.linspace(0, 2 * np.pi, 400)
+    cycles = np.where(damping < 0.3244, 91, 0)
+    mean = 91 / (1 + np.exp((damping - 0.3) / 0.01))
+    edges = np.linspace(2e-3, 5e-3, 49)
+    density = np.exp(-((edges[1:] - 3.3e-3) ** 2) / (2 * 3e-4**2))
+    return {
+        "position": np.array([7e-3 + (4e-3 + 1e-4 * k) * np.cos(angle) for k in range(runs)]),
+        "velocity": np.array([(3e-3 + 1e-4 * k) * np.sin(angle) for k in range(runs)]),
+        "deterministic_position": 7e-3 + 4e-3 * np.cos(angle),
+        "deterministic_velocity": 3e-3 * np.sin(angle),
+        "histogram": density / density.sum() / np.diff(edges),
+        "histogram_edge": edges,
+        "reattachment_mean": np.array(3.3e-3),
+        "reattachment_std": np.array(3e-4),
+        "deterministic_reattachment": np.array(3.28e-3),
+        "nominal_damping": np.array(0.17),
+        "damping_ratio": damping,
+        "deterministic_cycles": cycles,
+        "mean_cycles": mean,
+        **with_interval("difference", cycles - mean, 2.0),
+        "deterministic_hopf_damping": np.array(0.2311),
+        "deterministic_existence_limit": np.array(0.3244),
+    }
+
+
+NONE = np.array(np.nan)
+NO_LIMITS = {"deterministic_hopf_damping": NONE, "deterministic_existence_limit": NONE}
+NO_CYCLE = {"reattachment_mean": NONE, "reattachment_std": NONE, "deterministic_reattachment": NONE}
+FULL = {"figure2": square(), "figure3": friction(), "figure5": oscillator()}
+CASES = {
+    "figure2": ("figure2", square()),
+    "figure2, GPa": ("figure2", square(scale=2e9)),
+    "figure2, few in contact": ("figure2", square(count=6) | {"cumulative": np.tile(np.arange(1, 7) / 8, (5, 1))}),
+    "figure2, refused": ("figure2", refused()),
+    "figure3": ("figure3", friction()),
+    "figure3, three levels": ("figure3", friction([10, 50, 90])),
+    "figure3, one level": ("figure3", friction([50])),
+    "figure3, long correlation": ("figure3", friction(length=5e-3)),
+    "figure5": ("figure5", oscillator()),
+    "figure5, four runs and three dampings": ("figure5", oscillator(4, np.array([0.17, 0.3, 0.34]))),
+    "figure5, one run and one damping": ("figure5", oscillator(1, np.array([0.17]))),
+    "figure5, excited": ("figure5", oscillator() | NO_LIMITS | {"deterministic_reattachment": NONE}),
+    "figure5, no cycle": ("figure5", oscillator() | NO_CYCLE),
+    "figure5, never unstable": ("figure5", oscillator() | NO_LIMITS | {"deterministic_hopf_damping": np.array(-0.4)}),
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_reads_what_is_stored_beside_it_and_no_more(name):
+    result = Recorded({variable: FULL[name][variable] for variable in DRAWN[name]})
+    FIGURES[name](result)
+    assert result.read == set(DRAWN[name])
+    assert len(DRAWN[name]) == len(set(DRAWN[name]))
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_same_numbers_give_the_same_bytes(name, tmp_path):
+    for copy in "ab":
+        figure = FIGURES[name](FULL[name])
+        for suffix in ("png", "svg"):
+            save(figure, tmp_path / f"{copy}.{suffix}")
+    for suffix in ("png", "svg"):
+        content = (tmp_path / f"a.{suffix}").read_bytes()
+        assert content == (tmp_path / f"b.{suffix}").read_bytes()
+        assert b"atplotlib v" not in content  # a new version would make new bytes of the same picture
+        assert b"dc:date" not in content
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_no_legend_covers_data_or_leaves_its_axes(case):
+    """At the size that is saved; a point of slack for rounding."""
+    name, result = CASES[case]
+    figure = FIGURES[name](result)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        inside = axes.get_window_extent()
+        data = [*axes.lines, *axes.patches]
+        assert all(np.isfinite([*axes.get_xlim(), *axes.get_ylim()]))
+        if (legend := axes.get_legend()) is None:
+            continue
+        box = legend.get_window_extent()
+        assert box.x0 >= inside.x0 - 1
+        assert box.x1 <= inside.x1 + 1, (axes.get_title(loc="left"), box.x1 - inside.x1)
+        assert box.y1 <= inside.y1 + 1
+        for artist in data:
+            path = artist.get_path().transformed(artist.get_transform())
+            assert not path.intersects_bbox(box, filled=False), (axes.get_title(loc="left"), artist.get_label())
+        for collection in axes.collections:
+            for path in collection.get_paths():
+                assert not path.transformed(collection.get_transform()).intersects_bbox(box, filled=False)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_titles_and_labels_fit_their_panel(name):
+    """No title runs into the panel beside it, and nothing is cut at the edge of the picture."""
+    figure = FIGURES[name](FULL[name])
+    figure.draw_without_rendering()
+    whole = figure.bbox
+    boxes = [axes.get_tightbbox() for axes in figure.axes]
+    for box in boxes:
+        assert whole.x0 <= box.x0
+        assert box.x1 <= whole.x1
+        assert whole.y0 <= box.y0
+        assert box.y1 <= whole.y1
+    for first, second in pairwise(boxes):
+        assert first.x1 <= second.x0 or first.y0 >= second.y1
+
+
+def line(axes, label):
+    (found,) = [each for each in axes.lines if each.get_label() == label]
+    return found.get_data()
+
+
+def test_figure2_draws_the_stored_numbers():
+    result = square()
+    linear, logarithmic, probability = figure2(result).axes
+    for row, (label, _) in enumerate(METHODS.values()):
+        for axes in (linear, logarithmic):
+            x, y = line(axes, label)
+            np.testing.assert_allclose(x, 1e-6 * result["pressure"])
+            np.testing.assert_array_equal(y, result["cumulative"][row])
+        interval, value = probability.lines[2 * row : 2 * row + 2]
+        np.testing.assert_allclose(value.get_data(), [[100 * result["contact_probability"][row]], [-row]])
+        ends = [100 * result[f"contact_probability_{end}"][row] for end in ("low", "high")]
+        np.testing.assert_allclose(interval.get_xdata(), ends)
+    texts = [text.get_text() for text in probability.texts]
+    assert texts == ["distance 0.020", "distance 0.140", "distance 0.760", "distance 0.013"]
+    texts = [text.get_text() for text in figure2(refused()).axes[2].texts]
+    assert texts == ["distance 0.020", "fit refused", "fit refused", "distance 0.013"]
+    assert linear.get_xlabel().endswith("[MPa]")
+    assert figure2(square(scale=2e9)).axes[0].get_xlabel().endswith("[GPa]")
+
+
+def test_figure3_draws_the_stored_numbers():
+    result = friction()
+    mean, std, correlation, marginal = figure3(result).axes
+    for axes, name in ((mean, "mean"), (std, "std")):
+        for row, label in enumerate(("solved contact", "expansion")):
+            np.testing.assert_array_equal(line(axes, label), [result["percentile"], result[name][row]])
+        np.testing.assert_array_equal(line(axes, "expansion as control")[1], result[f"combined_{name}"])
+    x, y = line(correlation, "solved contact")
+    np.testing.assert_allclose(x, 1e6 * result["lag"])
+    np.testing.assert_array_equal(y, result["autocorrelation"][0, 5])
+    np.testing.assert_array_equal(line(correlation, "window alone")[1], result["triangle"])
+    np.testing.assert_allclose(line(correlation, "exponential, 300 µm")[1], np.exp(-result["lag"] / 300e-6))
+    assert len(correlation.lines) == 10 + 4 + 1  # other levels, four curves, the zero line
+    u = np.linspace(-8, 8, 4001)
+    for label in ("fitted Beta(300, 300)", "paper, Beta(2.1, 5)", "normal"):
+        x, y = line(marginal, label)
+        np.testing.assert_allclose(
+            np.trapezoid(np.interp(u, x, y, 0, 0), u), 1.0, atol=5e-3
+        )  # densities, on 400 points
+    (stairs,) = marginal.patches
+    values, edges, _ = stairs.get_data()
+    assert np.sum(values * np.diff(edges)) == pytest.approx(1.0)
+
+
+def test_figure5_draws_the_stored_numbers():
+    result = oscillator()
+    cycle, histogram, loss = figure5(result).axes
+    np.testing.assert_allclose(
+        line(cycle, "deterministic"),
+        [1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]],
+    )
+    np.testing.assert_allclose(cycle.lines[3].get_ydata(), 1e3 * result["velocity"][3])
+    (stairs,) = histogram.patches
+    values, edges, _ = stairs.get_data()
+    np.testing.assert_allclose(edges, 1e3 * result["histogram_edge"])
+    assert np.sum(values * np.diff(edges)) == pytest.approx(1.0)
+    x, y = line(histogram, "fitted normal")
+    assert (x[np.argmax(y)], np.trapezoid(y, x)) == (pytest.approx(3.3, abs=0.01), pytest.approx(1.0, abs=1e-3))
+    for label, name in (
+        ("$M_d - E[M_S]$", "difference"),
+        ("$M_d$", "deterministic_cycles"),
+        ("$E[M_S]$", "mean_cycles"),
+    ):
+        np.testing.assert_array_equal(line(loss, label), [DAMPING, result[name]])
+    labels = loss.get_legend_handles_labels()[1]
+    assert labels[-2:] == ["sliding unstable below 0.2311", "cycle exists below 0.3244"]
+
+
+def test_limits_that_do_not_exist_or_lie_off_the_list_are_not_drawn():
+    for case in ("figure5, excited", "figure5, never unstable"):
+        loss = figure5(CASES[case][1]).axes[2]
+        assert len(loss.get_legend_handles_labels()[1]) == 3
+        assert loss.get_xlim()[0] > 0
+    histogram = figure5(CASES["figure5, no cycle"][1]).axes[1]
+    assert [text.get_text() for text in histogram.texts] == ["too few cycles at this damping"]
+
+
+def test_methods_differ_in_style_and_in_grey():
+    """For a reader who sees no colours, and in print."""
+    looks = [look for _, look in METHODS.values()]
+    assert len({(look["linestyle"], look.get("linewidth")) for look in looks}) == len(looks)

@@ -1,0 +1,157 @@
+"""The report is one valid page that needs no network and shows text as text."""
+
+import base64
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from roughslip.report import CAPTIONS, SceneReport, page
+
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+PICTURE = b"\x89PNG\r\n\x1a\n not much of a picture"
+
+
+class Page(HTMLParser):
+    """Elements and text of a page; an end tag that does not close the last open element is an error."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.elements, self.text, self.mistakes = [], [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        names = [name for name, _ in attrs]
+        if len(names) != len(set(names)):
+            self.mistakes.append(f"attribute twice in {tag}")
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.mistakes.append(f"</{tag}> closes nothing")
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] != "style":
+            self.text.append(data)
+
+    def all(self, tag):
+        return [attrs for name, attrs in self.elements if name == tag]
+
+
+def claim(**changes):
+    return {
+        "id": "fig3-mean-decreases",
+        "statement": "The mean decreases",
+        "paper": "decreases",
+        "ours": -0.08912,
+        "interval": [-0.0942, -0.0839],
+        "verdict": "reproduced",
+        "note": "change of the mean",
+        "rule": "the interval lies below zero",
+    } | changes
+
+
+def cost(**changes):
+    return {
+        "stage": "contact_strip",
+        "jobs": 2,
+        "cpu_seconds": 10.71,
+        "wall_seconds": 33.0,
+        "core_cpu_seconds": 9.0,
+        "core_share": 0.84,
+        "peak_memory_mib": 284.1,
+        "did": {"convolutions": 80400, "solves_without_contact": 3},
+    } | changes
+
+
+def scene(**changes):
+    return SceneReport(
+        **{
+            "name": "mine",
+            "description": "A scan of my own",
+            "figures": dict.fromkeys(CAPTIONS, PICTURE),
+            "claims": [claim()],
+            "costs": [cost(), cost(stage="all", did={"everything": 1})],
+            "configuration": '{"seed": 1}',
+        }
+        | changes
+    )
+
+
+def parsed(*scenes):
+    content = Page(page(scenes, {"numpy": "2.0", "python": "3.11"}))
+    assert content.mistakes == []
+    assert content.open == []
+    return content
+
+
+def test_one_page_without_a_network():
+    text = page([scene(), scene(name="yours")], {"numpy": "2.0"})
+    assert text.startswith("<!DOCTYPE html>")
+    content = parsed(scene(), scene(name="yours"))
+    assert not re.search(r"https?:|//[a-z]|url\(|@import|<script|<link|<iframe", text)
+    sources = [value for _, attrs in content.elements for name, value in attrs.items() if name in ("src", "href")]
+    pictures = [source for source in sources if source.startswith("data:image/png;base64,")]
+    assert len(pictures) == 6
+    assert base64.b64decode(pictures[0].partition(",")[2]) == PICTURE
+    ids = {attrs["id"] for _, attrs in content.elements if "id" in attrs}
+    assert {source for source in sources if source not in pictures} == {"#mine", "#yours"} == {f"#{id}" for id in ids}
+
+
+def test_it_reads_on_a_phone_and_says_what_its_pictures_are():
+    content = parsed(scene())
+    assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in content.all("meta")
+    assert content.all("html") == [{"lang": "en"}]
+    assert {"charset": "utf-8"} in content.all("meta")
+    assert all(attrs["alt"] for attrs in content.all("img"))
+    heads = {attrs["data-head"] for attrs in content.all("td")}
+    assert {"Statement", "95 % interval", "Verdict", "CPU [s]", "Peak memory [MiB]"} < heads
+
+
+NASTY = """<script>alert("x")</script> & 'quoted' \u00b5 {braces}"""
+
+
+@pytest.mark.parametrize("key", ["statement", "paper", "note", "rule"])
+def test_claims_are_text(key):
+    content = parsed(scene(claims=[claim(**{key: NASTY})]))
+    assert content.all("script") == []
+    assert NASTY in " ".join(content.text)
+
+
+@pytest.mark.parametrize("key", ["description", "configuration"])
+def test_what_a_user_wrote_is_text(key):
+    content = parsed(scene(**{key: NASTY}))
+    assert content.all("script") == []
+    assert NASTY in " ".join(content.text)
+
+
+def test_numbers_verdicts_and_what_has_none():
+    absent = claim(ours=None, interval=None, verdict="not tested", note="the scene does not run this stage")
+    content = parsed(scene(claims=[claim(), claim(), absent]))
+    text = " ".join(content.text)
+    assert "-0.0891" in text
+    assert "-0.0942 to -0.0839" in text
+    assert "3 statements: 2 reproduced, 1 not tested." in text
+    assert "None" not in text
+    assert [attrs["class"] for attrs in content.all("td")].count("verdict not-tested") == 1
+
+
+def test_costs_and_the_platform_that_does_not_tell_its_memory():
+    content = parsed(scene(costs=[cost(peak_memory_mib=None), cost(stage="all", did={"everything": 1})]))
+    text = " ".join(content.text)
+    assert "80,400 convolutions, 3 solves without contact" in text
+    assert "None" not in text
+    assert "everything" not in text
+
+
+@pytest.mark.parametrize("description", ["My scan", "My scan."])
+def test_a_description_ends_in_one_full_stop(description):
+    assert "My scan." in parsed(scene(description=description)).text
+
+
+def test_every_scene_its_targets():
+    """A scene of the oscillator alone shows Figure 5 alone."""
+    assert len(parsed(scene(figures={"figure5": PICTURE})).all("img")) == 1

@@ -132,6 +132,14 @@ class Scenes:
         """The figures that are the scene's targets."""
         return [f"results/{name}/{figure}.png" for figure in self.valid[name]["targets"]]
 
+    def products(self, name: str) -> list[str]:
+        """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""
+        figures = [f"{figure}.{kind}" for figure in self.valid[name]["targets"] for kind in ("png", "svg", "nc")]
+        summary = ["summary.csv"] if "friction" in self.stages(name) else []
+        return [
+            f"results/{name}/{product}" for product in (*figures, *summary, "claims.json", "costs.json", "report.html")
+        ]
+
     def usage_records(self, name: str) -> list[str]:
         """The records of cost of every job up to figures and claims."""
         batched = {
@@ -169,15 +177,17 @@ def _default_scenes(path: Path, folder: Path) -> list[str]:
     if misread:
         raise InputError([scene_yaml.line(path, key, text) for key, text in misread])
     allowed = scene_names(folder)
-    known = f"a list of scenes, each once: {', '.join(allowed)}"
+    known = ", ".join(allowed)
     lines = [scene_yaml.line(path, (key,), "unknown key; allowed: scenes") for key in values if key != "scenes"]
     names = values.get("scenes")
     if not isinstance(names, list) or not names:
         given = "missing" if "scenes" not in values else f"{scene_yaml.shown(names)} is not allowed"
-        raise InputError([*lines, scene_yaml.line(path, ("scenes",), f"{given}; {known}")])
+        text = f"{given}; a list of scenes, each once, of: {known}"
+        raise InputError([*lines, scene_yaml.line(path, ("scenes",), text)])
     for number, name in enumerate(names):
         if name not in allowed or name in names[:number]:
-            lines.append(scene_yaml.line(path, ("scenes", number), f"{scene_yaml.shown(name)} is not allowed; {known}"))
+            text = f"{scene_yaml.shown(name)} is not allowed; each once, one of: {known}"
+            lines.append(scene_yaml.line(path, ("scenes", number), text))
     if lines:
         raise InputError(lines)
     return names

@@ -74,7 +74,8 @@ def read_key(path: Path) -> Key:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         return Key(content["configuration"], content["code"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise StoreError(f"{path}: no readable key file ({error}); {_rebuild(path)}") from error
+        scene = Path(path).parents[1].name
+        raise StoreError(f"{path}: no readable key file ({error}); make it with: snakemake -n {scene}") from error
 
 
 @contextmanager

@@ -69,13 +69,17 @@ class Project:
         shutil.copytree(self.folder, folder, ignore=others)
         return Project(folder, self.numba_cache)
 
-    def command(self, *arguments: str) -> dict:
-        """What subprocess takes to run Python with these arguments in the project."""
+    @property
+    def options(self) -> dict:
+        """What subprocess takes to run a command in the project."""
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(self.numba_cache), "PYTHONPATH": str(self.path("src"))}
-        return {"args": [sys.executable, "-m", *arguments], "cwd": self.folder, "env": environment, "text": True}
+        return {"cwd": self.folder, "env": environment, "text": True}
+
+    def python(self, module: str, *arguments: str) -> subprocess.CompletedProcess:
+        return subprocess.run([sys.executable, "-m", module, *arguments], capture_output=True, **self.options)
 
     def snakemake(self, *arguments: str) -> subprocess.CompletedProcess:
-        return subprocess.run(**self.command("snakemake", *arguments), capture_output=True)
+        return self.python("snakemake", *arguments)
 
     def make(self, *arguments: str) -> None:
         run = self.snakemake(*arguments)
@@ -109,8 +113,8 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
 @pytest.fixture(scope="session")
 def finished(empty: Project) -> Project:
-    """The same project after `snakemake -j2 tiny`. Not to be changed: take a copy."""
-    empty.make("-j2", "tiny")
+    """The same project after `snakemake -j1 tiny`. Not to be changed: take a copy."""
+    empty.make("-j1", "tiny")  # two jobs at a time would compile the same functions twice
     return empty
 
 

@@ -5,7 +5,11 @@
 
 def friction_statistics(wildcards):
     """The statistics where a surface gives them, else nothing."""
-    return [rules.friction.output.result.format(scene=wildcards.scene)] if "friction" in scenes.stages(wildcards.scene) else []
+    return (
+        [rules.friction.output.result.format(scene=wildcards.scene)]
+        if "friction" in scenes.stages(wildcards.scene)
+        else []
+    )
 
 
 rule deterministic:
@@ -15,11 +19,11 @@ rule deterministic:
     output:
         result="results/{scene}/oscillator/deterministic.nc",
         usage="results/{scene}/usage/deterministic.json",
-    params:
-        friction=lambda wildcards, input: f"--friction {shlex.quote(input.friction[0])}" if input.friction else "",
     log:
         "results/{scene}/logs/deterministic.log",
     threads: 1
+    params:
+        friction=lambda wildcards, input: f"--friction {shlex.quote(input.friction[0])}" if input.friction else "",
     shell:
         STAGE + ".deterministic --key {input.key:q} {params.friction}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -32,11 +36,11 @@ rule oscillator:
     output:
         result="results/{scene}/oscillator/ensemble-{first}-{last}.nc",
         usage="results/{scene}/usage/oscillator-{first}-{last}.json",
-    params:
-        friction=lambda wildcards, input: f"--friction {shlex.quote(input.friction[0])}" if input.friction else "",
     log:
         "results/{scene}/logs/oscillator-{first}-{last}.log",
     threads: 1
+    params:
+        friction=lambda wildcards, input: f"--friction {shlex.quote(input.friction[0])}" if input.friction else "",
     shell:
         STAGE + ".oscillator --key {input.key:q} {params.friction} --first {wildcards.first} --last {wildcards.last}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"

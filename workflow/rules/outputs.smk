@@ -77,11 +77,13 @@ rule claims:
     output:
         result="results/{scene}/claims.json",
         usage="results/{scene}/usage/claims.json",
-    params:
-        results=lambda wildcards: " ".join(f"--{option} {path}" for option, path in scenes.results(wildcards.scene).items()),
     log:
         "results/{scene}/logs/claims.log",
     threads: 1
+    params:
+        results=lambda wildcards: " ".join(
+            f"--{option} {path}" for option, path in scenes.results(wildcards.scene).items()
+        ),
     shell:
         STAGE + ".claims --key {input.key:q} {params.results}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -126,11 +128,11 @@ rule report_of_the_default_scenes:
     output:
         result="results/report.html",
         usage=temp("results/.report-usage.json"),
-    params:
-        folders=" ".join(f"results/{name}" for name in scenes.default),
     log:
         "results/logs/report.log",
     threads: 1
+    params:
+        folders=" ".join(f"results/{name}" for name in scenes.default),
     shell:
         STAGE + ".report --key {input.key:q} --scenes {params.folders}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -142,11 +144,11 @@ rule reference:
         scenes=[f"results/{name}/report.html" for name in scenes.default],
     output:
         usage=temp("results/.reference-usage.json"),
-    params:
-        folders=" ".join(f"results/{name}" for name in scenes.default),
     log:
         "results/logs/reference.log",
     threads: 1
+    params:
+        folders=" ".join(f"results/{name}" for name in scenes.default),
     shell:
         STAGE + ".reference --key {input.key:q} --scenes {params.folders} --output results/reference"
         " --usage {output.usage:q} 2> {log:q}"

@@ -1,0 +1,167 @@
+"""A user's mistakes end before any job, one line each; a damaged result is named with the command that rebuilds it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from roughslip.errors import InputError
+from workflow.lib.scenes import Scenes
+
+# One mistake of every kind: in a key, a unit, a type, a range, a combination, YAML's floats, a missing key, overlays.
+BROKEN = """\
+extends: tiny
+description: Broken
+material:
+  young_modulus_gpa: 210
+roughness:
+  rms_height_m: -1.0e-7
+  correlation_length_m: 1e-6
+square:
+  nodes: ten
+  penetration: 50
+strip:
+  window_spacing_m: 6.2e-5
+expansion:
+  samples: 5000000
+oscillator:
+  stochastic_static_limit: perhaps
+ensemble:
+  damping_ratios: [0.3, 0.2]
+  discarded_periods: 40
+batches: [8]
+"""
+SAID = [
+    "batches: [8] is not allowed; a group of the keys square_samples, strip_samples, expansion_samples, realisations",
+    "ensemble.damping_ratios: [0.3, 0.2] is not allowed; strictly increasing damping ratios",
+    "ensemble.discarded_periods: 40 is not allowed; less than ensemble.duration_periods = 20",
+    "expansion.samples: 5000000 is not allowed; a whole number >= 10 and <= 1000000",
+    "material.young_modulus_gpa: unknown key; did you mean young_modulus_pa? allowed: young_modulus_pa, poisson_ratio",
+    "oscillator.stochastic_static_limit: 'perhaps' is not allowed; true or false",
+    "roughness.correlation_length_m: '1e-6' is text, not a number; write 1.0e-6, a number > 0 and <= 1 [m]",
+    "roughness.rms_height_m: -1e-07 is not allowed; a number > 0 and <= 0.01 [m]",
+    "square.nodes: 'ten' is text, not a number; a whole number >= 2 and <= 512",
+    "square.penetration: unknown key; did you mean penetration_percentile?",
+    "strip.window_spacing_m: 6.2e-05 is not allowed; a whole multiple of strip.cell_m = 5e-06 [m]",
+]
+PROFILE = "Using workflow specific profile "  # what Snakemake says first
+
+CONFIGURATIONS = {
+    "scenes: [tiny, tny, tiny]\nscene: tiny\n": [
+        "scene: unknown key; allowed: scenes",
+        "scenes[1]: 'tny' is not allowed; each once, one of: ",
+        "scenes[2]: 'tiny' is not allowed; each once, one of: ",
+    ],
+    "scenes: tiny\n": ["scenes: 'tiny' is not allowed; a list of scenes, each once, of: "],
+    "scene: [tiny]\n": ["scene: unknown key; allowed: scenes", "scenes: missing; a list of scenes, each once, of: "],
+    "scenes: []\n": ["scenes: [] is not allowed; a list of scenes, each once, of: "],
+    "scenes: [{tiny: 1}]\n": ["scenes[0]: a group of keys is not allowed; each once, one of: "],
+    "scenes: &all [tiny]\n": ["scenes: &all is not allowed; write the value out (no anchor, alias or tag)"],
+    "scenes: [tiny\n": ["line 2, column 1: not valid YAML: "],
+    "": ["empty; "],
+}
+
+
+@pytest.fixture
+def fresh(empty, tmp_path):
+    """A project without results."""
+    return empty.copy(tmp_path / "copy")
+
+
+def refused(project, *arguments: str) -> list[str]:
+    """The lines on stderr of a run that must end before it makes anything."""
+    run = project.snakemake(*arguments)
+    assert run.returncode == 1
+    assert run.stdout == ""
+    assert not project.path("results").exists()
+    return [line for line in run.stderr.splitlines() if not line.startswith(PROFILE)]
+
+
+def test_every_mistake_of_a_scene_is_one_line_before_any_job(fresh):
+    fresh.scene("broken", BROKEN)
+    lines = refused(fresh, "-j1", "broken")
+    assert all(line.startswith("config/scenes/broken.yaml: ") for line in lines)
+    said = sorted(line.removeprefix("config/scenes/broken.yaml: ") for line in lines)
+    assert [line[: len(start)] for line, start in zip(said, SAID, strict=True)] == SAID
+
+
+def test_mistakes_of_the_configuration_are_lines_too(fresh):
+    """The command line shows them as those of a scene; the rest asks the class that it calls."""
+    (text, said), *_ = CONFIGURATIONS.items()
+    fresh.path("config/config.yaml").write_text(text)
+    lines = refused(fresh, "-j1", "tiny")
+    assert [line[: len(f"config/config.yaml: {start}")] for line, start in zip(lines, said, strict=True)] == [
+        f"config/config.yaml: {start}" for start in said
+    ]
+
+
+@pytest.mark.parametrize("text", CONFIGURATIONS)
+def test_each_mistake_of_the_configuration_has_its_line(fresh, monkeypatch, text):
+    monkeypatch.chdir(fresh.folder)
+    fresh.path("config/config.yaml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        Scenes(fresh.folder, ["tiny"])
+    said = [f"config/config.yaml: {start}" for start in CONFIGURATIONS[text]]
+    assert [line[: len(start)] for line, start in zip(caught.value.lines, said, strict=True)] == said
+
+
+def test_default_scenes_count_as_asked_for_beside_others(fresh, monkeypatch):
+    monkeypatch.chdir(fresh.folder)
+    fresh.path("config/config.yaml").write_text("scenes: [broken]\n")
+    fresh.scene("broken", BROKEN)
+    assert "broken" not in Scenes(fresh.folder, ["-j2", "tiny"]).valid
+    for words in (["-j2"], ["tiny", "all"], ["tiny", "results/report.html"], ["results/broken/figure2.png"]):
+        with pytest.raises(InputError):
+            Scenes(fresh.folder, words)
+
+
+@pytest.mark.parametrize(
+    ("damaged", "damage", "reader"),
+    [
+        ("chaos/square.nc", lambda path: path.write_bytes(path.read_bytes()[:5000]), "figure2.png"),
+        ("usage/surface.json", lambda path: path.write_text("{"), "costs.json"),
+    ],
+)
+def test_a_damaged_result_is_named_with_the_command_that_rebuilds_it(project, damaged, damage, reader):
+    """By a later stage that reads it, and the command works."""
+    name = f"results/tiny/{damaged}"
+    whole = project.path(name).read_bytes()
+    damage(project.path(name))
+    run = project.snakemake("-j1", f"results/tiny/{reader}")
+    said = run.stdout + run.stderr
+    assert run.returncode == 1
+    assert "Traceback" not in said
+    (line,) = {line for line in said.splitlines() if "rebuild it with: " in line}
+    assert name in line.partition("rebuild it with: ")[0]
+    command = line.partition("rebuild it with: ")[2]
+    rebuilt = command.replace("snakemake", f"{sys.executable} -m snakemake")
+    subprocess.run(rebuilt, shell=True, check=True, **project.options)
+    if name.endswith(".nc"):
+        assert project.path(name).read_bytes() == whole
+    else:  # seconds differ
+        assert json.loads(project.path(name).read_text())["stage"] == json.loads(whole)["stage"]
+
+
+def test_a_result_that_got_lost_is_made_again(project):
+    for name in ("figure2.svg", "figure3.nc"):
+        project.path(f"results/tiny/{name}").unlink()
+    assert project.plan("tiny") == {"figure2": 1, "figure3": 1, "costs": 1, "scene_report": 1, "tiny": 1}
+    project.path("results/tiny/summary.csv").unlink()
+    assert "friction" in project.plan("tiny")
+
+
+@pytest.mark.parametrize("kind", ["missing", "truncated"])
+def test_a_stage_run_by_hand_names_what_it_cannot_read(project, kind):
+    name = "results/tiny/friction/statistics.nc"
+    file = project.path(name)
+    file.unlink() if kind == "missing" else file.write_bytes(file.read_bytes()[:1000])
+    arguments = ["--key", "results/tiny/keys/figure3.json", "--result", name, "--output", "a.nc", "--usage", "a.json"]
+    run = project.python("roughslip.stages.figure3", *arguments, "--png", "a.png", "--svg", "a.svg")
+    assert run.returncode == 1
+    (line,) = run.stderr.splitlines()
+    assert line.startswith(f"figure3: {name}: {kind}")
+    assert line.endswith(f"rebuild it with: rm -f {name} && snakemake -j2 {name}")
+    assert not list(project.folder.glob("*a.*"))

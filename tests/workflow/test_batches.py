@@ -1,0 +1,82 @@
+"""Results do not depend on how samples are dealt into batches or on the number of jobs, and say what made them."""
+
+from __future__ import annotations
+
+import json
+
+import netCDF4
+import pytest
+
+# Strips one by one; the other batches end in a single sample.
+SPLIT = """\
+extends: tiny
+batches: {square_samples: 3999, strip_samples: 1, expansion_samples: 15, realisations: 7}
+"""
+BATCHED = {"contact/square-*": 5, "contact/strip-*": 8, "friction/expansion-*": 2, "oscillator/ensemble-*": 2}
+
+# Stage of each result of a scene.
+STAGES = {
+    "surface/modes.nc": "surface",
+    "surface/design.nc": "design",
+    "contact/square-*.nc": "contact_square",
+    "chaos/square.nc": "chaos_square",
+    "contact/strip-*.nc": "contact_strip",
+    "chaos/strip.nc": "chaos_strip",
+    "friction/expansion-*.nc": "expansion_strip",
+    "friction/statistics.nc": "friction",
+    "oscillator/deterministic.nc": "deterministic",
+    "oscillator/ensemble-*.nc": "oscillator",
+    "oscillator/statistics.nc": "cycles",
+    "figure2.nc": "figure2",
+    "figure3.nc": "figure3",
+    "figure5.nc": "figure5",
+}
+
+
+@pytest.fixture(scope="module")
+def both(finished):
+    """The scene made in large batches by one job at a time, and in small ones by two."""
+    finished.scene("split", SPLIT)
+    finished.make("-j2", "split")
+    return finished.path("results/tiny"), finished.path("results/split")
+
+
+def test_results_are_the_same_bit_for_bit(both):
+    """Whatever sums up batches, figures and claims included, and what each stage is configured with."""
+    tiny, split = both
+    names = {path.relative_to(tiny).as_posix() for path in tiny.rglob("*") if path.is_file()}
+    batches = {path.relative_to(tiny).as_posix() for pattern in BATCHED for path in tiny.glob(pattern)}
+    own = {name for name in names if name.startswith(("logs/", "usage/"))} | {"costs.json", "report.html"}
+    compared = names - batches - own
+    figures = {f"figure{number}.{kind}" for number in (2, 3, 5) for kind in ("nc", "png", "svg")}
+    assert figures | {"chaos/square.nc", "chaos/strip.nc", "friction/statistics.nc", "claims.json"} <= compared
+    assert {"oscillator/statistics.nc", "oscillator/deterministic.nc", "summary.csv"} <= compared
+    differ = [name for name in sorted(compared) if (tiny / name).read_bytes() != (split / name).read_bytes()]
+    assert differ == []
+
+
+def test_the_batches_were_others(both):
+    tiny, split = both
+    for pattern, count in BATCHED.items():
+        assert len(list(split.glob(pattern))) == count
+        assert len(list(tiny.glob(pattern))) < count
+
+
+@pytest.mark.parametrize("pattern", STAGES)
+def test_a_result_carries_what_made_it(finished, pattern):
+    folder = finished.path("results/tiny")
+    key = json.loads((folder / f"keys/{STAGES[pattern]}.json").read_text())
+    paths = list(folder.glob(pattern))
+    assert paths
+    for path in paths:
+        with netCDF4.Dataset(path) as result:
+            assert json.loads(result.configuration) == key["configuration"]
+            assert result.code_hash == key["code"]
+            assert result.seed == str(key["configuration"].get("seed", "none used"))
+            assert {"python", "numpy", "scipy", "numba"} <= set(json.loads(result.versions))
+            assert all({"units", "long_name"} <= set(variable.ncattrs()) for variable in result.variables.values())
+
+
+def test_every_result_is_among_them(finished):
+    folder = finished.path("results/tiny")
+    assert set(folder.rglob("*.nc")) == {path for pattern in STAGES for path in folder.glob(pattern)}

@@ -1,0 +1,79 @@
+"""A run that is killed or a stage that fails leaves nothing that passes for a result, and the next run mends it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+from roughslip.stages.command import execute
+
+SQUARE = "results/killed/chaos/square.nc"
+
+
+def wait_for(condition, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_after_a_kill_unlock_and_a_new_run_give_the_same_results(finished):
+    """In the project of `tiny` itself, whose compiled functions are there; its results are not touched."""
+    finished.scene("killed", "extends: tiny\n")
+    logs = finished.path("results/killed/logs")
+    command = [sys.executable, "-m", "snakemake", "-j2", SQUARE]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **finished.options) as run:
+        wait_for(lambda: list(logs.glob("contact_square-*")), 60)
+        stages = psutil.Process(run.pid).children(recursive=True)
+        run.kill()
+    assert stages
+    assert psutil.wait_procs(stages, timeout=30)[1] == []
+    assert not finished.path(SQUARE).exists()
+    assert list(finished.path(".snakemake/locks").iterdir())
+    assert finished.snakemake("--unlock").returncode == 0
+    finished.make("-j2", SQUARE)
+    made = {path.relative_to(finished.path("results/killed")) for path in finished.path("results/killed").rglob("*.nc")}
+    assert len(made) == 6  # modes, design, three batches, and what sums them up
+    for name in made:
+        assert (finished.path("results/killed") / name).read_bytes() == (
+            finished.path("results/tiny") / name
+        ).read_bytes()
+
+
+def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):
+    """As an edit and a dry run beside it do: Snakemake would take what the old code made for a result of the new."""
+    key, usage = tmp_path / "key.json", tmp_path / "usage.json"
+
+    def write_key(code: str) -> None:
+        key.write_text(json.dumps({"configuration": {}, "code": code}))
+
+    monkeypatch.setattr("roughslip.stages.command.die_with_parent", lambda: None)
+    monkeypatch.setattr("sys.argv", ["stage", f"--key={key}", f"--output={tmp_path / 'a.nc'}", f"--usage={usage}"])
+    write_key("old")
+    execute("design", lambda job: None)
+    usage.unlink()
+    with pytest.raises(SystemExit) as end:
+        execute("design", lambda job: write_key("new"))
+    assert end.value.code == 1
+    assert "changed while the stage ran; run snakemake again" in capsys.readouterr().err
+    assert not usage.exists()
+
+
+def test_a_stage_that_fails_late_leaves_no_result(project):
+    """Nor the old one, nor a temporary file; its message is shown once, without a traceback."""
+    design = "src/roughslip/stages/design.py"
+    project.edit(
+        design, "    store.write(", '    if sizes:\n        raise store.StoreError("no luck")\n    store.write('
+    )
+    run = project.snakemake("-j1", "results/tiny/surface/design.nc")
+    said = run.stdout + run.stderr
+    assert run.returncode == 1
+    assert said.splitlines().count("design: no luck") == 1
+    assert "Traceback" not in said
+    assert [path.name for path in project.path("results/tiny/surface").iterdir()] == ["modes.nc"]
+    assert not list(project.path("results/tiny/usage").glob("*design.json*"))

@@ -1,0 +1,34 @@
+"""The README tells what the kept results say."""
+
+import json
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+SCENES = ("paper", "resolved")
+
+
+def test_the_table_of_verdicts_is_that_of_the_kept_results():
+    kept = [json.loads((ROOT / f"results/reference/{scene}/claims.json").read_text()) for scene in SCENES]
+    rows = [
+        f"| {in_paper['statement']} | {in_paper['verdict']} | {in_resolved['verdict']} |"
+        for in_paper, in_resolved in zip(*kept, strict=True)
+    ]
+    told = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith("| ")]
+    assert [line for line in told if line in rows] == rows
+
+
+def test_every_picture_and_page_that_it_links_exists():
+    text = (ROOT / "README.md").read_text()
+    links = [part.partition(")")[0] for part in text.split("](")[1:]]
+    assert len(links) >= 6
+    assert [link for link in links if not (ROOT / link).is_file()] == []
+
+
+def test_the_scene_that_it_shows_is_valid(tmp_path):
+    from roughslip.scene import load
+
+    shown = (ROOT / "README.md").read_text().partition("```yaml\n")[2].partition("```")[0]
+    for scene in (ROOT / "config/scenes").glob("*.yaml"):
+        (tmp_path / scene.name).write_text(scene.read_text())
+    (tmp_path / "mine.yaml").write_text(shown)
+    assert load("mine", tmp_path, ROOT / "config/scene.schema.yaml")["oscillator"]["normal_force_n"] == 1200.0

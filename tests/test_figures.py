@@ -74,6 +74,7 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         "histogram": density / density.sum() / np.diff(edges),
         "histogram_edge": edges,
         **{f"beta_{name}": np.full((2, len(percentile)), v) for name, v in zip("ab", (299.7, 300.0), strict=True)},
+        "beta_at_bound": np.ones((2, len(percentile)), dtype=np.int8),
         "beta_lower": np.full((2, len(percentile)), 0.2),
         "beta_upper": np.full((2, len(percentile)), 0.5),
         **with_interval("combined_mean", mean, 0.002),
@@ -233,7 +234,7 @@ def test_figure3_draws_the_stored_numbers():
     np.testing.assert_allclose(line(correlation, "exponential, 300 µm")[1], np.exp(-result["lag"] / 300e-6))
     assert len(correlation.lines) == 10 + 4 + 1  # other levels, four curves, the zero line
     u = np.linspace(-8, 8, 4001)
-    for label in ("fitted Beta(300, 300)", "paper, Beta(2.1, 5)", "normal"):
+    for label in ("fitted Beta at bound", "paper, Beta(2.1, 5)", "normal"):
         x, y = line(marginal, label)
         np.testing.assert_allclose(
             np.trapezoid(np.interp(u, x, y, 0, 0), u), 1.0, atol=5e-3

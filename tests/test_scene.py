@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
+from roughslip.chaos.functionals import NAMES
 from roughslip.errors import InputError
 from roughslip.scene import RESERVED, describe_allowed, load, scene_names, slice_for, stages_needed
 from roughslip.scene_rules import SLICES
@@ -170,7 +171,7 @@ MISTAKES = {
     "true or false",
     "roughness: {covariance: gauss}": "roughness.covariance: 'gauss' is not allowed; one of gaussian, exponential",
     "strip: {cell_m: 1.0e+999}": "strip.cell_m: inf is not allowed; a number > 0 [m]",
-    "strip: {samples: 7, training_samples: 1}": "strip.samples: 7 is not allowed; a whole number >= 8 and <= 100000",
+    "strip: {samples: 7, training_samples: 2}": "strip.samples: 7 is not allowed; a whole number >= 8 and <= 100000",
     "strip: {penetration_percentiles: [0, 50]}": "strip.penetration_percentiles[0]: 0 is not allowed; "
     "a number > 0 and < 100 [%]",
     "ensemble: {damping_ratios: []}": "ensemble.damping_ratios: [] is not allowed; "
@@ -234,7 +235,8 @@ MISTAKES = {
     "square: {modes: 6}\nexpansion: {variables: 7}": "expansion.variables: 7 is not allowed; at most square.modes = 6",
     "expansion: {variables: 8, degree: 3, samples: 165}": "expansion.samples: 165 is not allowed; "
     "more than the terms of the expansion, C(8 + 3, 3)",
-    "expansion: {variables: 9, degree: 6, samples: 9000}\nsquare: {latin_hypercube_samples: 5005}": (
+    "expansion: {variables: 9, degree: 6, samples: 9000}\nsquare: {latin_hypercube_samples: 5005}\n"
+    "strip: {training_samples: 40}": (
         "square.latin_hypercube_samples: 5005 is not allowed; more than the terms of the expansion, C(9 + 6, 6)"
     ),
     "expansion: {variables: 8, degree: 3, samples: 700000}\nsquare: {modes: 99}": "expansion.samples: 700000 is not "
@@ -248,7 +250,11 @@ MISTAKES = {
     "strip: {window_spacing_m: 1.6e-5, cell_m: 2.5e-6}": "strip.window_spacing_m: 1.6e-05 is not allowed; "
     "a whole multiple of strip.cell_m = 2.5e-06 [m]",
     "strip: {window_spacing_m: 6.25e-4, window_m: 6.0e-4}": "strip.window_spacing_m: 0.000625 is not allowed; "
-    "at most strip.window_m = 0.0006 [m]",
+    "at most half of strip.window_m = 0.0006 [m], for lags within the window",
+    "strip: {width_m: 5.0e-6, cell_m: 2.5e-6}": "strip.width_m: 5e-06 is not allowed; "
+    "at least 3 times strip.cell_m = 2.5e-06 [m], for slope and curvature across the strip",
+    "strip: {training_samples: 1, cell_m: 2.5e-6}": "strip.training_samples: 1 is not allowed; "
+    "enough that every 8th column gives more samples than C(8 + 3, 3)",
     "strip: {length_m: 2.3e-3, window_m: 6.0e-4}": "strip.length_m: 0.0023 is not allowed; "
     "at least four times strip.window_m = 0.0006 [m], for lags of three windows",
     "strip: {length_m: 2.4e-3}\nroughness: {correlation_length_m: 3.1e-4}": "strip.length_m: 0.0024 is not allowed; "
@@ -387,6 +393,23 @@ ensemble: {discarded_periods: 200}
         "scenes/mine.yaml: strip.widht_m: unknown key; did you mean width_m? allowed: "
         + ", ".join(SCHEMA["properties"]["strip"]["properties"]),
     ]
+
+
+def test_what_no_target_reads_may_not_fit(mine):
+    """A square of its own, with a correlation length too long for the strip that it inherits and does not use."""
+    text = "extends: resolved\ntargets: [figure2]\nroughness: {correlation_length_m: 5.0e-4}\n"
+    assert mine(text)["roughness"]["correlation_length_m"] == 5e-4
+    assert len(lines_of(mine, text.replace("figure2", "figure3"))) == 1
+
+
+def test_the_rule_on_training_strips_counts_the_columns_that_the_stages_take():
+    from roughslip.scene_rules import _FUNCTIONALS, _training_columns
+    from roughslip.stages.training import training_columns
+
+    assert [_training_columns(n) for n in range(4, 60)] == [
+        len(training_columns(slice(7, 7 + n))) for n in range(4, 60)
+    ]
+    assert len(NAMES) == _FUNCTIONALS
 
 
 def test_lengths_at_the_edge_of_the_numbers(mine):

@@ -26,6 +26,7 @@ DRAWN = {
     "figure2": ["method", "pressure", "distance_in_contact", *_with_interval("cumulative", "contact_probability")],
     "figure3": [
         *("source", "percentile", "lag", "triangle", "length_least_squares", "histogram", "histogram_edge"),
+        "beta_at_bound",
         *("beta_a", "beta_b", "beta_lower", "beta_upper"),
         *_with_interval("combined_mean", "combined_std", "mean", "std", "autocorrelation"),
     ],
@@ -183,7 +184,7 @@ def _marginal(axes: Axes, result: Arrays) -> None:
     u = np.linspace(1e-4, 1 - 1e-4, 400)
     axes.plot(
         (lower + (upper - lower) * u - mean) / std, _beta_density(u, a, b) * std / (upper - lower), "k-", lw=1.2,
-        label=f"fitted Beta({a:.3g}, {b:.3g})",
+        label="fitted Beta at bound" if result["beta_at_bound"][SOLVED, median] else f"fitted Beta({a:.3g}, {b:.3g})",
     )  # fmt: skip
     a, b = PAPER_BETA
     paper_mean, paper_std = a / (a + b), np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))

@@ -33,7 +33,8 @@ td.number { white-space: nowrap; text-align: right; } td.note::first-letter { te
 
 CAPTIONS = {
     "figure2": "Figure 2. Pressure at the centre of the square: Monte Carlo, Latin hypercube, the two polynomial chaos "
-    "variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals.",
+    "variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals, of sampling, and for "
+    "an expansion of its fit, not of the truncation of its series.",
     "figure3": "Figure 3. Friction coefficient of the test surface against penetration, from solved contact, from the "
     "expansion, and from solved contact with the expansion as control variate; its autocorrelation beside that of "
     "white noise averaged over the window; and its marginal, less its mean and over its standard deviation.",

@@ -128,6 +128,11 @@ def _terms(variables: int, degree: int) -> int:
     return math.comb(variables + degree, degree)
 
 
+def _training_columns(columns: float) -> int:
+    """Columns of a strip that train the expansion; what cannot be told is enough."""
+    return math.ceil((columns - _TRAINING_SPACING // 2) / _TRAINING_SPACING) if columns < _CELLS else _CELLS
+
+
 def _process_nodes(length: float, velocity: float, omega: float, periods: float, nodes: int) -> float:
     """Nodes of a friction process over the distance that the belt moves in a run."""
     return velocity * periods * 2 * math.pi / omega / length * nodes
@@ -135,6 +140,8 @@ def _process_nodes(length: float, velocity: float, omega: float, periods: float,
 
 _NUMBERS = 100_000_000  # in one array: 0.8 GB
 _CELLS = 4_000_000
+_ROWS = 3  # across the strip
+_FUNCTIONALS, _TRAINING_SPACING = 8, 8  # of the expansion along the strip, as in its stages
 
 _RULES = (
     _Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
@@ -176,8 +183,13 @@ _RULES = (
     ),
     _Rule(
         ("strip.window_spacing_m", "strip.window_m"),
-        lambda spacing, window: spacing <= window,
-        "at most strip.window_m = {1} [m]",
+        lambda spacing, window: 2 * spacing <= window * (1 + 1e-9),
+        "at most half of strip.window_m = {1} [m], for lags within the window",
+    ),
+    _Rule(
+        ("strip.width_m", "strip.cell_m"),
+        lambda width, cell: not _is_multiple(width, cell) or round(width / cell) >= _ROWS,
+        f"at least {_ROWS} times strip.cell_m = {{1}} [m], for slope and curvature across the strip",
     ),
     _Rule(
         ("strip.length_m", "roughness.correlation_length_m"),
@@ -194,6 +206,11 @@ _RULES = (
         ("strip.penetration_percentiles", "friction.mean_at_median"),
         lambda percentiles, _: 50 in percentiles,
         "50 among them: friction.mean_at_median sets the shear strength there",
+    ),
+    _Rule(
+        ("strip.training_samples", "strip.length_m", "strip.cell_m", "expansion.degree"),
+        lambda strips, length, cell, d: strips * _training_columns(length / cell) > _terms(_FUNCTIONALS, d),
+        f"enough that every {_TRAINING_SPACING}th column gives more samples than C({_FUNCTIONALS} + {{3}}, {{3}})",
     ),
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
@@ -249,11 +266,21 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from _unmet_needs(scene, sound)
     if isinstance(scene.get("friction"), dict):
         yield from _wrong_form(scene["friction"])
+    unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     for keys, holds, allowed in _RULES:
+        if unread.intersection(key.partition(".")[0] for key in keys):
+            continue
         values = [get(scene, key) for key in keys]
         can_tell = all(value is not None for value in values) and all(map(sound, keys))
         if can_tell and not holds(*values):
             yield Mistake(keys, f"{shown(values[0])} is not allowed; {allowed.format(*values)}")
+
+
+def _sections_not_read(scene: Scene) -> set[str]:
+    """Sections that no target reads; what an overlay inherits in them may not fit and does no harm."""
+    stages = stages_needed(scene)
+    unread = set() if "friction" in stages else {"strip"}
+    return unread if "chaos_square" in stages else unread | {"square"}
 
 
 def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake]:

@@ -35,7 +35,6 @@ def test_count_difference_by_hand():
     assert counts.standard_error == pytest.approx([math.sqrt(16 / 7 / 8), math.sqrt(42 / 7 / 8)], rel=1e-14)
     assert counts.high - counts.difference == pytest.approx(stats.t.ppf(0.975, 7) * counts.standard_error, rel=1e-12)
     assert counts.difference - counts.low == pytest.approx(stats.t.ppf(0.975, 7) * counts.standard_error, rel=1e-12)
-    assert np.array_equal(counts.still_cycling, [1, 2 / 8])
 
 
 def test_count_intervals_cover_the_truth_as_often_as_they_say():

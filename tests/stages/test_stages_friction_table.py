@@ -113,6 +113,7 @@ def test_summary_has_a_row_a_penetration_with_units_in_the_names(table):
     for level, row in enumerate(rows):
         assert None not in row
         assert None not in row.values()
+        assert row["beta_at_bound"] == str(variables["beta_at_bound"].values[0, level])
         for name, column in (
             ("combined_std", "combined_std"),
             ("length_least_squares_low", "length_least_squares_low_m"),

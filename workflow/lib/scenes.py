@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -46,6 +47,7 @@ class Scenes:
             except InputError as error:
                 if name in asked:
                     mistakes += error.lines
+        mistakes += [f"{folder}: cannot be written to" for folder in map(_not_writable, sorted(asked)) if folder]
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
 
@@ -156,6 +158,14 @@ class Scenes:
             else:
                 records.append(f"results/{name}/usage/{stage}.json")
         return records
+
+
+def _not_writable(name: str) -> Path | None:
+    """The folder that stands in the way of a scene's results, if there is one."""
+    folder = Path("results") / name / "keys"
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return None if folder.is_dir() and os.access(folder, os.W_OK) else folder
 
 
 def _scene_of(word: str) -> str:

@@ -21,7 +21,6 @@ class CycleCounts:
 
     mean, standard_error : of the count of a stochastic run
     difference, low, high : M_d - mean and its 95 % interval
-    still_cycling : [-] share of the runs with at least one cycle
     """
 
     mean: np.ndarray
@@ -29,7 +28,6 @@ class CycleCounts:
     difference: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    still_cycling: np.ndarray
 
 
 def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> CycleCounts:
@@ -53,8 +51,7 @@ def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> Cycle
     error = stochastic.std(axis=0, ddof=1) / np.sqrt(realisations)
     difference = deterministic - mean
     half = stdtrit(realisations - 1, TAILS[1]) * error
-    still_cycling = (stochastic > 0).mean(axis=0)
-    return CycleCounts(mean, error, difference, difference - half, difference + half, still_cycling)
+    return CycleCounts(mean, error, difference, difference - half, difference + half)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,8 @@ TAIL = (1e-3, 1e-1)  # what counts as low probabilities
 SETTLED = 50  # surfaces in contact below a pressure, from which Monte Carlo knows its probability to 28 %
 ROWS = {
     "cumulative": "distribution given contact",
-    "contact_probability": "probability of contact at the centre",
+    "contact_probability": "probability of contact at the centre; that of an expansion has the scatter of its fit, not "
+    "the truncation of its series, for interval",
     "distance_in_contact": "Kolmogorov distance to Monte Carlo, given contact",
     "tail_error": "largest |log10| of the ratio to Monte Carlo where that lies between tail_from and 0.1",
 }

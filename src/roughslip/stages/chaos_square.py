@@ -7,6 +7,7 @@ import sys
 import numpy as np
 
 from roughslip import store
+from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.distribution import kolmogorov_distance, quantile_levels
 from roughslip.chaos.functionals import local_functionals, orthonormal_directions
 from roughslip.chaos.hermite import hermite_basis, multi_indices
@@ -33,6 +34,7 @@ from roughslip.stages.centre_distribution import (
 from roughslip.stages.command import Job, execute
 
 DESIGN = {"equation_8": "latin_hypercube", "equation_9": "latin_hypercube", "roughslip": "expansion"}
+KNOWN = 20_000  # Monte Carlo samples drawn again for the expansions at samples known to be in contact
 FITS = {
     "condition_number": "condition number of the basis",
     "samples": "samples that entered the fit",
@@ -86,6 +88,16 @@ def fits_of(found: dict[str, Expansion]) -> dict[str, Fit]:
     return fits
 
 
+def contacts_of_monte_carlo(pressure: np.ndarray, directions: np.ndarray, job: Job) -> np.ndarray:
+    """xi : (contacts, variables) of the Monte Carlo samples, no part of any fit, that their solves found in contact.
+
+    pressure : (samples,) [Pa] at the centre of the first samples
+    """
+    seed = [job.configuration["seed"], geometry.STREAM_MONTE_CARLO]
+    modes = directions.shape[1]
+    return np.array([directions @ monte_carlo([*seed, int(n)], modes) for n in np.flatnonzero(pressure > 0)])
+
+
 def work(job: Job) -> None:
     """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with Monte Carlo."""
     batches = store.read_all(job.arguments.contact)
@@ -101,10 +113,11 @@ def work(job: Job) -> None:
             "latin_hypercube": sampled_rows(pressure["latin_hypercube"], len(pressure["latin_hypercube"]), reference),
         }
         moved: dict[str, np.ndarray] = {}
-        in_sample: dict[str, float] = {}
+        known = contacts_of_monte_carlo(nodes[:KNOWN, 0], directions, job)
+        at_contact: dict[str, float] = {}
         for method, fit in fits.items():
             one, drawing = found[method], [seed, geometry.STREAM_DRAWS]
-            in_sample[method] = reference.distance(one.at(one.basis[one.pressure > 0], fit.coefficients))
+            at_contact[method] = reference.distance(one.at(hermite_basis(known, one.indices), fit.coefficients))
             pressure[method] = draw(one, fit.coefficients, draws, drawing)
             signs = [seed, geometry.STREAM_BOOTSTRAP, sorted(set(DESIGN.values())).index(DESIGN[method])]
             moved[method], shares = refits(one, fit, reference.levels, drawing, signs)
@@ -119,8 +132,10 @@ def work(job: Job) -> None:
     for method in EXPANDED:
         rows.setdefault(method, refused_rows(reference.levels, rows["latin_hypercube"]["contact_probability"]))
     job.usage.count(fits=len(fits) * (1 + REPLICATES), draws=draws * len(fits))
-    variables = table(rows, pressure, reference) | quality(fits, in_sample)
+    variables = table(rows, pressure, reference) | quality(fits, at_contact, pressure)
     variables |= stack("distance_between_variants", (), [between], "Kolmogorov distance of eqs. (8) and (9)")
+    surface = store.read(job.arguments.surface)
+    variables["captured_variance"] = surface.variable("captured_variance")
     variables["direction"] = store.Variable(("variable", "mode"), directions, "1", "variables in terms of the modes")
     store.write(job.arguments.output, variables, job.key)
 
@@ -148,16 +163,21 @@ def table(
     return variables
 
 
-def quality(fits: dict[str, Fit], in_sample: dict[str, float]) -> dict[str, store.Variable]:
+def quality(
+    fits: dict[str, Fit], at_contact: dict[str, float], pressure: dict[str, np.ndarray]
+) -> dict[str, store.Variable]:
     """A row an expansion: what tells how far to trust its fit; NaN where it was refused."""
     one = ("fit",)
     variables = {"fit": store.Variable(one, np.array(EXPANDED), "1", "expansion")}
     for name, title in FITS.items():
         values = [float(getattr(fits[method], name)) if method in fits else np.nan for method in EXPANDED]
         variables[f"fit_{name}"] = store.Variable(one, values, "1", title)
-    values = [in_sample.get(method, np.nan) for method in EXPANDED]
-    title = "Kolmogorov distance to Monte Carlo given contact, at the samples in contact of the fit itself"
-    variables["fit_distance_in_sample"] = store.Variable(one, values, "1", title)
+    positive = [float(np.mean(pressure[method] > 0)) if method in fits else np.nan for method in EXPANDED]
+    title = "share of new draws at which the expansion is positive"
+    variables["fit_positive_share"] = store.Variable(one, positive, "1", title)
+    values = [at_contact.get(method, np.nan) for method in EXPANDED]
+    title = "Kolmogorov distance to Monte Carlo given contact, at Monte Carlo samples that are known to be in contact"
+    variables["fit_distance_at_contact"] = store.Variable(one, values, "1", title)
     return variables
 
 

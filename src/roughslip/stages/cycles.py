@@ -52,7 +52,6 @@ def work(job: Job) -> None:
         "difference": store.Variable(damping, counts.difference, "1", "M_d - E[M_S]"),
         "difference_low": store.Variable(damping, counts.low, "1", "lower end of its 95 % interval"),
         "difference_high": store.Variable(damping, counts.high, "1", "upper end of its 95 % interval"),
-        "still_cycling": store.Variable(damping, counts.still_cycling, "1", "share of runs with a cycle"),
         "mean_micro_slips": store.Variable(
             damping, store.join(batches, "micro_slips").mean(axis=0), "1", "mean number of micro-slips"
         ),
@@ -66,11 +65,15 @@ def work(job: Job) -> None:
     variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
     variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")
     variables["events"] = store.Variable((), len(place), "1", "reattachments that end a cycle")
+    duration = job.configuration["ensemble"]["duration_periods"]
     last_cycle = store.join(batches, "last_cycle")
-    share = cycling_share(last_cycle, job.configuration["ensemble"]["duration_periods"])
-    title = f"share of runs with a cycle in the last {CLOSING_PERIODS} natural periods, at the scene's damping"
-    for suffix, value in zip(("", "_low", "_high"), share, strict=True):
-        variables[f"cycling_share{suffix}"] = store.Variable((), value, "1", title + suffix.replace("_", ", "))
+    still = np.array([cycling_share(column, duration) for column in last_cycle.T]).T
+    share = cycling_share(store.join(batches, "nominal_last_cycle"), duration)
+    title = f"share of runs with a cycle in the last {CLOSING_PERIODS} natural periods"
+    for part, suffix in enumerate(("", "_low", "_high")):
+        label = title + suffix.replace("_", ", ")
+        variables[f"still_cycling{suffix}"] = store.Variable(damping, still[part], "1", label)
+        variables[f"cycling_share{suffix}"] = store.Variable((), share[part], "1", f"{label}, at the scene's damping")
     nominal = job.configuration["oscillator"]["damping_ratio"]
     variables["nominal_damping"] = store.Variable((), nominal, "1", "the scene's damping ratio")
     variables["realisations"] = store.Variable((), len(last_cycle), "1", "runs")

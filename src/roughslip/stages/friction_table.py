@@ -8,6 +8,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.correlation import triangular
+from roughslip.friction.marginal import SHAPES
 from roughslip.friction.statistics import PERCENTS, Combined, Estimate, Trend, trend
 
 SOURCES = ("solved", "expansion")
@@ -93,6 +94,10 @@ def table_variables(
         variables |= stored(f"combined_{name}", ("level",), [getattr(estimate, name) for estimate in combined])
     if levels > 1:
         variables |= trend_variables(table, combined, percentiles)
+    shapes = np.stack([variables["beta_a"].values, variables["beta_b"].values])
+    at_bound = np.any((shapes < 1.001 * SHAPES[0]) | (shapes > 0.999 * SHAPES[1]), axis=0)
+    title = f"whether a shape of the Beta lies at the end of its range, {SHAPES[0]:g} to {SHAPES[1]:g}"
+    variables["beta_at_bound"] = store.Variable(("source", "level"), at_bound.astype(np.int8), "1", title)
     lags = strip["window_spacing_m"] * np.arange(len(table["autocorrelation"][0].value))
     variables["lag"] = store.Variable(("lag",), lags, "m", "distance of two windows")
     variables["triangle"] = store.Variable(
@@ -134,14 +139,19 @@ def histogram(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]:
 
 
 def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> str:
-    """summary.csv: a row a penetration; combined mean and scatter, and the shape from the solved windows."""
+    """summary.csv: a row a penetration; combined mean and scatter, and the shape from the solved windows.
+
+    beta_at_bound is 1 where a shape of the Beta lies at the end of its range, so that the shapes are not determined.
+    """
     columns = ["combined_mean", "combined_std", "combined_variation"]
     shapes = ["ratio_of_sums", "skewness", "kurtosis", "length_least_squares", "beta_a", "beta_b", "missing_share"]
     names = [name + suffix for name in columns + shapes for suffix in ("", "_low", "_high")]
-    header = ",".join(["percentile", *(f"{name}_m" if name.startswith("length") else name for name in names)])
+    titles = [f"{name}_m" if name.startswith("length") else name for name in names]
+    header = ",".join(["percentile", *titles, "beta_at_bound"])
+    at_bound = np.asarray(variables["beta_at_bound"].values)[0]
     rows = []
     for level, percentile in enumerate(percentiles):
         values = [np.asarray(variables[name].values) for name in names]
         cells = [value[level] if value.ndim == 1 else value[0, level] for value in values]
-        rows.append(",".join([f"{percentile:g}", *(f"{cell:.6g}" for cell in cells)]))
+        rows.append(",".join([f"{percentile:g}", *(f"{cell:.6g}" for cell in cells), str(int(at_bound[level]))]))
     return "\n".join([header, *rows]) + "\n"

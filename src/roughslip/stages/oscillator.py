@@ -8,9 +8,14 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.process import prepare, sample
-from roughslip.oscillator.motion import simulate, trajectory
+from roughslip.oscillator.motion import Motion, simulate, trajectory
 from roughslip.stages import geometry, mass_on_belt
 from roughslip.stages.command import Job, execute
+
+
+def periods_until_last_cycle(motion: Motion) -> float:
+    """Natural periods until the last reattachment that ends a cycle, 0 where there is none."""
+    return float(np.max(motion.time[motion.backwards], initial=0.0) / (2 * np.pi))
 
 
 def work(job: Job) -> None:
@@ -25,7 +30,7 @@ def work(job: Job) -> None:
     dampings = [replace(belt, damping_ratio=ratio) for ratio in ensemble["damping_ratios"]]
     count = arguments.last - arguments.first
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
-    last_cycle = np.empty(count)
+    last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)
     reattachments, owners, drawn = [], [], []
     steps = 0
     with job.usage.core():
@@ -37,10 +42,11 @@ def work(job: Job) -> None:
             for column, damped in enumerate(dampings):
                 motion = simulate(damped, law, path, spacing, periods, **run)
                 cycles[row, column], micro_slips[row, column] = motion.cycles, motion.micro_slips
+                last_cycle[row, column] = periods_until_last_cycle(motion)
                 steps += motion.steps
             nominal = simulate(belt, law, path, spacing, periods, **run)
             places = nominal.reattachments(discarded)
-            last_cycle[row] = np.max(nominal.time[nominal.backwards], initial=0.0) / (2 * np.pi)
+            nominal_last_cycle[row] = periods_until_last_cycle(nominal)
             reattachments.append(places)
             owners.append(np.full(len(places), number))
             if number < ensemble["drawn_realisations"]:
@@ -51,7 +57,10 @@ def work(job: Job) -> None:
         "cycles": store.Variable(("realisation", "damping"), cycles, "1", "cycles M_S"),
         "micro_slips": store.Variable(("realisation", "damping"), micro_slips, "1", "reattachments without a cycle"),
         "last_cycle": store.Variable(
-            ("realisation",), last_cycle, "1", "natural periods until the last cycle at the scene's damping, 0 for none"
+            ("realisation", "damping"), last_cycle, "1", "natural periods until the last cycle, 0 for none"
+        ),
+        "nominal_last_cycle": store.Variable(
+            ("realisation",), nominal_last_cycle, "1", "the same at the scene's own damping"
         ),
         "reattachment": store.Variable(("event",), np.concatenate(reattachments), "m", "X at the start of stick"),
         "reattachment_realisation": store.Variable(("event",), np.concatenate(owners), "1", "its realisation"),

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+
 from roughslip import store
 from roughslip.stages import geometry
 from roughslip.stages.command import Job, execute
 from roughslip.surface.karhunen_loeve import karhunen_loeve
+
+WELL_CAPTURED = 0.9  # share of the variance below which the log warns
 
 
 def work(job: Job) -> None:
@@ -13,6 +17,12 @@ def work(job: Job) -> None:
     covariance, grid = geometry.covariance(job.configuration), geometry.square_grid(job.configuration)
     with job.usage.core():
         expansion = karhunen_loeve(covariance, grid, job.configuration["square"]["modes"])
+    if expansion.captured_variance < WELL_CAPTURED:
+        print(
+            f"surface: {len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of the "
+            "square: take more of them, or a longer correlation length",
+            file=sys.stderr,
+        )
     job.usage.count(modes=len(expansion.modes))
     variables = {
         "modes": store.Variable(("mode", "x", "y"), expansion.modes, "m", "modes times the root of their eigenvalues"),

@@ -12,7 +12,8 @@ from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance
 
 NEGATIVE_SHARE = 1e-9  # of the largest eigenvalue: what rounding and a truncated tail may leave below zero
-DOUBLINGS = 4
+DOUBLINGS = 12
+MOST_NODES = 2**25  # of the torus: a few arrays of 0.3 GB
 REACH = {"gaussian": 6.0, "exponential": 36.0}  # correlation lengths beyond which the correlation is below 1e-15
 
 
@@ -41,18 +42,20 @@ class Embedding:
 def embed(covariance: Covariance, grid: Grid) -> Embedding:
     """Circulant embedding (Dietrich and Newsam 1997) on the smallest of a few tori that is positive.
 
-    Lags on the mesh are exact once the torus exceeds it by its own size, or by the reach of the covariance. The excess
-    doubles while an eigenvalue lies below zero by more than NEGATIVE_SHARE of the largest. Raises IllPosedError where
-    none serves: use a shorter correlation length or a finer mesh.
+    Lags on the mesh are exact once the torus exceeds it by its own size, or by the reach of the covariance. On an axis
+    shorter than the reach the excess doubles, up to twice the reach, while an eigenvalue lies below zero by more than
+    NEGATIVE_SHARE of the largest. Raises IllPosedError where none serves within MOST_NODES: use a shorter correlation
+    length or larger cells.
     """
     reach = REACH[covariance.kind] * covariance.correlation_length_m
-    excess = min(grid.nx, reach / grid.dx), min(grid.ny, reach / grid.dy)
-    worst = 0.0
+    worst, torus = 0.0, grid.shape
     for doubling in range(DOUBLINGS):
         torus = (
-            _even_fast_length(grid.nx + excess[0] * 2**doubling),
-            _even_fast_length(grid.ny + excess[1] * 2**doubling),
+            _even_fast_length(grid.nx + _excess(grid.nx, reach / grid.dx, doubling)),
+            _even_fast_length(grid.ny + _excess(grid.ny, reach / grid.dy, doubling)),
         )
+        if torus[0] * torus[1] > MOST_NODES:
+            break
         x = np.minimum(np.arange(torus[0]), torus[0] - np.arange(torus[0])) * grid.dx
         y = np.minimum(np.arange(torus[1]), torus[1] - np.arange(torus[1])) * grid.dy
         eigenvalues = scipy.fft.rfft2(covariance(x[:, None], y[None, :])).real
@@ -63,8 +66,14 @@ def embed(covariance: Covariance, grid: Grid) -> Embedding:
             return Embedding(grid, torus, np.sqrt(np.maximum(eigenvalues, 0.0)), clipped)
     raise IllPosedError(
         f"no torus up to {torus[0]} x {torus[1]} nodes embeds the covariance: smallest eigenvalue {worst:.1e} of the "
-        f"largest; use a shorter correlation length or a finer mesh"
+        f"largest; use a shorter correlation length or larger cells"
     )
+
+
+def _excess(nodes: int, reach: float, doubling: int) -> float:
+    """Nodes by which the torus exceeds the mesh on an axis; `reach` is that of the covariance in nodes."""
+    first = min(nodes, reach)
+    return min(first * 2**doubling, max(first, 2 * reach))
 
 
 def _even_fast_length(nodes: float) -> int:

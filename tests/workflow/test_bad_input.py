@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from roughslip.errors import InputError
 from workflow.lib.scenes import Scenes
+
+PROJECT = Path(__file__).resolve().parents[2]
 
 # One mistake of every kind: in a key, a unit, a type, a range, a combination, YAML's floats, a missing key, overlays.
 BROKEN = """\
@@ -165,3 +168,13 @@ def test_a_stage_run_by_hand_names_what_it_cannot_read(project, kind):
     assert line.startswith(f"figure3: {name}: {kind}")
     assert line.endswith(f"rebuild it with: rm -f {name} && snakemake -j2 {name}")
     assert not list(project.folder.glob("*a.*"))
+
+
+def test_a_file_where_results_should_go_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("results").mkdir()
+    Path("results/smoke").write_text("in the way")
+    with pytest.raises(InputError) as caught:
+        Scenes(PROJECT, words=["smoke"])
+    assert caught.value.lines == (f"{Path('results/smoke')}: cannot be written to",)
+    assert Scenes(PROJECT, words=["given"]).valid

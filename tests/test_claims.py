@@ -13,7 +13,8 @@ from roughslip import claims as module
 from roughslip.claims import RULES, STATEMENTS, VISIBLE, claims, inside
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta
-from roughslip.friction.statistics import strip_weights, window_statistics
+from roughslip.friction.resampling import strip_weights
+from roughslip.friction.statistics import window_statistics
 from roughslip.oscillator.cycles import reattachment_statistics
 
 IDS = [

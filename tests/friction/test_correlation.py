@@ -14,7 +14,7 @@ from roughslip.friction.correlation import (
     triangular,
     window_lengths,
 )
-from roughslip.friction.statistics import Estimate, strip_weights
+from roughslip.friction.resampling import Estimate, strip_weights
 
 WINDOW = 600e-6
 

@@ -6,16 +6,8 @@ import pytest
 from scipy import stats
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.statistics import (
-    PERCENTS,
-    TAILS,
-    Estimate,
-    combine,
-    ratio_of_sums,
-    strip_weights,
-    trend,
-    window_statistics,
-)
+from roughslip.friction.resampling import TAILS, Estimate, strip_weights
+from roughslip.friction.statistics import PERCENTS, combine, ratio_of_sums, trend, window_statistics
 
 
 def autoregressive(rng: np.random.Generator, strips: int, windows: int, factor: float) -> np.ndarray:

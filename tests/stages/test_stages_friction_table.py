@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from roughslip.friction.statistics import Combined, Estimate, combine, strip_weights
+from roughslip.friction.resampling import Estimate, strip_weights
+from roughslip.friction.statistics import Combined, combine
 from roughslip.stages.friction import combined_at, describe
 from roughslip.stages.friction_table import (
     COMBINED,

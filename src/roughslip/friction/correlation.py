@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.statistics import Estimate, check_windows, require_scatter, resampled
+from roughslip.friction.resampling import Estimate, check_windows, require_scatter, resampled
 
 LONGEST_WINDOWS = 3.0
 """The main fit takes lags up to this many windows."""

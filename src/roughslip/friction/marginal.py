@@ -13,7 +13,7 @@ import numpy as np
 from scipy import optimize, special
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.friction.statistics import (
+from roughslip.friction.resampling import (
     Estimate,
     check_windows,
     power_sums,

@@ -11,14 +11,8 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
-from roughslip.friction.statistics import (
-    Combined,
-    Estimate,
-    combine,
-    ratio_of_sums,
-    strip_weights,
-    window_statistics,
-)
+from roughslip.friction.resampling import Estimate, strip_weights
+from roughslip.friction.statistics import Combined, combine, ratio_of_sums, window_statistics
 from roughslip.stages import geometry
 from roughslip.stages.command import Job, execute
 from roughslip.stages.friction_table import SOURCES, histogram, summary, table_variables

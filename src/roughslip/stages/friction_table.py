@@ -9,7 +9,8 @@ import numpy as np
 from roughslip import store
 from roughslip.friction.correlation import triangular
 from roughslip.friction.marginal import SHAPES
-from roughslip.friction.statistics import PERCENTS, Combined, Estimate, Trend, trend
+from roughslip.friction.resampling import Estimate
+from roughslip.friction.statistics import PERCENTS, Combined, Trend, trend
 
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40

@@ -1,0 +1,151 @@
+"""Resampling of strips: intervals of statistics of the friction coefficient that respect the overlap of windows.
+
+Windows of one strip overlap and are correlated; strips are independent. So whole strips are resampled (Efron and
+Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8: the cluster is the unit), whatever the dependence
+within a strip. A replicate is a row of counts, one a strip, and a statistic is a function of counts: every moment
+of every replicate follows from one product of the counts with sums over each strip. Row 0 counts each strip once: the
+sample itself. Levels of penetration share their counts, so that differences between levels are paired.
+
+The products go through einsum, not BLAS: their bits do not depend on threads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip.errors import IllPosedError, ParameterError
+
+TAILS = (0.025, 0.975)
+"""Probabilities of the ends of a 95 % interval."""
+
+FEWEST_REPLICATES = 40
+"""Below this many replicates the ends of a 95 % interval are the extreme replicates."""
+
+NO_SCATTER = 1e-10
+"""Scatter below this share of the mean is rounding: window sums carry errors of some 1e-12."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A statistic with its 95 % bootstrap interval.
+
+    value, low, high : (...) point estimate and ends of the interval
+    replicates : (..., R) the statistic on resampled strips
+    """
+
+    value: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    replicates: np.ndarray
+
+    @classmethod
+    def from_rows(cls, rows: np.ndarray) -> Estimate:
+        """Percentile interval. rows : (1 + R, ...), the statistic for every row of counts."""
+        replicates = np.ascontiguousarray(np.moveaxis(rows[1:], 0, -1))
+        low, high = np.quantile(replicates, TAILS, axis=-1)
+        return cls(np.array(rows[0]), np.asarray(low), np.asarray(high), replicates)
+
+    @classmethod
+    def of_distance(cls, rows: np.ndarray, moved: np.ndarray) -> Estimate:
+        """Interval of a distance (), which noise can only raise, so that percentiles of its replicates lie too high.
+
+        rows : (1 + R,) distance of a curve from a model or a family of models, in some norm
+        moved : (R,) distance of each resampled curve from the sample's curve, in the same norm
+
+        By the triangle inequality the truth lies within the 95 % quantile of `moved` (Bickel and Krieger, Journal of
+        the American Statistical Association 84, 1989), cut at 0. Conservative.
+        """
+        value, radius = rows[0], np.quantile(moved, 0.95)
+        return cls(np.array(value), np.maximum(value - radius, 0.0), np.asarray(value + radius), rows[1:].copy())
+
+    @property
+    def rows(self) -> np.ndarray:
+        """(1 + R, ...) the value and below it the replicates: the inverse of `from_rows`."""
+        return np.concatenate((self.value[None], np.moveaxis(self.replicates, -1, 0)))
+
+
+def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.ndarray:
+    """Counts (1 + replicates, strips): row 0 ones, the sample; the others multinomial, the bootstrap replicates."""
+    if strips < 2:
+        raise IllPosedError(f"{strips} strip(s) cannot show their own scatter: solve at least 2, better 100")
+    if replicates < FEWEST_REPLICATES:
+        raise ParameterError(f"a 95 % interval needs at least {FEWEST_REPLICATES} replicates, not {replicates}")
+    drawn = rng.multinomial(strips, np.full(strips, 1.0 / strips), size=replicates)
+    return np.concatenate((np.ones((1, strips), dtype=np.int64), drawn))
+
+
+def check_windows(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """mu as (S, W) floats with 0 where not valid, and valid; refuses what statistics cannot be taken of."""
+    mu, valid = np.asarray(mu, dtype=np.float64), np.asarray(valid)
+    if mu.ndim != 2 or valid.shape != mu.shape or valid.dtype != bool:
+        raise ParameterError(f"mu and valid (bool) must be (strips, windows), not {mu.shape} and {valid.shape}")
+    if not np.isfinite(mu[valid]).all():
+        raise ParameterError("mu must be finite in every valid window")
+    if weights.ndim != 2 or weights.shape[1] != mu.shape[0] or weights.dtype.kind not in "iu" or (weights < 0).any():
+        raise ParameterError(f"weights must be counts of {mu.shape[0]} strips, a row a replicate: see strip_weights")
+    if len(weights) <= FEWEST_REPLICATES or (weights[0] != 1).any():
+        raise ParameterError(f"weights need a row of ones and {FEWEST_REPLICATES} replicates: see strip_weights")
+    in_contact = valid.any(axis=1)
+    if in_contact.sum() < 2 or not (weights @ in_contact).all():
+        raise IllPosedError(
+            f"only {in_contact.sum()} of {len(mu)} strips have a window with a friction coefficient, too few to "
+            "resample: solve more strips, deepen the penetration or lower the least contact area"
+        )
+    return np.where(valid, mu, 0.0), valid
+
+
+def resampled(weights: np.ndarray, strip_sums: np.ndarray) -> np.ndarray:
+    """Totals (1 + R, k) of sums over strips (S, k), each strip counted as often as the row of weights says."""
+    return np.einsum("rs,sk->rk", weights.astype(np.float64), strip_sums)
+
+
+def power_sums(mu: np.ndarray, valid: np.ndarray, centre: float, order: int) -> np.ndarray:
+    """Sums (S, order + 1) of (mu - centre)^k, k = 0 ... order, over the valid windows of each strip."""
+    deviation = np.where(valid, mu - centre, 0.0)
+    powers = [np.sum(deviation**k, axis=1) for k in range(1, order + 1)]
+    return np.stack([np.sum(valid, axis=1, dtype=np.float64), *powers], axis=1)
+
+
+def resampled_quantiles(
+    mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, numerators: np.ndarray, denominator: int
+) -> np.ndarray:
+    """Empirical quantiles (1 + R, Q) of every replicate at the probabilities numerators / denominator.
+
+    The smallest mu whose share of windows at or below it reaches the probability; 0 gives the minimum. Ranks are
+    whole numbers, so nothing is rounded.
+    """
+    values, strip = _sorted_windows(mu, valid)
+    quantiles = np.empty((len(weights), len(numerators)))
+    for row, counts in zip(quantiles, weights, strict=True):
+        reached = np.cumsum(counts[strip])
+        rank = np.maximum(-(-numerators * reached[-1] // denominator), 1)
+        row[:] = values[np.searchsorted(reached, rank)]
+    return quantiles
+
+
+def resampled_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Empirical distribution function (1 + R, Q) of every replicate at its points (1 + R, Q): share of mu <= point."""
+    values, strip = _sorted_windows(mu, valid)
+    shares = np.empty(points.shape)
+    for row, counts, at in zip(shares, weights, points, strict=True):
+        reached = np.concatenate(([0], np.cumsum(counts[strip])))
+        row[:] = reached[np.searchsorted(values, at, side="right")] / reached[-1]
+    return shares
+
+
+def _sorted_windows(mu: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ascending mu of the valid windows and the strip of each."""
+    values, strip = mu[valid], np.nonzero(valid)[0]
+    order = np.argsort(values, kind="stable")
+    return values[order], strip[order]
+
+
+def require_scatter(variance: np.ndarray, centre: float) -> None:
+    """Raises IllPosedError where a variance (1 + R,) about a mean `centre` is no more than rounding."""
+    if (variance <= (NO_SCATTER * centre) ** 2).any():
+        raise IllPosedError(
+            "the friction coefficient has no scatter in the sample or a resampled one, so its shape is undefined: "
+            "solve more strips; a fully plastic contact has mu = tau / H exactly and needs no statistics"
+        )

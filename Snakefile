@@ -30,7 +30,6 @@ wildcard_constraints:
     first=r"\d+",
     last=r"\d+",
     design="[a-z_]+",
-    figure="figure[235]",
 
 
 rule all:

@@ -9,7 +9,7 @@ import hashlib
 import json
 import os
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -31,6 +31,21 @@ class Variable(NamedTuple):
     values: Any
     units: str
     long_name: str
+
+
+def with_interval(
+    name: str, dimensions: tuple[str, ...], columns: Iterable[Any], units: str, title: str
+) -> dict[str, Variable]:
+    """Three variables, `name`, `name_low` and `name_high`, from columns : value and ends of its 95 % interval."""
+    ends = {
+        "": title,
+        "_low": f"{title}, lower end of its 95 % interval",
+        "_high": f"{title}, upper end of its 95 % interval",
+    }
+    return {
+        name + suffix: Variable(dimensions, values, units, label)
+        for (suffix, label), values in zip(ends.items(), columns, strict=True)
+    }
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.bowden_tabor import friction_coefficient, shear_strength_for_mean, window_sums
+from roughslip.errors import ParameterError
+from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 
 ROUNDING = 2.0**-53
 
@@ -88,18 +88,6 @@ def test_windows_below_the_least_area_are_marked_and_never_nan() -> None:
     assert mu.tolist() == [[0.0, 0.0, 1.0], [0.5, 0.0, 0.0]]
 
 
-def test_shear_strength_gives_the_mean_wanted_over_valid_windows_only() -> None:
-    rng = np.random.default_rng(4)
-    area, force = rng.random((2, 10, 12)) + 0.01
-    least = 0.3
-    _, valid = friction_coefficient(area, force, 1.0, least)
-    assert 0 < np.sum(~valid) < valid.size
-    tau = shear_strength_for_mean(area, force, valid, 0.3)
-    mu, _ = friction_coefficient(area, force, tau, least)
-    # mean of 120 products: some 120 roundings at the very most
-    assert np.mean(mu[valid]) == pytest.approx(0.3, rel=120 * ROUNDING)
-
-
 def test_faults_are_refused_with_a_reason() -> None:
     one = np.ones((1, 2))
     with pytest.raises(ParameterError, match="no normal force"):
@@ -114,9 +102,3 @@ def test_faults_are_refused_with_a_reason() -> None:
         friction_coefficient(one, one, 1.0, 0.0)
     with pytest.raises(ParameterError, match="shear strength"):
         friction_coefficient(one, one, np.nan, 0.5)
-    with pytest.raises(IllPosedError, match="least area"):
-        shear_strength_for_mean(one, one, np.zeros((1, 2), bool), 0.3)
-    with pytest.raises(ParameterError, match="mean"):
-        shear_strength_for_mean(one, one, np.ones((1, 2), bool), 0.0)
-    with pytest.raises(ParameterError, match="bool"):
-        shear_strength_for_mean(one, one, np.ones((1, 2)), 0.3)

@@ -7,6 +7,7 @@ from scipy import stats
 from roughslip.chaos.distribution import cumulative_given_contact
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.regression import wild_coefficients
 from roughslip.errors import IllPosedError
 from roughslip.stages.centre_distribution import (
     BLOCK,
@@ -21,7 +22,6 @@ from roughslip.stages.centre_distribution import (
     refits,
     refused_rows,
     sampled_rows,
-    wild_coefficients,
 )
 
 INDICES = multi_indices(2, 2)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ParameterError
 
 
 def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -> np.ndarray:
@@ -61,24 +61,6 @@ def friction_coefficient(
         raise ParameterError(f"the least contact area must be positive and finite, not {least_area_m2} m^2")
     valid = area >= least_area_m2
     return shear_strength_pa * _area_per_force(area, force, valid), valid
-
-
-def shear_strength_for_mean(area: np.ndarray, force: np.ndarray, valid: np.ndarray, mean: float) -> float:
-    """Shear strength [Pa] that gives the valid windows the mean friction coefficient `mean`: mean / <A / N>.
-
-    area, force : (...) [m^2], [N] contact area and normal force of the windows
-    valid : (...) bool, windows with a friction coefficient
-    mean : [-] friction coefficient wanted, positive
-    """
-    area, force = _area_and_force(area, force)
-    valid = np.asarray(valid)
-    if valid.dtype != bool or valid.shape != area.shape:
-        raise ParameterError("valid must be an array of bool with the shape of area")
-    if not (math.isfinite(mean) and mean > 0.0):
-        raise ParameterError(f"the mean friction coefficient must be positive and finite, not {mean}")
-    if not valid.any():
-        raise IllPosedError("no window reaches the least contact area: deepen the penetration or lower the least area")
-    return float(mean / np.mean(_area_per_force(area, force, valid)[valid]))
 
 
 def _area_and_force(area: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

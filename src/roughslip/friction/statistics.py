@@ -240,6 +240,7 @@ class _Moments:
 
     @classmethod
     def of(cls, mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, centre: float) -> _Moments:
+        """Moments of the windows mu, valid : (S, W) about `centre`, for every row of weights : (1 + R, S)."""
         sums = power_sums(mu, valid, centre, 2)
         n, first, second = resampled(weights, sums).T
         mean, square = first / n, second / n

@@ -12,13 +12,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
-from roughslip import store
 from roughslip.chaos.distribution import NORMAL_95, cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples, fit_in_contact
-from roughslip.chaos.regression import Fit
+from roughslip.chaos.regression import Fit, wild_coefficients
 from roughslip.errors import IllPosedError
 
 SAMPLED = ("monte_carlo", "latin_hypercube")
@@ -121,22 +119,6 @@ def refits(
     return curves[1:] - curves[0], shares[1:] - shares[0]
 
 
-def wild_coefficients(basis: np.ndarray, values: np.ndarray, weights: np.ndarray, signs: np.ndarray) -> np.ndarray:
-    """Coefficients : (P, R) of refits to the fitted values plus the residuals times signs : (K, R).
-
-    Every refit keeps all samples. Resampling would leave out more than a third of them, and with four samples a
-    coefficient, as eq. (8) has, refits would be far worse than the fit (1.6 times its distance, in a trial).
-
-    Method: wild bootstrap of residuals over sqrt(1 - leverage) (Wu, Ann. Stat. 14 (1986) 1261; Liu, Ann. Stat. 16
-    (1988) 1696).
-    """
-    root = np.sqrt(weights)
-    q, r = scipy.linalg.qr(root[:, None] * basis, mode="economic")
-    projected = q.T @ (root * values)
-    residual = (root * values - q @ projected) / np.sqrt(1.0 - np.einsum("kp,kp->k", q, q))
-    return scipy.linalg.solve_triangular(r, projected[:, None] + q.T @ (residual[:, None] * signs))
-
-
 @dataclass(frozen=True)
 class Reference:
     """Monte Carlo, against which all are held.
@@ -232,15 +214,3 @@ def apart(first: np.ndarray, second: np.ndarray, moved: dict[str, np.ndarray]) -
     distance = kolmogorov_distance(first[first > 0], second[second > 0])
     far = float(np.quantile(np.max(np.abs(moved["equation_8"] - moved["equation_9"]), axis=1), 0.95))
     return distance, max(distance - far, 0.0), min(distance + far, 1.0)
-
-
-def stack(name: str, dimensions: tuple[str, ...], rows: list[Row], title: str) -> dict[str, store.Variable]:
-    """Variables for value, low and high of one quantity: a row a method, or one row without dimensions."""
-    suffixes = {"": title, "_low": f"{title}, lower end of its 95 % interval"}
-    suffixes["_high"] = f"{title}, upper end of its 95 % interval"
-    return {
-        name + suffix: store.Variable(
-            dimensions, np.array([row[part] for row in rows]) if dimensions else rows[0][part], "1", label
-        )
-        for part, (suffix, label) in enumerate(suffixes.items())
-    }

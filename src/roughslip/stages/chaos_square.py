@@ -29,7 +29,6 @@ from roughslip.stages.centre_distribution import (
     refits,
     refused_rows,
     sampled_rows,
-    stack,
 )
 from roughslip.stages.command import Job, execute
 
@@ -43,17 +42,18 @@ FITS = {
 }
 
 
-def variables_at_centre(xi: np.ndarray, target_values: np.ndarray, target: PressureTarget, job: Job) -> np.ndarray:
+def variables_at_centre(
+    modes: np.ndarray, xi: np.ndarray, target_values: np.ndarray, target: PressureTarget, job: Job
+) -> np.ndarray:
     """directions : (variables, modes) the regression direction of the target, then local functionals at the centre."""
     grid = geometry.square_grid(job.configuration)
     linear = fit_all_samples(np.column_stack([np.ones(len(xi)), xi]), target_values, target).coefficients[1:]
     stencil = expansion.stencil(geometry.covariance(job.configuration), grid)
-    modes = store.read(job.arguments.surface)["modes"]
     functionals = local_functionals(modes, stencil)[:, :, grid.centre[0], grid.centre[1]]
     return orthonormal_directions(np.vstack([linear, functionals]), job.configuration["expansion"]["variables"])
 
 
-def expansions(batches: list[store.Result], job: Job) -> tuple[dict[str, Expansion], np.ndarray]:
+def expansions(batches: list[store.Result], modes: np.ndarray, job: Job) -> tuple[dict[str, Expansion], np.ndarray]:
     """The three expansions before their fit, and the directions of their variables."""
     design = store.read(job.arguments.design)
     target = expansion.target(job.configuration, geometry.square_grid(job.configuration))
@@ -62,7 +62,7 @@ def expansions(batches: list[store.Result], job: Job) -> tuple[dict[str, Expansi
         for quantity in ("pressure", "gap")
     )
     values = target.values(pressure["expansion"], gap["expansion"])
-    directions = variables_at_centre(design["expansion"], values, target, job)
+    directions = variables_at_centre(modes, design["expansion"], values, target, job)
     indices = multi_indices(len(directions), job.configuration["expansion"]["degree"])
     basis = {name: hermite_basis(design[name] @ directions.T, indices) for name in pressure}
     found = {
@@ -103,8 +103,9 @@ def work(job: Job) -> None:
     batches = store.read_all(job.arguments.contact)
     draws, seed = job.configuration["expansion"]["draws"], job.configuration["seed"]
     nodes = samples_of(batches, "monte_carlo", "pressure")
+    surface = store.read(job.arguments.surface)
     with job.usage.core():
-        found, directions = expansions(batches, job)
+        found, directions = expansions(batches, surface["modes"], job)
         fits = fits_of(found)
         pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": found["equation_8"].pressure}
         reference = Reference(pressure["monte_carlo"], len(nodes), quantile_levels(pressure["monte_carlo"]))
@@ -133,8 +134,8 @@ def work(job: Job) -> None:
         rows.setdefault(method, refused_rows(reference.levels, rows["latin_hypercube"]["contact_probability"]))
     job.usage.count(fits=len(fits) * (1 + REPLICATES), draws=draws * len(fits))
     variables = table(rows, pressure, reference) | quality(fits, at_contact, pressure)
-    variables |= stack("distance_between_variants", (), [between], "Kolmogorov distance of eqs. (8) and (9)")
-    surface = store.read(job.arguments.surface)
+    title = "Kolmogorov distance of eqs. (8) and (9)"
+    variables |= store.with_interval("distance_between_variants", (), between, "1", title)
     variables["captured_variance"] = surface.variable("captured_variance")
     variables["direction"] = store.Variable(("variable", "mode"), directions, "1", "variables in terms of the modes")
     store.write(job.arguments.output, variables, job.key)
@@ -159,7 +160,8 @@ def table(
     }
     for name, title in ROWS.items():
         dimensions = ("method", "pressure") if name == "cumulative" else one
-        variables |= stack(name, dimensions, [rows[method][name] for method in METHODS], title)
+        columns = [np.array(part) for part in zip(*(rows[method][name] for method in METHODS), strict=True)]
+        variables |= store.with_interval(name, dimensions, columns, "1", title)
     return variables
 
 

@@ -11,7 +11,7 @@ from roughslip.grid import Grid
 from roughslip.stages import elastic, geometry
 from roughslip.stages.command import Job, execute
 from roughslip.surface.covariance import plane_height
-from roughslip.surface.karhunen_loeve import KarhunenLoeve
+from roughslip.surface.karhunen_loeve import heights
 
 
 def central_nodes(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
@@ -28,7 +28,6 @@ def work(job: Job) -> None:
     square = configuration["square"]
     grid = geometry.square_grid(configuration)
     modes = store.read(arguments.surface)["modes"]
-    expansion = KarhunenLoeve(grid, np.empty(0), modes, np.nan)
     design = None if arguments.design_name == "monte_carlo" else store.read(arguments.design)[arguments.design_name]
     plane = float(plane_height(square["penetration_percentile"], configuration["roughness"]["rms_height_m"]))
     influence = elastic.influence(configuration, grid)
@@ -44,7 +43,7 @@ def work(job: Job) -> None:
                 xi = monte_carlo([configuration["seed"], geometry.STREAM_MONTE_CARLO, number], square["modes"])
             else:
                 xi = design[number]
-            solution = solve(influence, expansion.heights(xi) - plane, tolerance)
+            solution = solve(influence, heights(modes, xi) - plane, tolerance)
             pressure[row], gap[row] = solution.pressure[centre], solution.gap[centre]
             area[row] = np.count_nonzero(solution.pressure) / grid.size
             mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual

@@ -57,9 +57,8 @@ def work(job: Job) -> None:
         ),
     }
     for name, unit in (("mean", "m"), ("std", "m"), ("skewness", "1"), ("kurtosis", "1"), ("distance_to_normal", "1")):
-        for suffix, value in zip(("", "_low", "_high"), getattr(statistics, name), strict=True):
-            title = f"reattachment point X_gh: {name.replace('_', ' ')}{suffix.replace('_', ', ')}"
-            variables[f"reattachment_{name}{suffix}"] = store.Variable((), value, unit, title)
+        title = f"reattachment point X_gh: {name.replace('_', ' ')}"
+        variables |= store.with_interval(f"reattachment_{name}", (), getattr(statistics, name), unit, title)
     events, edges = np.histogram(place, HISTOGRAM_BINS)
     density = events / max(events.sum(), 1) / np.diff(edges)
     variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
@@ -70,10 +69,8 @@ def work(job: Job) -> None:
     still = np.array([cycling_share(column, duration) for column in last_cycle.T]).T
     share = cycling_share(store.join(batches, "nominal_last_cycle"), duration)
     title = f"share of runs with a cycle in the last {CLOSING_PERIODS} natural periods"
-    for part, suffix in enumerate(("", "_low", "_high")):
-        label = title + suffix.replace("_", ", ")
-        variables[f"still_cycling{suffix}"] = store.Variable(damping, still[part], "1", label)
-        variables[f"cycling_share{suffix}"] = store.Variable((), share[part], "1", f"{label}, at the scene's damping")
+    variables |= store.with_interval("still_cycling", damping, still, "1", title)
+    variables |= store.with_interval("cycling_share", (), share, "1", f"{title}, at the scene's damping")
     nominal = job.configuration["oscillator"]["damping_ratio"]
     variables["nominal_damping"] = store.Variable((), nominal, "1", "the scene's damping ratio")
     variables["realisations"] = store.Variable((), len(last_cycle), "1", "runs")

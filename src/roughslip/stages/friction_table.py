@@ -60,17 +60,10 @@ def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) ->
     if dimensions[:2] == ("source", "level"):
         leading = (len(SOURCES), -1)
     shape = (*leading, *np.shape(estimates[0].value))
-    parts = [
-        ("", "value", title),
-        ("_low", "low", f"{title}, lower end of its 95 % interval"),
-        ("_high", "high", f"{title}, upper end of its 95 % interval"),
+    columns = [
+        np.array([getattr(each, part) for each in estimates]).reshape(shape) for part in ("value", "low", "high")
     ]
-    return {
-        name + suffix: store.Variable(
-            dimensions, np.array([getattr(estimate, part) for estimate in estimates]).reshape(shape), unit, label
-        )
-        for suffix, part, label in parts
-    }
+    return store.with_interval(name, dimensions, columns, unit, title)
 
 
 def table_variables(

@@ -31,13 +31,17 @@ class KarhunenLoeve:
     modes: np.ndarray
     captured_variance: float
 
-    def heights(self, xi: np.ndarray) -> np.ndarray:
-        """z : (nx, ny) [m] for one sample xi : (M,). One sample at a time, so that no bit depends on batches."""
-        return (xi @ self.modes.reshape(len(self.modes), -1)).reshape(self.grid.shape)
-
     def variance(self) -> np.ndarray:
         """Var z : (nx, ny) [m^2]; a truncated expansion is not stationary, so it differs from node to node."""
         return np.sum(self.modes**2, axis=0)
+
+
+def heights(modes: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """z : (nx, ny) [m] of one sample xi : (M,) of the modes : (M, nx, ny) [m].
+
+    One sample at a time, so that no bit depends on batches.
+    """
+    return (xi @ modes.reshape(len(modes), -1)).reshape(modes.shape[1:])
 
 
 def karhunen_loeve(covariance: Covariance, grid: Grid, order: int) -> KarhunenLoeve:

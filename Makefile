@@ -1,12 +1,15 @@
 # Everything that a user or a check runs; `make` alone lists it.
 #   JOBS=8 make reproduce                jobs at a time (2)
 #   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
+#   make benchmark PEERS=1               beside public solvers, from an environment of its own, .venv-peers
 
 PYTHON ?= python3
 JOBS ?= 2
 VENV := .venv
+PEERS_VENV := .venv-peers
+MEASURE_VENV := $(if $(filter 1,$(PEERS)),$(PEERS_VENV),$(VENV))
 RUN := $(VENV)/bin/python -m
-PIP_INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-input --compile --require-hashes
+PIP_INSTALL := pip install --quiet --disable-pip-version-check --no-input --compile --require-hashes
 
 # The package is not installed: it runs from here, and so does every job that Snakemake starts.
 export PYTHONPATH := $(CURDIR)/src
@@ -15,7 +18,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup reproduce smoke test lint reference clean
+.PHONY: help setup reproduce smoke test lint benchmark reference clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -37,11 +40,14 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) mypy src
 	$(RUN) snakefmt --check Snakefile workflow/rules
 
+benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 beside public ones
+	$(MEASURE_VENV)/bin/python -m snakemake -j1 benchmark $(if $(filter 1,$(PEERS)),--config peers=true)
+
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference
 	$(RUN) snakemake -j$(JOBS) reference
 
 clean: ## remove all that was generated, .venv too; results/reference stays
-	rm -rf $(VENV) .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(PEERS_VENV) .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	@if [ -d results ]; then find results -mindepth 1 -maxdepth 1 ! -name reference -exec rm -rf {} +; fi
 	@find . -name .git -prune -o \( -name __pycache__ -o -name '*.egg-info' \) -type d -prune -exec rm -rf {} +
 
@@ -50,17 +56,20 @@ clean: ## remove all that was generated, .venv too; results/reference stays
 $(VENV)/run.stamp: requirements.lock
 	@if cmp -s $< $@; then touch $@; else $(install-run); fi
 
+$(PEERS_VENV)/run.stamp: requirements-peers.lock
+	@if cmp -s $< $@; then touch $@; else $(install-run); fi
+
 $(VENV)/dev.stamp: requirements-dev.lock $(VENV)/run.stamp
 	@if cmp -s $< $@; then touch $@; else $(install-dev); fi
 
 define install-run
-$(check-python) && echo "Setting up $(VENV), a minute or two" && rm -rf $(VENV) && "$(PYTHON)" -m venv $(VENV) \
-	&& $(PIP_INSTALL) -r requirements.lock && cp $< $@
+$(check-python) && echo "Setting up $(@D), a minute or two" && rm -rf $(@D) && "$(PYTHON)" -m venv $(@D) \
+	&& $(@D)/bin/python -m $(PIP_INSTALL) -r $< && cp $< $@
 endef
 
 # Held to the pins of the run, so that a tool for checks never changes what computes.
 define install-dev
-echo "Adding the tools for checks to $(VENV)" && $(PIP_INSTALL) -r $< -c requirements.lock && cp $< $@
+echo "Adding the tools for checks to $(VENV)" && $(RUN) $(PIP_INSTALL) -r $< -c requirements.lock && cp $< $@
 endef
 
 define check-python

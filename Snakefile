@@ -43,6 +43,7 @@ include: "workflow/rules/square.smk"
 include: "workflow/rules/strip.smk"
 include: "workflow/rules/oscillator.smk"
 include: "workflow/rules/outputs.smk"
+include: "workflow/rules/evidence.smk"
 
 
 for name in scenes.valid:

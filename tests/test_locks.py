@@ -9,8 +9,9 @@ import pytest
 import roughslip
 
 ROOT = Path(__file__).resolve().parents[1]
-LOCKS = {name: (ROOT / name).read_text(encoding="utf-8") for name in ("requirements.lock", "requirements-dev.lock")}
+LOCKS = {path.name: path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("requirements*.lock"))}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+EXTRAS = PROJECT["project"]["optional-dependencies"]
 
 
 def normal(name: str) -> str:
@@ -33,16 +34,23 @@ def names(requirements: list[str]) -> set[str]:
     return {normal(re.match(r"[\w.-]+", requirement).group()) for requirement in requirements}
 
 
-def test_what_both_locks_hold_they_hold_alike():
-    """Else installing the tools for checks would change what computes."""
-    run, dev = pins("requirements.lock"), pins("requirements-dev.lock")
-    shared = run.keys() & dev.keys()
-    assert {name: dev[name] for name in shared} == {name: run[name] for name in shared}
+@pytest.mark.parametrize("name", ["requirements-dev.lock", "requirements-peers.lock"])
+def test_what_another_lock_shares_with_the_run_it_holds_alike(name):
+    """Else installing the tools for checks, or the public solvers, would change what computes."""
+    run, other = pins("requirements.lock"), pins(name)
+    shared = run.keys() & other.keys()
+    assert {package: other[package] for package in shared} == {package: run[package] for package in shared}
 
 
-def test_one_version_of_each_package_on_every_python():
+def test_all_that_a_run_needs_is_there_beside_the_peers():
+    """They are measured in one process."""
+    assert pins("requirements.lock").keys() - pins("requirements-peers.lock").keys() == set()
+
+
+@pytest.mark.parametrize("name", ["requirements.lock", "requirements-peers.lock"])
+def test_one_version_of_each_package_on_every_python(name):
     """So that a result does not depend on which supported Python made it."""
-    assert [name for name, found in pins("requirements.lock").items() if len(found) > 1] == []
+    assert [package for package, found in pins(name).items() if len(found) > 1] == []
 
 
 @pytest.mark.parametrize("name", LOCKS)
@@ -52,11 +60,14 @@ def test_locks_hold_no_address(name):
 
 def test_every_declared_dependency_is_locked():
     assert names(PROJECT["project"]["dependencies"]) - pins("requirements.lock").keys() == set()
+    assert names(EXTRAS["scans"]) - pins("requirements.lock").keys() == set()
+    assert names(EXTRAS["peers"]) - pins("requirements-peers.lock").keys() == set()
     assert names(PROJECT["dependency-groups"]["dev"]) - pins("requirements-dev.lock").keys() == set()
 
 
-def test_tools_for_checks_stay_out_of_the_run():
-    assert names(PROJECT["dependency-groups"]["dev"]) & pins("requirements.lock").keys() == set()
+def test_tools_for_checks_and_peers_stay_out_of_the_run():
+    others = names(PROJECT["dependency-groups"]["dev"]) | names(EXTRAS["peers"])
+    assert others & pins("requirements.lock").keys() == set()
 
 
 def test_the_version_is_told_alike():

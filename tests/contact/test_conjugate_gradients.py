@@ -2,11 +2,16 @@ import numpy as np
 import pytest
 from scipy.ndimage import convolve
 
-from roughslip.contact import conjugate_gradients, dense
+from roughslip.contact import conjugate_gradients, dense, fields
+from roughslip.contact.conjugate_gradients import Problem, Solution
 from roughslip.contact.influence import Influence
 from roughslip.contact.residual import relative_residual
 from roughslip.errors import ConvergenceError
 from roughslip.grid import Grid
+
+
+def found(influence: Influence, interference: np.ndarray, tolerance: float, guess=None) -> Solution:
+    return conjugate_gradients.solve(Problem(influence, interference), tolerance, guess)
 
 
 @pytest.mark.parametrize(
@@ -18,10 +23,10 @@ def test_agrees_with_the_dense_method(surface, shape: tuple[int, int], length: f
     influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
     interference = surface(shape, length, 3) + penetration
     exact, _ = dense.solve(influence, interference)
-    pressure, gap, _ = conjugate_gradients.solve(influence, interference, 1e-12)
-    np.testing.assert_allclose(pressure, exact, rtol=0, atol=1e-10 * exact.max())
-    assert np.array_equal(pressure > 0, exact > 0)
-    np.testing.assert_array_equal(gap, influence.apply(pressure) - interference)
+    ours = found(influence, interference, 1e-12)
+    np.testing.assert_allclose(ours.pressure, exact, rtol=0, atol=1e-10 * exact.max())
+    assert np.array_equal(ours.pressure > 0, exact > 0)
+    np.testing.assert_array_equal(ours.gap, influence.apply(ours.pressure) - interference)
 
 
 @pytest.mark.parametrize("aspect", [0.02, 1.0, 50.0])
@@ -30,45 +35,46 @@ def test_any_cells_any_depth(surface, aspect: float, penetration: float) -> None
     """Measured at most 75 products; cells of aspect 1 take at most 45."""
     influence = Influence(Grid(64, 48, 1.0, aspect), 1.0)
     interference = surface((64, 48), 5.0, 4) + penetration
-    pressure, gap, work = conjugate_gradients.solve(influence, interference, 1e-10)
-    assert relative_residual(gap, pressure, influence.diagonal, interference) <= 1e-10
-    assert work <= (50 if aspect == 1 else 100)
+    ours = found(influence, interference, 1e-10)
+    assert relative_residual(ours.gap, ours.pressure, influence.diagonal, interference) <= 1e-10
+    assert ours.products <= (50 if aspect == 1 else 100)
 
 
 def test_reaches_rounding(surface) -> None:
     """Restarted from a fresh gap, the recurrence of the gap does not set a floor."""
     influence = Influence(Grid(48, 48, 1.0, 1.0), 1.0)
     interference = surface((48, 48), 5.0, 5)
-    pressure, gap, work = conjugate_gradients.solve(influence, interference, 3e-15)
-    assert relative_residual(gap, pressure, influence.diagonal, interference) <= 3e-15
-    assert work <= 70
+    ours = found(influence, interference, 3e-15)
+    assert relative_residual(ours.gap, ours.pressure, influence.diagonal, interference) <= 3e-15
+    assert ours.products <= 70
 
 
 def test_loose_tolerance_leaves_no_stragglers(surface) -> None:
     """No node is both pressed and, by B_00 p < gap, on its way out: it would count as contact area."""
     influence = Influence(Grid(40, 24, 1.0, 1.0), 1.0)
-    pressure, gap, _ = conjugate_gradients.solve(influence, surface((40, 24), 3.0, 6) + 1.0, 1e-2)
-    assert not np.any((pressure > 0) & (influence.diagonal * pressure < gap))
+    ours = found(influence, surface((40, 24), 3.0, 6) + 1.0, 1e-2)
+    assert not np.any((ours.pressure > 0) & (influence.diagonal * ours.pressure < ours.gap))
 
 
 def test_initial_pressure_saves_work(surface) -> None:
     influence = Influence(Grid(48, 48, 1.0, 1.0), 1.0)
     interference = surface((48, 48), 5.0, 6)
-    pressure, _, cold = conjugate_gradients.solve(influence, interference, 1e-10)
-    again, _, warm = conjugate_gradients.solve(influence, interference, 1e-10, pressure)
-    assert warm <= 3  # a product for the guess, one for the fresh gap, one if rounding asks for a step
-    np.testing.assert_allclose(again, pressure, rtol=0, atol=1e-8 * pressure.max())
-    for guess in (1e9 * pressure, np.where(interference < 0.5, 1.0, 0.0), np.where(interference < 0, 1.0, 0.0)):
-        other, _, poor = conjugate_gradients.solve(influence, interference, 1e-10, guess)
-        assert poor <= cold + 5  # neither size nor place of a bad guess costs much
-        np.testing.assert_allclose(other, pressure, rtol=0, atol=1e-8 * pressure.max())
+    cold = found(influence, interference, 1e-10)
+    warm = found(influence, interference, 1e-10, cold.pressure)
+    assert warm.products <= 3  # for the guess, for the fresh gap, and if rounding asks for a step
+    np.testing.assert_allclose(warm.pressure, cold.pressure, rtol=0, atol=1e-8 * cold.pressure.max())
+    bad = 1e9 * cold.pressure, np.where(interference < 0.5, 1.0, 0.0), np.where(interference < 0, 1.0, 0.0)
+    for guess in bad:
+        poor = found(influence, interference, 1e-10, guess)
+        assert poor.products <= cold.products + 5  # neither size nor place of a bad guess costs much
+        np.testing.assert_allclose(poor.pressure, cold.pressure, rtol=0, atol=1e-8 * cold.pressure.max())
 
 
 def test_limit_is_a_typed_error(surface, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(conjugate_gradients, "PRODUCT_LIMIT", 10)
     influence = Influence(Grid(48, 48, 1.0, 1.0), 1.0)
     with pytest.raises(ConvergenceError, match="larger tolerance") as raised:
-        conjugate_gradients.solve(influence, surface((48, 48), 5.0, 6), 1e-10)
+        found(influence, surface((48, 48), 5.0, 6), 1e-10)
     assert 1e-10 < raised.value.residual < 1
     assert raised.value.work in (10, 11)
 
@@ -77,14 +83,16 @@ def test_overflow_is_a_typed_error() -> None:
     """Squares of heights beyond 1e154 m overflow; the iteration must not run on with inf or NaN."""
     influence = Influence(Grid(4, 4, 1.0, 1.0), 1.0)
     with np.errstate(over="ignore", invalid="ignore"), pytest.raises(ConvergenceError):
-        conjugate_gradients.solve(influence, np.full((4, 4), 1e200), 1e-10)
+        found(influence, np.full((4, 4), 1e200), 1e-10)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 7), (2, 3), (3, 2), (9, 8)])
 def test_stencil_product(shape: tuple[int, int]) -> None:
     rng = np.random.default_rng(8)
-    stencil, field = rng.standard_normal((5, 5)), rng.standard_normal(shape)
-    stencil += stencil[::-1, ::-1]  # even, so that convolution and correlation agree
-    nodes = rng.random(shape) < 0.7
+    stencil, field = rng.standard_normal((7, 7)), rng.standard_normal(shape)
+    stencil += stencil[::-1]
+    stencil += stencil[:, ::-1]  # even on both axes, as every influence is
+    nodes, ours = (rng.random(shape) < 0.7).astype(float), rng.standard_normal(shape)
     expected = np.where(nodes, convolve(field, stencil, mode="constant"), 0.0)
-    np.testing.assert_allclose(conjugate_gradients._stencil_product(stencil, field, nodes), expected, atol=1e-13)
+    fields.stencil_product(stencil, field, nodes, ours)
+    np.testing.assert_allclose(ours, expected, atol=1e-13)

@@ -1,8 +1,27 @@
 import numpy as np
 import pytest
+import scipy.fft
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import j0
 
-from roughslip.errors import ParameterError
-from roughslip.surface.covariance import Covariance, plane_height
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.grid import Grid
+from roughslip.surface.covariance import Covariance, nyquist_wavelength, plane_height, self_affine
+from roughslip.surface.measured_covariance import measured_covariance
+
+SHAPES = {
+    "gaussian": {},
+    "exponential": {},
+    "separable_exponential": {},
+    "matern": {"smoothness": 1.3},
+    "self_affine": {"hurst": 0.8, "bandwidth": 12.0},
+}
+
+
+def model(kind, *arguments, **others):
+    return Covariance(kind, *arguments, **SHAPES[kind], **others)
 
 
 @pytest.mark.parametrize("kind", ["gaussian", "exponential"])
@@ -13,19 +32,239 @@ def test_one_correlation_length_leaves_one_over_e(kind):
     np.testing.assert_allclose(covariance(np.array(3.0) * 0.6, 3.0 * 0.8), 4.0 / np.e, rtol=1e-15)  # isotropic
 
 
+@pytest.mark.parametrize("kind", SHAPES)
+def test_both_lengths_lie_on_the_axes_of_the_lay(kind):
+    """Rounding: the scale of a shape comes from a root to 1e-15, its slope there is of order one."""
+    lay = 0.7
+    covariance = model(kind, 2.0, 3.0, 0.5, lay_rad=lay)
+    np.testing.assert_allclose(covariance(3.0 * np.cos(lay), 3.0 * np.sin(lay)), 4.0 / np.e, rtol=1e-12)
+    np.testing.assert_allclose(covariance(-0.5 * np.sin(lay), 0.5 * np.cos(lay)), 4.0 / np.e, rtol=1e-12)
+    np.testing.assert_allclose(covariance(np.zeros(1), 0.0), 4.0, rtol=1e-13)
+
+
+def test_matern_holds_its_closed_cases():
+    r = np.linspace(0.0, 6.0, 61)
+    np.testing.assert_allclose(Covariance("matern", 1.0, 1.0, smoothness=0.5)(r), np.exp(-r), rtol=1e-13)
+    u = 2.146193220620582 * r  # the root of (1 + u) exp(-u) = 1/e
+    np.testing.assert_allclose(
+        Covariance("matern", 1.0, 1.0, smoothness=1.5)(r), (1 + u) * np.exp(-u), rtol=1e-12, atol=1e-15
+    )
+    # towards the Gaussian the difference is of order 1/nu; at nu = 20 it is below 0.01, as the module says
+    difference = np.abs(Covariance("matern", 1.0, 1.0, smoothness=20.0)(r) - np.exp(-(r**2)))
+    assert 1e-3 < difference.max() < 1e-2
+
+
+@pytest.mark.parametrize("hurst", [0.05, 0.5, 0.8, 1.0])
+@pytest.mark.parametrize("bandwidth", [2.0, 60.0])
+def test_self_affine_is_the_transform_of_its_spectrum(hurst, bandwidth):
+    """C(r) = 1/(2 pi) int q S(q) J0(q r) dq by Gauss-Legendre on panels of at most 60 rad with 64 nodes: rounding is
+    left. The lags reach all three branches of the integral: series, Chebyshev interpolation, asymptotics."""
+    rolloff = 2 * np.pi  # so that q_r = 1
+    covariance = self_affine(1.5, hurst, rolloff, rolloff / bandwidth)
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    edges = np.unique(np.concatenate(([0.0, 1.0], np.geomspace(1.0, bandwidth, 150))))
+    q = (edges[:-1, None] + np.diff(edges)[:, None] * (nodes + 1) / 2).ravel()
+    w = (np.diff(edges)[:, None] / 2 * weights).ravel()
+    r = np.array([0.0, 1e-5, 0.3, 2.0, 3.99, 4.01, 10.0, 39.9, 40.1, 60.0])
+    density = covariance.spectrum(np.minimum(q, bandwidth * (1 - 1e-14)))
+    direct = np.sum(w * q * density * j0(q * r[:, None]), axis=1) / (2 * np.pi)
+    np.testing.assert_allclose(covariance(r), direct, atol=1e-12 * 1.5**2)
+    assert covariance.rolloff_wavelengths_m == pytest.approx((rolloff, rolloff), rel=1e-13)
+    assert covariance.cutoff_wavelengths_m == pytest.approx((rolloff / bandwidth,) * 2, rel=1e-13)
+
+
+def test_self_affine_spectrum_is_flat_then_falls_then_ends():
+    covariance = self_affine(1e-6, 0.7, 20e-6, 1e-6, 10e-6)
+    q = 2 * np.pi / 20e-6
+    assert covariance.spectrum(0.0) == pytest.approx(covariance.spectrum(0.99 * q), rel=1e-14)
+    assert covariance.spectrum(8 * q) / covariance.spectrum(4 * q) == pytest.approx(2.0 ** (-2 - 2 * 0.7), rel=1e-12)
+    assert covariance.spectrum(0.0, 8 * q) == pytest.approx(covariance.spectrum(4 * q), rel=1e-12)  # q_r is 2 q there
+    assert covariance.spectrum(20.1 * q) == 0.0
+    assert nyquist_wavelength(Grid(4, 4, 1e-6, 0.5e-6)) == 2e-6
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "exponential", "matern"])
+def test_isotropic_spectra_are_hankel_transforms(kind):
+    """S(q) = 2 pi int r C(r) J0(q r) dr; the quadrature is asked for 1e-10 and the tail beyond 40 lengths is e^-40."""
+    covariance = model(kind, 2.0, 1.5)
+    for q in (0.0, 0.7, 3.0):
+        transform, error = quad(lambda r, q=q: r * float(covariance(r)) * j0(q * r), 0, 60, epsabs=1e-10, limit=400)
+        assert error < 1e-7
+        assert covariance.spectrum(q) == pytest.approx(2 * np.pi * transform, abs=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "separable_exponential", "matern"])
+def test_spectra_turn_with_the_lay(kind):
+    """The sum of C exp(-i q.x) over a fine mesh: exact for the Gaussian; cusps and aliases leave of order (h/l)^2."""
+    covariance = model(kind, 1.0, 1.5, 0.8, lay_rad=0.4)
+    h = 0.05
+    x = np.arange(-12.0, 12.0 + h / 2, h)
+    lags = covariance(x[:, None], x[None, :])
+    for qx, qy in ((0.0, 0.0), (1.0, 0.3), (-0.5, 1.2)):
+        total = h**2 * np.cos(qx * x[:, None] + qy * x[None, :]).ravel() @ lags.ravel()
+        assert covariance.spectrum(qx, qy) == pytest.approx(total, rel=1e-9 if kind == "gaussian" else 5e-3)
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+@pytest.mark.parametrize("across", [None, 0.5])
+@pytest.mark.parametrize("lay", [0.0, 0.4, np.pi / 2, -np.pi])
+def test_separable_and_mirror_symmetric_are_what_the_values_say(kind, across, lay):
+    covariance = model(kind, 1.0, 2.0, across, lay_rad=lay)
+    x = np.linspace(-3.0, 3.0, 7)
+    lags = covariance(x[:, None], x[None, :])
+    second = np.linalg.svd(lags)[1][1]  # a product of two functions has rank one
+    assert covariance.separable == (second < 1e-12)
+    assert covariance.mirror_symmetric == bool(np.abs(lags - lags[::-1]).max() < 1e-12)
+    np.testing.assert_allclose(lags, lags[::-1, ::-1], atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "exponential", "separable_exponential", "matern"])
+def test_beyond_the_reach_nothing_is_left(kind):
+    covariance = model(kind, 1.0, 3.0, 0.4, lay_rad=0.6)
+    reach_x, reach_y = covariance.reach_m
+    along = np.linspace(-1.5, 1.5, 3001)
+    edges = max(covariance(np.array(reach_x), along * reach_y).max(), covariance(along * reach_x, reach_y).max())
+    assert 1e-18 < edges < 1.1e-15  # the box is no larger than it need be
+
+
 def test_plane_stands_where_the_share_of_heights_lies_above():
     assert plane_height(50.0, 1e-6) == 0.0
     np.testing.assert_allclose(plane_height(15.865525393145708, 2.0), 2.0, rtol=1e-14)  # one sigma
     assert np.all(np.diff(plane_height(np.array([5.0, 50.0, 95.0]), 1.0)) < 0)  # deeper is lower
 
 
-@pytest.mark.parametrize("arguments", [("matern", 1.0, 1.0), ("gaussian", 0.0, 1.0), ("gaussian", 1.0, np.nan)])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"kind": "cubic"},
+        {"rms_height_m": 0.0},
+        {"correlation_length_m": np.nan},
+        {"correlation_length_across_m": -1.0},
+        {"lay_rad": np.inf},
+        {"smoothness": 1.0},  # not of a Gaussian
+        {"kind": "matern"},
+        {"kind": "matern", "smoothness": np.nan},
+        {"kind": "self_affine", "hurst": 1.2, "bandwidth": 10.0},
+        {"kind": "self_affine", "hurst": 0.8, "bandwidth": 1.0},
+        {"kind": "self_affine", "hurst": 0.8},
+    ],
+)
 def test_nonsense_is_refused(arguments):
     with pytest.raises(ParameterError):
-        Covariance(*arguments)
+        Covariance(**{"kind": "gaussian", "rms_height_m": 1.0, "correlation_length_m": 1.0} | arguments)
+
+
+def test_other_nonsense_is_refused():
+    with pytest.raises(ParameterError, match="wavelengths"):
+        self_affine(1.0, 0.8, np.nan, 1.0)
+    with pytest.raises(ParameterError, match="bandwidth"):
+        self_affine(1.0, 0.8, 1.0, 2.0)
+    with pytest.raises(ParameterError, match="no roll-off"):
+        _ = Covariance("gaussian", 1.0, 1.0).rolloff_wavelengths_m
 
 
 @pytest.mark.parametrize("percentile", [0.0, 100.0, -1.0, np.nan])
 def test_percentiles_outside_the_open_range_are_refused(percentile):
     with pytest.raises(ParameterError):
         plane_height(percentile, 1.0)
+
+
+def table(covariance, kx=24, ky=18, step_x=0.5, step_y=0.4):
+    x, y = np.arange(-kx, kx + 1) * step_x, np.arange(-ky, ky + 1) * step_y
+    return covariance(x[:, None], y[None, :]) / covariance.rms_height_m**2
+
+
+def noisy(seed, size=0.02):
+    """A table with errors at all lags, equal at opposite ones and none in the middle: far from any covariance."""
+    given_table = table(Covariance("exponential", 1.0, 1.5, 1.0, lay_rad=0.5))
+    errors = size * np.random.default_rng(seed).standard_normal(given_table.shape)
+    errors = (errors + errors[::-1, ::-1]) / 2
+    errors[24, 18] = 0.0
+    return given_table + errors
+
+
+def test_a_table_that_is_a_covariance_stays():
+    """At its ends it is below rounding, so its spectrum is positive but for rounding, of which the root is 1e-8 of the
+    kernel at each wave vector: some hundred of them make 1e-6."""
+    given_table = table(Covariance("gaussian", 1.0, 1.0, 0.8, lay_rad=0.3))
+    measured = measured_covariance(given_table, 0.5, 0.4, 2.0)
+    assert measured.largest_change < 5e-6
+    assert measured.clipped_variance < 1e-14
+    x, y = np.arange(-24, 25) * 0.5, np.arange(-18, 19) * 0.4
+    np.testing.assert_allclose(measured(x[:, None], y[None, :]), 4 * given_table, atol=2e-5)
+
+
+def test_between_lags_splines_follow_a_smooth_covariance():
+    """Cubic splines: 0.0026 h^4 times the fourth derivative, 12/l^4 for the Gaussian, once an axis."""
+    covariance = Covariance("gaussian", 1.0, 2.0)
+    measured = measured_covariance(table(covariance), 0.5, 0.4, 1.0)
+    x = np.linspace(-5.0, 5.0, 37)
+    bound = 0.0027 * 12 / 2.0**4 * (0.5**4 + 0.4**4)
+    difference = np.abs(measured(x[:, None], x[None, :]) - covariance(x[:, None], x[None, :])).max()
+    assert 0.2 * bound < difference < bound
+
+
+@settings(max_examples=10, derandomize=True, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), size=st.floats(0.0, 0.03))
+def test_what_noise_spoilt_is_positive_at_every_wave_vector(seed, size):
+    """Also between the wave vectors of the torus that the method used: the spectrum is a square."""
+    measured = measured_covariance(noisy(seed, size), 0.5, 0.4, 1.0)
+    for torus in ((97, 73), (128, 96), (211, 160)):  # all hold the whole table
+        padded = np.zeros(torus)
+        padded[:97, :73] = measured.correlation
+        spectrum = scipy.fft.fft2(np.roll(padded, (-48, -36), axis=(0, 1))).real
+        assert spectrum.min() > -1e-13 * spectrum.max()
+    given_table = noisy(seed, size)
+    change = np.abs(measured.correlation[24:73, 18:55] - given_table)
+    assert measured.largest_change == change.max()
+    assert measured.correlation[48, 36] == 1.0
+
+
+def test_the_covariance_of_scattered_points_is_positive():
+    """The continuation between lags is a covariance too: any points, not those of a mesh."""
+    measured = measured_covariance(noisy(3), 0.5, 0.4, 1.0)
+    x, y = np.random.default_rng(5).uniform(0.0, 6.0, (2, 200))
+    matrix = measured(x[:, None] - x[None, :], y[:, None] - y[None, :])
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-13)
+    assert np.linalg.eigvalsh(matrix).min() > -1e-12
+    assert measured.clipped_variance > 0.01  # the noise was worth the test
+    # a table that ends while correlations are large: the continuation must die out beyond its end
+    short = measured_covariance(table(Covariance("exponential", 1.0, 2.0), 3, 3, 1.0, 1.0), 1.0, 1.0, 1.0)
+    assert abs(short.correlation[0, 6]) > 1e-3
+    assert np.abs(short(np.linspace(0.95, 1.0, 50) * short.reach_m[0])).max() < 1e-13
+    x, y = np.random.default_rng(6).uniform(0.0, 16.0, (2, 400))
+    assert np.linalg.eigvalsh(short(x[:, None] - x[None, :], y[:, None] - y[None, :])).min() > -1e-12
+
+
+def test_the_change_is_that_of_the_nearest_positive_spectrum():
+    """On the torus it is the transform of the negative part; cutting the kernel and scaling add less than that."""
+    given_table = noisy(3)
+    torus = np.zeros((98, 74))
+    torus[:49, :37] = given_table
+    negative = np.minimum(scipy.fft.fft2(np.roll(torus, (-24, -18), axis=(0, 1))).real, 0.0)
+    nearest = np.roll(scipy.fft.ifft2(negative).real, (24, 18), axis=(0, 1))[:49, :37]
+    measured = measured_covariance(given_table, 0.5, 0.4, 1.0)
+    assert np.sqrt(np.mean(nearest**2)) == pytest.approx(measured.rms_change, rel=0.5)
+    assert float(measured(np.array(measured.reach_m[0]))) == pytest.approx(0.0, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("correlation", "message"),
+    [
+        (np.ones((4, 5)), "odd"),
+        (np.ones(5), "odd"),
+        (np.full((3, 3), np.nan), "finite"),
+        (np.full((3, 3), 0.5), "lag zero"),
+        (np.array([[0.0, 0.1, 0.0], [0.0, 1.0, 0.0], [0.0, 0.2, 0.0]]), "opposite"),
+    ],
+)
+def test_tables_of_another_form_are_refused(correlation, message):
+    with pytest.raises(ParameterError, match=message):
+        measured_covariance(correlation, 1.0, 1.0, 1.0)
+
+
+def test_a_table_far_from_any_covariance_is_refused():
+    with pytest.raises(IllPosedError, match="fewer lags"):
+        measured_covariance(noisy(1, 1.0), 1.0, 1.0, 1.0)
+    with pytest.raises(ParameterError, match="lag along y"):
+        measured_covariance(noisy(1, 0.0), 1.0, np.nan, 1.0)

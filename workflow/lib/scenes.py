@@ -20,7 +20,8 @@ DESIGNS = {
 }
 
 # A scene is a target of its own name, as these are already.
-RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes"})
+EVIDENCE = ("benchmark", "benchmark_contact", "benchmark_contact_figure")
+RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})
 DEFAULT_TARGETS = frozenset({"all", "reference", "results/report.html"})
 
 

@@ -10,18 +10,21 @@ alternating series of decreasing terms, each with a positive first term.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
+from ducc0 import fft
 from numba import njit
-from scipy import fft
 
+from roughslip.contact.convolution import Convolution, fast_length
+from roughslip.contact.periodic import periodic_symbol
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 
 # A patch of 5 x 5 cells. Convolutions of the iterative solver on 24 rough surfaces, relative to those without any
 # approximate inverse: 0.59 with 3 x 3 cells, 0.56 with 5 x 5, 0.55 with 7 x 7, and 0.88 with the inverse of the whole
 # symbol, which needs a second one in each step.
-PATCH_RADIUS = 2
+PATCH_RADIUS = 3
 
 # Up to so many loaded nodes their sum costs less than a convolution; they break even at 64 (240 x 10) to 190 (64 x 64).
 DIRECT_SUM_LIMIT = 64
@@ -66,52 +69,66 @@ def _opposite_edges(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.nd
 
 
 class Influence:
-    """The influence matrix B of a mesh; never changes once made.
+    """The influence matrix B of a mesh; never changes once made. Shares its scratch: one instance serves one thread.
 
     grid : the mesh
+    periodic : whether the mesh is one cell of a periodic surface; the free half-space otherwise
     coefficients : (nx, ny) [m/Pa] B by the offset of two nodes, along and across
     diagonal : B_00 [m/Pa], the displacement of a cell under its own unit pressure
-    approximate_inverse : (5, 5) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and hold the
-        others still. B^-1 decays as 1/r^3, so that these 25 carry most of it. On cells of all aspects tried those off
+    largest_eigenvalue : a bound of those of B [m/Pa], from the circulant matrix that holds it
+    approximate_inverse : (7, 7) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and hold the
+        others still. B^-1 decays as 1/r^3, so that these 49 carry most of it. On cells of all aspects tried those off
         the centre are negative and as a stencil all are diagonally dominant: positive definite on any set of nodes.
 
     Raises ParameterError for a modulus that is not positive and finite.
     """
 
-    def __init__(self, grid: Grid, plane_strain_modulus_pa: float) -> None:
-        self.grid = grid
-        self.coefficients = love_coefficients(grid, plane_strain_modulus_pa)
+    def __init__(self, grid: Grid, plane_strain_modulus_pa: float, periodic: bool = False) -> None:
+        self.grid, self.periodic = grid, periodic
+        self._modulus = plane_strain_modulus_pa
+        if periodic:
+            symbol = periodic_symbol(grid, plane_strain_modulus_pa)
+            self.coefficients = fft.c2r(symbol + 0j, axes=(0, 1), lastsize=grid.ny, forward=False, inorm=2)
+            torus = grid.shape
+        else:
+            self.coefficients = love_coefficients(grid, plane_strain_modulus_pa)
+            torus = (fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1))
+            symbol = _embedding_symbol(self.coefficients, torus)
+        self._convolution = Convolution(symbol, grid.shape, torus)
         self.diagonal = float(self.coefficients[0, 0])
+        self.largest_eigenvalue = float(symbol.max())
         self.approximate_inverse = _lifting_pressures(grid, plane_strain_modulus_pa)
         self._mirrored = np.hstack((self.coefficients[:, :0:-1], self.coefficients))
-        self._lengths = (fft.next_fast_len(2 * grid.nx - 1, real=True), fft.next_fast_len(2 * grid.ny - 1))
-        self._symbol = _embedding_symbol(self.coefficients, self._lengths)
-        for array in (self.coefficients, self.approximate_inverse, self._mirrored, self._symbol):
+        for array in (self.coefficients, self.approximate_inverse, self._mirrored):
             array.setflags(write=False)
+
+    @cached_property
+    def coarser(self) -> Influence:
+        """B on cells of twice the edge, or on an axis with a single node, or cells twice as long, of the same edge."""
+        g = self.grid
+        halve_x = g.nx > 1 and (g.ny == 1 or g.dx < 2 * g.dy)
+        halve_y = g.ny > 1 and (g.nx == 1 or g.dy < 2 * g.dx)
+        nx, dx = ((g.nx + 1) // 2, 2 * g.dx) if halve_x else (g.nx, g.dx)
+        ny, dy = ((g.ny + 1) // 2, 2 * g.dy) if halve_y else (g.ny, g.dy)
+        return Influence(Grid(nx, ny, dx, dy), self._modulus, self.periodic)
+
+    def on(self, shape: tuple[int, int]) -> Influence:
+        """B between the nodes of a part of the mesh; of the free half-space alone."""
+        return Influence(Grid(*shape, self.grid.dx, self.grid.dy), self._modulus)
 
     def apply(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement u = B p.
 
         pressure : (nx, ny) [Pa]
 
-        Returns (nx, ny) [m], by direct summation when few nodes are loaded, else by a convolution padded with zeros.
+        Returns (nx, ny) [m], by direct summation when few nodes are loaded, else by a convolution.
         Raises ParameterError for a wrong shape.
         """
         if pressure.shape != self.grid.shape:
             raise ParameterError(f"pressures have the shape {pressure.shape}, the mesh has {self.grid.shape}")
-        loaded = np.flatnonzero(pressure)
-        if loaded.size <= DIRECT_SUM_LIMIT:
-            return _direct_sum(self._mirrored, loaded, np.ascontiguousarray(pressure))
-        return self._convolution(pressure)
-
-    def _convolution(self, pressure: np.ndarray) -> np.ndarray:
-        # One axis at a time, so that the rows and columns of the padding are neither transformed nor transformed back:
-        # half the time of rfft2 and irfft2 on large meshes. The real axis is the long one.
-        along, across = self._lengths
-        spectrum = fft.fft(fft.rfft(pressure, along, axis=0), across, axis=1, overwrite_x=True)
-        spectrum *= self._symbol
-        kept = fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self.grid.ny]
-        return np.ascontiguousarray(fft.irfft(kept, along, axis=0)[: self.grid.nx])
+        pressure = np.ascontiguousarray(pressure)
+        loaded, few = _loaded(pressure, DIRECT_SUM_LIMIT)
+        return _direct_sum(self._mirrored, loaded, pressure) if few else self._convolution(pressure)
 
     def matrix(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """B between the nodes (i_k, j_k).
@@ -135,14 +152,29 @@ def _lifting_pressures(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray
     return np.linalg.solve(matrix, lift).reshape(patch.shape)
 
 
-def _embedding_symbol(coefficients: np.ndarray, lengths: tuple[int, int]) -> np.ndarray:
-    """Eigenvalues of the circulant matrix that holds B, at the frequencies of a real transform along the first axis."""
+def _embedding_symbol(coefficients: np.ndarray, torus: tuple[int, int]) -> np.ndarray:
+    """Eigenvalues of the circulant matrix that holds B, in the layout of numpy.fft.rfft2."""
     nx, ny = coefficients.shape
-    kernel = np.zeros(lengths)
+    kernel = np.zeros(torus)
     kernel[:nx, :ny] = coefficients
-    kernel[lengths[0] - nx + 1 :, :ny] = coefficients[:0:-1]
-    kernel[:, lengths[1] - ny + 1 :] = kernel[:, ny - 1 : 0 : -1]
-    return np.ascontiguousarray(fft.fft(fft.rfft(kernel, axis=0), axis=1).real)  # even, hence real
+    kernel[torus[0] - nx + 1 :, :ny] = coefficients[:0:-1]
+    kernel[:, torus[1] - ny + 1 :] = kernel[:, ny - 1 : 0 : -1]
+    return fft.r2c(kernel, axes=(0, 1)).real  # even, hence real
+
+
+@njit(cache=True)
+def _loaded(pressure: np.ndarray, limit: int) -> tuple[np.ndarray, bool]:
+    """The nodes under pressure, counted along the rows, and True; or False if there are more than the limit."""
+    nx, ny = pressure.shape
+    nodes, count = np.empty(limit, dtype=np.int64), 0
+    for i in range(nx):
+        for j in range(ny):
+            if pressure[i, j] != 0:
+                if count == limit:
+                    return nodes, False
+                nodes[count] = i * ny + j
+                count += 1
+    return nodes[:count], True
 
 
 @njit(cache=True)

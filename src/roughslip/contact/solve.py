@@ -1,36 +1,45 @@
-"""Elastic contact of a rough half-space with a rigid plane: one plane, or several planes of one surface."""
+"""Contact of a rough half-space with a rigid plane: at one height, at several, or under a given load."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughslip.contact import conjugate_gradients, dense
+from roughslip.contact import conjugate_gradients, dense, nested
+from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
 from roughslip.contact.residual import relative_residual
 from roughslip.errors import ConvergenceError, ParameterError
 
-# Nodes of positive interference up to which the dense method is used. Its time over that of conjugate gradients: 0.03
-# at 150 nodes, 0.05 to 0.2 at 400, 0.25 at 900; they break even between 1200 and 1800 (64 x 64 to 1920 x 20).
-DENSE_LIMIT = 1000
+# The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.8 us a node of the
+# mesh: they cost the same at k^3 = 2e5 nodes of the mesh, k = 930 on 64 x 64. Memory bounds k besides.
+DENSE_SHARE = 200_000
+DENSE_LIMIT = 2000
+
+# Conjugate gradients run on the part of the mesh that can touch if it has less than this share of the nodes.
+CROPPED_SHARE = 0.7
 
 
 @dataclass(frozen=True)
 class ContactSolution:
     """Pressures and gaps of one surface and one plane.
 
-    pressure : (nx, ny) [Pa] never negative, exactly zero off contact
+    pressure : (nx, ny) [Pa] never negative nor above the hardness, exactly zero off contact
     gap : (nx, ny) [m] between the deformed surface and the plane, zero in contact up to the residual
-    residual : ||min(gap, B_00 p)|| / ||max(u_bar, 0)|| of these very fields, gap = B p - u_bar taken afresh
+    plastic_displacement : (nx, ny) [m] u_plastic, by which the surface sank for good; zero below the hardness
+    plane : [m] height of the plane in the heights of the surface; zero where interferences were given
+    residual : relative_residual of these very fields, gap - u_plastic = B p - u_bar taken afresh
     work : Cholesky factors ("dense") or products with B ("fft")
     method : "none" (no contact), "dense" or "fft"
     """
 
     pressure: np.ndarray
     gap: np.ndarray
+    plastic_displacement: np.ndarray
+    plane: float
     residual: float
     work: int
     method: str
@@ -56,52 +65,102 @@ def solve(
     interference: np.ndarray,
     tolerance: float = 1e-10,
     initial_pressure: np.ndarray | None = None,
+    hardness_pa: float = math.inf,
 ) -> ContactSolution:
-    """Find p >= 0 with gap = B p - u_bar >= 0 and p gap = 0.
+    """Find 0 <= p <= H and u_plastic >= 0 with gap = B p + u_plastic - u_bar >= 0, p gap = 0, (H - p) u_plastic = 0.
 
-    influence : B of the mesh
+    influence : B of the mesh, a free half-space
     interference : (nx, ny) [m] u_bar, height of the surface over the plane
     tolerance : largest residual accepted, relative to the interference
     initial_pressure : (nx, ny) [Pa] a guess, not negative; used on large meshes only
+    hardness_pa : H, the highest pressure [Pa]; infinite for elastic contact
 
-    Returns the solution, by the dense method up to DENSE_LIMIT nodes of positive interference. A surface that does not
-    reach the plane costs nothing. Raises ParameterError for input that is not finite or has the wrong shape,
-    ConvergenceError where the residual stays above the tolerance.
+    Returns the solution; a surface that does not reach the plane costs nothing. Raises ParameterError for input that is
+    not finite or has the wrong shape, and for a periodic cell (at a fixed plane its energy has no least value once the
+    mean interference is positive: use solve_load); ConvergenceError where the residual stays above the tolerance.
     """
+    if influence.periodic:
+        raise ParameterError(
+            "a periodic cell has no pressures at a fixed plane, as a mean pressure has no finite displacement: use"
+            " solve_load"
+        )
     interference = _field("interference", interference, influence)
-    if not 0 < tolerance < 1:
-        raise ParameterError(f"the tolerance of a contact solve must lie in (0, 1), not {tolerance}")
+    _check(tolerance, hardness_pa)
     if initial_pressure is not None:
         initial_pressure = _field("initial pressure", initial_pressure, influence)
         if (initial_pressure < 0).any():
             raise ParameterError("the initial pressure must not be negative")
 
-    candidates = np.count_nonzero(interference > 0)
+    touching = interference > 0
+    candidates = np.count_nonzero(touching)
     if candidates == 0:
-        return ContactSolution(np.zeros(influence.grid.shape), 0.0 - interference, 0.0, 0, "none")
-    if candidates <= DENSE_LIMIT:
-        method = "dense"
+        nothing = np.zeros(influence.grid.shape)
+        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none")
+    if candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * interference.size:
         pressure, work = dense.solve(influence, interference)
+        if pressure.max() <= hardness_pa:
+            gap = influence.apply(pressure) - interference
+            return _solution(influence, pressure, gap, interference, 0.0, hardness_pa, tolerance, work, "dense")
+        initial_pressure = np.minimum(pressure, hardness_pa)
+    box = _box(touching)
+    if np.empty(touching.shape, dtype=np.bool_)[box].size <= CROPPED_SHARE * touching.size:
+        part = np.ascontiguousarray(interference[box])
+        guess = None if initial_pressure is None else np.ascontiguousarray(initial_pressure[box])
+        found = _iterate(Problem(influence.on(part.shape), part, hardness_pa), tolerance / 2, guess)
+        pressure = np.zeros(touching.shape)
+        pressure[box] = found.pressure
         gap = influence.apply(pressure) - interference
     else:
-        method = "fft"
-        pressure, gap, work = conjugate_gradients.solve(influence, interference, tolerance, initial_pressure)
-    residual = relative_residual(gap, pressure, influence.diagonal, interference)
-    if not residual <= tolerance:
-        raise ConvergenceError(
-            f"the contact residual is above the tolerance {tolerance:.1e}; rounding allows about 1e-14", residual, work
+        found = _iterate(Problem(influence, interference, hardness_pa), tolerance, initial_pressure)
+        pressure, gap = found.pressure, found.gap
+    return _solution(influence, pressure, gap, interference, 0.0, hardness_pa, tolerance, found.products, "fft")
+
+
+def solve_load(
+    influence: Influence,
+    heights: np.ndarray,
+    mean_pressure_pa: float,
+    tolerance: float = 1e-10,
+    initial_pressure: np.ndarray | None = None,
+    hardness_pa: float = math.inf,
+) -> ContactSolution:
+    """The contact under a given load: also finds the height of the plane.
+
+    influence : B of the mesh, a free half-space or a periodic cell
+    heights : (nx, ny) [m] z
+    mean_pressure_pa : force per nominal area [Pa], positive and below the hardness
+
+    The others, and what is raised, as in solve. In a periodic cell the height of the plane is over the mean of the
+    deformed surface.
+    """
+    heights = _field("heights", heights, influence)
+    _check(tolerance, hardness_pa)
+    if not (math.isfinite(mean_pressure_pa) and 0 < mean_pressure_pa < hardness_pa):
+        raise ParameterError(
+            f"the mean pressure must be positive, finite and below the hardness {hardness_pa} Pa,"
+            f" not {mean_pressure_pa} Pa"
         )
-    return ContactSolution(pressure, gap, residual, work, method)
+    problem = Problem(influence, heights, hardness_pa, mean_pressure_pa * heights.size)
+    found = _iterate(problem, tolerance, initial_pressure)
+    return _solution(
+        influence, found.pressure, found.gap, heights - found.plane, found.plane, hardness_pa, tolerance,
+        found.products, "fft",
+    )  # fmt: skip
 
 
 def sweep(
-    influence: Influence, heights: np.ndarray, planes: Sequence[float] | np.ndarray, tolerance: float = 1e-10
+    influence: Influence,
+    heights: np.ndarray,
+    planes: Sequence[float] | np.ndarray,
+    tolerance: float = 1e-10,
+    hardness_pa: float = math.inf,
 ) -> list[ContactSolution]:
     """Solve one surface against planes of several heights, each solve starting from those above.
 
-    influence : B of the mesh
+    influence : B of the mesh, a free half-space
     heights : (nx, ny) [m] z
     planes : (k,) [m] heights h_p of the plane, in any order
+    tolerance, hardness_pa : as in solve
 
     Returns the k solutions in the order of the planes; they agree with single solves to the tolerance. Raises as solve.
     """
@@ -118,8 +177,48 @@ def sweep(
             guess = np.maximum(solutions[lower].pressure + (lower - plane) * slope, 0.0)
         elif k > 0:
             guess = solutions[descending[0]].pressure
-        solutions[plane] = solve(influence, heights - plane, tolerance, guess)
+        solutions[plane] = replace(solve(influence, heights - plane, tolerance, guess, hardness_pa), plane=plane)
     return [solutions[plane] for plane in planes]
+
+
+def _iterate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> conjugate_gradients.Solution:
+    if guess is None or not guess.any():
+        guess = nested.guess(problem)
+    return conjugate_gradients.solve(problem, tolerance, guess)
+
+
+def _solution(
+    influence: Influence,
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    interference: np.ndarray,
+    plane: float,
+    hardness_pa: float,
+    tolerance: float,
+    work: int,
+    method: str,
+) -> ContactSolution:
+    """The solution with its residual; the gap is B p - u_bar."""
+    residual = relative_residual(gap, pressure, influence.diagonal, interference, hardness_pa)
+    if not residual <= tolerance:
+        raise ConvergenceError(
+            f"the contact residual is above the tolerance {tolerance:.1e}; rounding allows about 1e-14", residual, work
+        )
+    sunk = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
+    return ContactSolution(pressure, gap + sunk, sunk, plane, residual, work, method)
+
+
+def _box(nodes: np.ndarray) -> tuple[slice, slice]:
+    """The rows and columns from the first to the last of the nodes."""
+    rows, columns = np.flatnonzero(nodes.any(axis=1)), np.flatnonzero(nodes.any(axis=0))
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+
+
+def _check(tolerance: float, hardness_pa: float) -> None:
+    if not 0 < tolerance < 1:
+        raise ParameterError(f"the tolerance of a contact solve must lie in (0, 1), not {tolerance}")
+    if not hardness_pa > 0:
+        raise ParameterError(f"the hardness must be positive, not {hardness_pa} Pa")
 
 
 def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:

@@ -1,20 +1,23 @@
-"""Exact sampling of stationary Gaussian fields on long strips by circulant embedding."""
+"""Exact sampling of stationary Gaussian fields on meshes by circulant embedding."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
 
-from roughslip.errors import IllPosedError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance
+from roughslip.surface.covariance import Covariance, StationaryCovariance
 
 NEGATIVE_SHARE = 1e-9  # of the largest eigenvalue: what rounding and a truncated tail may leave below zero
 DOUBLINGS = 12
 MOST_NODES = 2**25  # of the torus: a few arrays of 0.3 GB
-REACH = {"gaussian": 6.0, "exponential": 36.0}  # correlation lengths beyond which the correlation is below 1e-15
+IMAGE_SHARE = 5e-3  # of the largest decorrelation on the mesh: what periodic images may add to a lag
+PROBED_LAGS = 64  # on an axis, where images are looked for
+MOST_FOLDS = 16  # of the spectrum at the Nyquist wave number of an axis
 
 
 @dataclass(frozen=True)
@@ -25,40 +28,51 @@ class Embedding:
     torus : nodes of the torus on each axis
     root : (torus[0], torus[1] // 2 + 1) [m] square root of the eigenvalues of the circulant covariance
     clipped_variance : share of the variance in eigenvalues below zero, which were set to zero
+    image_share : largest change of a correlation r by periodic images, over the largest 1 - r on the mesh, where the
+        torus was given the spectrum
     """
 
     grid: Grid
     torus: tuple[int, int]
     root: np.ndarray
     clipped_variance: float
+    image_share: float = 0.0
 
     def sample(self, generator: np.random.Generator) -> np.ndarray:
-        """z : (nx, ny) [m] heights, stationary with the covariance asked for: white noise on the torus, filtered."""
-        noise = scipy.fft.rfft2(generator.standard_normal(self.torus))
-        heights = scipy.fft.irfft2(self.root * noise, s=self.torus)
-        return np.ascontiguousarray(heights[: self.grid.nx, : self.grid.ny])
+        """z : (nx, ny) [m] heights, stationary with the covariance asked for: white noise on the torus, filtered.
+
+        Backwards one axis at a time, so that rows beyond the mesh are not transformed; bits are those of irfft2.
+        """
+        filtered = scipy.fft.rfft2(generator.standard_normal(self.torus))
+        filtered *= self.root
+        rows = scipy.fft.ifft(filtered, axis=0, norm="forward", overwrite_x=True)[: self.grid.nx]
+        heights = scipy.fft.irfft(rows, self.torus[1], axis=1, norm="forward")[:, : self.grid.ny]
+        return np.ascontiguousarray(heights * (1.0 / math.prod(self.torus)))
 
 
-def embed(covariance: Covariance, grid: Grid) -> Embedding:
+def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
     """Circulant embedding (Dietrich and Newsam 1997) on the smallest of a few tori that is positive.
 
     Lags on the mesh are exact once the torus exceeds it by its own size, or by the reach of the covariance. On an axis
     shorter than the reach the excess doubles, up to twice the reach, while an eigenvalue lies below zero by more than
-    NEGATIVE_SHARE of the largest. Raises IllPosedError where none serves within MOST_NODES: use a shorter correlation
-    length or larger cells.
+    NEGATIVE_SHARE of the largest. A self-affine covariance oscillates without end; its torus is given the spectrum
+    itself, which keeps every power law, and grows until the image share is at most IMAGE_SHARE.
+
+    Raises IllPosedError where no torus serves within MOST_NODES: use a shorter correlation length or larger cells;
+    ParameterError where a self-affine spectrum extends far beyond the mesh.
     """
-    reach = REACH[covariance.kind] * covariance.correlation_length_m
+    if isinstance(covariance, Covariance) and covariance.kind == "self_affine":
+        return _embed_spectrum(covariance, grid)
+    reach = covariance.reach_m
     worst, torus = 0.0, grid.shape
     for doubling in range(DOUBLINGS):
         torus = (
-            _even_fast_length(grid.nx + _excess(grid.nx, reach / grid.dx, doubling)),
-            _even_fast_length(grid.ny + _excess(grid.ny, reach / grid.dy, doubling)),
+            _even_fast_length(grid.nx + _excess(grid.nx, reach[0] / grid.dx, doubling)),
+            _even_fast_length(grid.ny + _excess(grid.ny, reach[1] / grid.dy, doubling)),
         )
-        if torus[0] * torus[1] > MOST_NODES:
+        if math.prod(torus) > MOST_NODES:
             break
-        x = np.minimum(np.arange(torus[0]), torus[0] - np.arange(torus[0])) * grid.dx
-        y = np.minimum(np.arange(torus[1]), torus[1] - np.arange(torus[1])) * grid.dy
-        eigenvalues = scipy.fft.rfft2(covariance(x[:, None], y[None, :])).real
+        eigenvalues = circulant_eigenvalues(covariance, grid, torus)
         worst = float(eigenvalues.min() / eigenvalues.max())
         if worst >= -NEGATIVE_SHARE:
             negative = np.maximum(-eigenvalues, 0.0)
@@ -68,6 +82,75 @@ def embed(covariance: Covariance, grid: Grid) -> Embedding:
         f"no torus up to {torus[0]} x {torus[1]} nodes embeds the covariance: smallest eigenvalue {worst:.1e} of the "
         f"largest; use a shorter correlation length or larger cells"
     )
+
+
+def circulant_eigenvalues(covariance: StationaryCovariance, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
+    """(torus[0], torus[1] // 2 + 1) [m^2] of the covariance on a torus of even lengths with the cells of the mesh.
+
+    Lags are those of the nearest image; at half a length, where two are equally near, the mean of both is taken by
+    dropping the imaginary part.
+    """
+    half = torus[0] // 2 + 1, torus[1] // 2 + 1
+    y = np.arange(half[1]) * grid.dy
+    lags = np.empty(torus)
+    if covariance.mirror_symmetric:
+        lags[: half[0], : half[1]] = covariance((np.arange(half[0]) * grid.dx)[:, None], y[None, :])
+        lags[half[0] :, : half[1]] = lags[half[0] - 2 : 0 : -1, : half[1]]
+    else:
+        x = scipy.fft.fftfreq(torus[0], 1 / torus[0]) * grid.dx
+        lags[:, : half[1]] = covariance(x[:, None], y[None, :])
+    # C(x, -y) = C(-x, y): the rows of -x are those of x backwards, the first in its place
+    lags[:, half[1] :] = np.roll(lags[::-1, half[1] - 2 : 0 : -1], 1, axis=0)
+    return np.ascontiguousarray(scipy.fft.rfft2(lags).real)
+
+
+def _embed_spectrum(covariance: Covariance, grid: Grid) -> Embedding:
+    torus, images = grid.shape, math.inf
+    for growth in range(DOUBLINGS):
+        factor = 2 * 1.5**growth
+        torus = _even_fast_length(factor * grid.nx), _even_fast_length(factor * grid.ny)
+        if math.prod(torus) > MOST_NODES:
+            break
+        eigenvalues = _folded_spectrum(covariance, grid, torus) / grid.cell_area
+        lags = scipy.fft.irfft2(eigenvalues, s=torus)
+        share = covariance.rms_height_m**2 / lags[0, 0]
+        images = _image_share(covariance, grid, share * lags)
+        if images <= IMAGE_SHARE:
+            return Embedding(grid, torus, np.sqrt(share * eigenvalues), 0.0, images)
+    raise IllPosedError(
+        f"on tori up to {torus[0]} x {torus[1]} nodes periodic images change correlations by {images:.1e} of their "
+        f"fall; use a shorter roll-off wavelength or larger cells"
+    )
+
+
+def _folded_spectrum(covariance: Covariance, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
+    """S [m^4] at the wave vectors of the torus, with those beyond the mesh that its nodes cannot tell from them."""
+    qx = 2 * math.pi * scipy.fft.fftfreq(torus[0], grid.dx)[:, None]
+    qy = 2 * math.pi * scipy.fft.rfftfreq(torus[1], grid.dy)[None, :]
+    shortest = min(covariance.cutoff_wavelengths_m)
+    beyond_x, beyond_y = (math.ceil(cell / shortest - 0.5 - 1e-9) for cell in (grid.dx, grid.dy))
+    if max(beyond_x, beyond_y) > MOST_FOLDS:
+        raise ParameterError(
+            f"waves of {shortest:.3g} m are cut off far below cells of {grid.dx:.3g} m x {grid.dy:.3g} m: "
+            f"cut off at `nyquist_wavelength` of the mesh"
+        )
+    total = np.zeros((torus[0], torus[1] // 2 + 1))
+    for i in range(-beyond_x, beyond_x + 1):
+        for j in range(-beyond_y, beyond_y + 1):
+            total += covariance.spectrum(qx + 2 * math.pi * i / grid.dx, qy + 2 * math.pi * j / grid.dy)
+    return total
+
+
+def _image_share(covariance: Covariance, grid: Grid, lags: np.ndarray) -> float:
+    """Largest difference of the covariance on the torus from the one asked for, over the largest fall on the mesh.
+
+    Over the fall, since a mesh much shorter than the roll-off holds a small part of the variance, and that is its form.
+    """
+    i = np.unique(np.linspace(0, grid.nx - 1, PROBED_LAGS).astype(int))
+    j = np.unique(np.linspace(1 - grid.ny, grid.ny - 1, 2 * PROBED_LAGS - 1).astype(int))
+    asked = covariance((i * grid.dx)[:, None], (j * grid.dy)[None, :])
+    difference, fall = np.abs(lags[np.ix_(i, j)] - asked).max(), covariance.rms_height_m**2 - asked.min()
+    return float(difference / fall) if fall > 0 else 0.0
 
 
 def _excess(nodes: int, reach: float, doubling: int) -> float:

@@ -1,19 +1,24 @@
-"""Karhunen-Loeve expansion of a Gaussian field on the nodes of a mesh (eq. 2 of the paper)."""
+"""Karhunen-Loeve expansion of a Gaussian field on the nodes of a mesh (eq. 2 of the paper), and when to prefer it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
 import numpy as np
-import scipy.fft
 import scipy.linalg
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance
+from roughslip.surface.covariance import StationaryCovariance
+from roughslip.surface.embedding import circulant_eigenvalues
+from roughslip.surface.lanczos import leading_modes
 
 DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
+MOST_DENSE_NODES = 4096  # beyond this the matrix is never formed
+LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
+MOST_BYTES = 2**30  # of modes that `representation` allows
 
 
 @dataclass(frozen=True)
@@ -24,16 +29,45 @@ class KarhunenLoeve:
     eigenvalues : (M,) [m^2] lambda_j of the covariance matrix of the nodes, descending
     modes : (M, nx, ny) [m] sqrt(lambda_j) phi_j, with phi_j of unit Euclidean norm
     captured_variance : share of the variance of the nodes, summed over the mesh, that the modes carry
+    residuals : (M,) [-] |C phi_j - lambda_j phi_j| / lambda_1, or a bound of it
     """
 
     grid: Grid
     eigenvalues: np.ndarray
     modes: np.ndarray
     captured_variance: float
+    residuals: np.ndarray
 
     def variance(self) -> np.ndarray:
         """Var z : (nx, ny) [m^2]; a truncated expansion is not stationary, so it differs from node to node."""
         return np.sum(self.modes**2, axis=0)
+
+    def captured_at(self, node: tuple[int, int]) -> float:
+        """Share [-] of the variance of one node, such as `grid.centre` or the corner (0, 0), that the modes carry."""
+        whole = self.eigenvalues.sum() / (self.captured_variance * self.grid.size)
+        return float(np.sum(self.modes[:, node[0], node[1]] ** 2) / whole)
+
+
+@dataclass(frozen=True)
+class Representation:
+    """How to sample a field.
+
+    method : "karhunen_loeve" or "embedding"
+    order : modes that the expansion needs
+    captured_variance : share of the variance that these carry; 1 for the embedding, which has all
+    reason : why, in words
+    """
+
+    method: Literal["karhunen_loeve", "embedding"]
+    order: int
+    captured_variance: float
+    reason: str
+
+
+class _Pairs(NamedTuple):
+    values: np.ndarray  # (M,) [m^2] descending
+    vectors: np.ndarray  # (M, nx ny)
+    residuals: np.ndarray  # (M,) relative to the largest value
 
 
 def heights(modes: np.ndarray, xi: np.ndarray) -> np.ndarray:
@@ -44,67 +78,169 @@ def heights(modes: np.ndarray, xi: np.ndarray) -> np.ndarray:
     return (xi @ modes.reshape(len(modes), -1)).reshape(modes.shape[1:])
 
 
-def karhunen_loeve(covariance: Covariance, grid: Grid, order: int) -> KarhunenLoeve:
-    """Discrete expansion of the field on the nodes, truncated after `order` modes.
+def karhunen_loeve(
+    covariance: StationaryCovariance, grid: Grid, order: int | None = None, *, share: float | None = None
+) -> KarhunenLoeve:
+    """Discrete expansion of the field on the nodes, truncated after `order` modes or where they carry `share`.
+
+    covariance, grid : of the field
+    order : M, number of modes, or
+    share : of the variance that the modes must carry, in (0, 1]; the fewest modes are taken
 
     The nodes carry equal weights (equal cells), so the Fredholm equation becomes the eigenproblem of the covariance
-    matrix (Ghanem and Spanos 1991, ch. 2). A separable covariance on a rectangular mesh is the Kronecker product of
-    two one-dimensional matrices; otherwise the matrix is formed on small meshes and applied by FFT on large ones.
+    matrix (Ghanem and Spanos 1991, ch. 2): the midpoint rule, whose eigenvalues times the cell area converge to those
+    of the continuous problem with the square of the cell, for kernels with a cusp as well. A separable covariance
+    on a rectangular mesh is the Kronecker product of two one-dimensional matrices; otherwise the matrix is formed on
+    small meshes and applied by FFT on large ones.
     Sign: the entry of largest magnitude is positive. Modes of equal eigenvalue keep the order of the nodes.
 
-    Raises ParameterError for an order outside 1 ... nx ny, ConvergenceError where Lanczos does not converge.
+    Returns the expansion. Raises ParameterError for an order outside 1 ... nx ny or a share outside (0, 1],
+    ConvergenceError where Lanczos does not converge, IllPosedError where a mesh of more than MOST_DENSE_NODES needs
+    more than a quarter of its modes: sample by circulant embedding.
     """
-    if not 1 <= order <= grid.size:
-        raise ParameterError(f"order {order} is not between 1 and the {grid.size} nodes of the mesh")
-    if covariance.separable:
-        eigenvalues, vectors = _kronecker_modes(covariance, grid, order)
-    elif grid.size <= DENSE_NODES or order > grid.size // 4:
-        eigenvalues, vectors = _dense_modes(covariance, grid, order)
-    else:
-        eigenvalues, vectors = _lanczos_modes(covariance, grid, order)
-    eigenvalues = np.maximum(eigenvalues, 0.0)  # rounding leaves the tail of a smooth kernel slightly negative
-    largest = np.argmax(np.abs(np.round(vectors, 9)), axis=1)
-    vectors *= np.sign(vectors[np.arange(order), largest])[:, None]
-    modes = np.sqrt(eigenvalues)[:, None] * vectors
-    total = grid.size * covariance.rms_height_m**2
-    return KarhunenLoeve(grid, eigenvalues, modes.reshape(order, *grid.shape), float(eigenvalues.sum() / total))
-
-
-def _kronecker_modes(covariance: Covariance, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
+    _check_request(grid, order, share)
     variance = covariance.rms_height_m**2
-    values_x, vectors_x = scipy.linalg.eigh(scipy.linalg.toeplitz(covariance(grid.x() - grid.dx / 2)) / variance)
-    values_y, vectors_y = scipy.linalg.eigh(scipy.linalg.toeplitz(covariance(grid.y() - grid.dy / 2)) / variance)
-    products = np.outer(values_x, values_y).ravel()
-    leading = np.argsort(-np.round(products, 12), kind="stable")[:order]
-    i, j = np.unravel_index(leading, grid.shape)
-    vectors = np.einsum("xm,ym->mxy", vectors_x[:, i], vectors_y[:, j]).reshape(order, -1)
-    return variance * products[leading], vectors
+    if covariance.separable:
+        pairs = _kronecker_modes(covariance, grid, order, share)
+    elif grid.size <= DENSE_NODES or (
+        order is not None and order > grid.size // LANCZOS_SHARE and grid.size <= MOST_DENSE_NODES
+    ):
+        pairs = _dense_modes(covariance, grid, order, share)
+    else:
+        pairs = _lanczos_modes(covariance, grid, order, share)
+    # rounding leaves the tail of a smooth kernel slightly negative
+    eigenvalues = np.maximum(pairs.values, 0.0)
+    largest = np.argmax(np.abs(np.round(pairs.vectors, 9)), axis=1)
+    signs = np.sign(pairs.vectors[np.arange(len(largest)), largest])
+    modes = pairs.vectors
+    modes *= signs[:, None]
+    modes *= np.sqrt(eigenvalues)[:, None]
+    captured = float(eigenvalues.sum() / (grid.size * variance))
+    return KarhunenLoeve(grid, eigenvalues, modes.reshape(-1, *grid.shape), captured, pairs.residuals)
 
 
-def _dense_modes(covariance: Covariance, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
+def representation(
+    covariance: StationaryCovariance, grid: Grid, order: int | None = None, *, share: float | None = None
+) -> Representation:
+    """Whether to expand a field or to embed it, before either is computed.
+
+    Arguments as `karhunen_loeve`. The numbers of modes come from the spectrum on the mesh, which is where the
+    eigenvalues go on meshes of many correlation lengths (Grenander and Szego, Toeplitz Forms, 1958); on shorter ones
+    they err by some modes, to either side.
+
+    Returns the expansion unless it needs more than a quarter of all modes or more than MOST_BYTES for them: then
+    circulant embedding, exact and stationary, costs less. Raises ParameterError as `karhunen_loeve`.
+    """
+    _check_request(grid, order, share)
+    carried = _predicted_shares(covariance, grid)
+    needed = order or _fewest(np.diff(carried, prepend=0.0), 1.0, share or 1.0)
+    carries = float(carried[needed - 1])
+    what = f"{needed} of {grid.size} modes, which carry about {carries:.3f} of the variance"
+    if needed > max(1, grid.size // LANCZOS_SHARE):
+        reason = f"{what}, are more than a quarter of all: the embedding carries the whole variance at less cost"
+        return Representation("embedding", needed, 1.0, reason)
+    if needed * grid.size * 8 > MOST_BYTES:
+        reason = f"{what}, fill more than {MOST_BYTES / 2**30:g} GiB: the embedding needs some of the mesh alone"
+        return Representation("embedding", needed, 1.0, reason)
+    return Representation("karhunen_loeve", needed, carries, f"{what}, are at most a quarter of all")
+
+
+def _check_request(grid: Grid, order: int | None, share: float | None) -> None:
+    if (order is None) == (share is None):
+        raise ParameterError("give either the order of the expansion or the share of the variance")
+    if order is not None and not 1 <= order <= grid.size:
+        raise ParameterError(f"order {order} is not between 1 and the {grid.size} nodes of the mesh")
+    if share is not None and not 0.0 < share <= 1.0:
+        raise ParameterError(f"a share of the variance lies in (0, 1], not {share}")
+
+
+def _predicted_shares(covariance: StationaryCovariance, grid: Grid) -> np.ndarray:
+    """(nx ny,) [-] of the variance that so many modes carry: every fourth of the torus of twice the mesh is one."""
+    far = 1e9 * max(grid.nx * grid.dx, grid.ny * grid.dy)  # a line has no second axis to be correlated along
+    apart = Grid(grid.nx, grid.ny, grid.dx if grid.nx > 1 else far, grid.dy if grid.ny > 1 else far)
+    half = np.maximum(circulant_eigenvalues(covariance, apart, (2 * grid.nx, 2 * grid.ny)), 0.0)
+    once, twice = half[:, [0, grid.ny]].ravel(), np.repeat(half[:, 1 : grid.ny].ravel(), 2)
+    descending = -np.sort(-np.concatenate((once, twice)))
+    shares = np.cumsum(descending.reshape(grid.size, 4).sum(axis=1))
+    return np.asarray(shares / shares[-1])
+
+
+def _fewest(values: np.ndarray, total: float, share: float) -> int:
+    """How many of the descending eigenvalues carry the share of their total, 1 + their number if all do not."""
+    carried = np.cumsum(np.maximum(values, 0.0)) / total
+    return int(np.searchsorted(carried, share - 1e-12)) + 1  # all modes carry 1 within rounding
+
+
+def _kronecker_modes(covariance: StationaryCovariance, grid: Grid, order: int | None, share: float | None) -> _Pairs:
+    """Products of the modes of two lines; of a long line only as many leading ones as the products need."""
+    variance = covariance.rms_height_m**2
+    lines = Grid(grid.nx, 1, grid.dx, grid.dy), Grid(1, grid.ny, grid.dx, grid.dy)
+    counts = [order or _predicted_order(covariance, line, math.sqrt(share or 1.0)) for line in lines]
+    while True:
+        x, y = (_line_modes(covariance, line, count) for line, count in zip(lines, counts, strict=True))
+        products = np.outer(x.values, y.values).ravel()
+        descending = np.argsort(-np.round(products, 12), kind="stable")
+        needed = order or min(_fewest(products[descending], grid.size, share or 1.0), grid.size)
+        complete = len(x.values) == grid.nx, len(y.values) == grid.ny
+        # the products left out are at most the last value of one line times the largest of the other
+        left_out = max(
+            -math.inf if complete[0] else x.values[-1] * y.values.max(),
+            -math.inf if complete[1] else x.values.max() * y.values[-1],
+        )
+        if needed <= len(descending) and products[descending[needed - 1]] >= left_out:
+            break
+        counts = [2 * count for count in counts]
+    leading = descending[:needed]
+    i, j = np.unravel_index(leading, (len(x.values), len(y.values)))
+    vectors = np.einsum("xm,ym->mxy", x.vectors[:, i], y.vectors[:, j]).reshape(needed, -1)
+    residuals = np.abs(y.values[j]) / y.values.max() * x.residuals[i]
+    residuals += np.abs(x.values[i]) / x.values.max() * y.residuals[j]
+    return _Pairs(variance * products[leading], vectors, residuals)
+
+
+def _line_modes(covariance: StationaryCovariance, line: Grid, count: int) -> _Pairs:
+    """Modes of one axis over Sq^2, vectors in columns: all by LAPACK, ascending, or the leading ones by Lanczos."""
+    enough = count <= line.size // LANCZOS_SHARE
+    if line.size > DENSE_NODES and (enough or line.size > MOST_DENSE_NODES):
+        if not enough:
+            raise _too_many(line)
+        values, rows, residuals = leading_modes(covariance, line, count)
+        return _Pairs(values, rows.T, residuals)
+    lags = covariance(line.x() - line.dx / 2, 0.0) if line.ny == 1 else covariance(np.zeros(1), line.y() - line.dy / 2)
+    matrix = scipy.linalg.toeplitz(lags) / covariance.rms_height_m**2
+    values, vectors = scipy.linalg.eigh(matrix)
+    return _Pairs(values, vectors, np.linalg.norm(matrix @ vectors - values * vectors, axis=0) / values[-1])
+
+
+def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int | None, share: float | None) -> _Pairs:
+    variance = covariance.rms_height_m**2
     x, y = (axis.ravel() for axis in np.meshgrid(grid.x(), grid.y(), indexing="ij"))
     matrix = covariance(x[:, None] - x[None, :], y[:, None] - y[None, :])
     values, vectors = scipy.linalg.eigh(matrix)
-    leading = np.argsort(-np.round(values / covariance.rms_height_m**2, 12), kind="stable")[:order]
-    return values[leading], np.ascontiguousarray(vectors[:, leading].T)
+    descending = np.argsort(-np.round(values / variance, 12), kind="stable")
+    leading = descending[: order or _fewest(values[descending], grid.size * variance, share or 1.0)]
+    residuals = np.linalg.norm(matrix @ vectors[:, leading] - values[leading] * vectors[:, leading], axis=0)
+    return _Pairs(values[leading], np.ascontiguousarray(vectors[:, leading].T), residuals / values[-1])
 
 
-def _lanczos_modes(covariance: Covariance, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Lanczos with the block-Toeplitz matrix applied by FFT on a torus of twice the size, never formed."""
-    shape = 2 * grid.nx, 2 * grid.ny
-    x = np.minimum(np.arange(shape[0]), shape[0] - np.arange(shape[0])) * grid.dx
-    y = np.minimum(np.arange(shape[1]), shape[1] - np.arange(shape[1])) * grid.dy
-    symbol = scipy.fft.rfft2(covariance(x[:, None], y[None, :])).real / covariance.rms_height_m**2
+def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int | None, share: float | None) -> _Pairs:
+    """As many modes as asked for, or a predicted number that grows until they carry the share."""
+    variance = covariance.rms_height_m**2
+    count = order or _predicted_order(covariance, grid, share or 1.0)
+    while count <= grid.size // LANCZOS_SHARE:
+        values, vectors, residuals = leading_modes(covariance, grid, count)
+        needed = order or _fewest(values, grid.size, share or 1.0)
+        if needed <= count:
+            return _Pairs(variance * values[:needed], vectors[:needed], residuals[:needed])
+        count = math.ceil(1.2 * count)
+    raise _too_many(grid)
 
-    def apply(vector: np.ndarray) -> np.ndarray:
-        transform = scipy.fft.rfft2(vector.reshape(grid.shape), s=shape)
-        return scipy.fft.irfft2(symbol * transform, s=shape)[: grid.nx, : grid.ny].ravel()
 
-    operator = LinearOperator((grid.size, grid.size), matvec=apply, dtype=np.float64)
-    start = np.random.default_rng(0).standard_normal(grid.size)  # fixed, generic: no mode is orthogonal to it
-    try:
-        values, vectors = eigsh(operator, k=order, which="LA", v0=start, tol=1e-12)
-    except ArpackError as error:
-        raise ConvergenceError(f"Lanczos found fewer than {order} modes: {error}; ask for fewer", np.nan, 0) from error
-    leading = np.argsort(-values)
-    return values[leading] * covariance.rms_height_m**2, np.ascontiguousarray(vectors[:, leading].T)
+def _predicted_order(covariance: StationaryCovariance, grid: Grid, share: float) -> int:
+    return min(int(1.05 * np.searchsorted(_predicted_shares(covariance, grid), share)) + 4, grid.size)
+
+
+def _too_many(grid: Grid) -> IllPosedError:
+    return IllPosedError(
+        f"the expansion needs more than a quarter of the {grid.size} modes of the mesh: sample by circulant embedding"
+    )

@@ -1,0 +1,213 @@
+"""Compiled passes over the fields of a contact solve: each reads and writes every array once.
+
+Sums run down the columns, one partial sum a column: that vectorises without reordering any sum, and its rounding error
+grows with the rows only. All fields are (nx, ny) and contiguous.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def inner(a: np.ndarray, b: np.ndarray) -> float:
+    """Sum of a b."""
+    nx, ny = a.shape
+    partial = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            partial[j] += a[i, j] * b[i, j]
+    return partial.sum()
+
+
+@njit(cache=True)
+def total(a: np.ndarray) -> float:
+    """Sum of a."""
+    nx, ny = a.shape
+    partial = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            partial[j] += a[i, j]
+    return partial.sum()
+
+
+@njit(cache=True)
+def mean_between(values: np.ndarray, pressure: np.ndarray, cap: float) -> tuple[float, int]:
+    """Mean of the values where 0 < p < cap, and the number of such nodes."""
+    nx, ny = values.shape
+    partial = np.zeros(ny)
+    count = np.zeros(ny, dtype=np.int64)
+    for i in range(nx):
+        for j in range(ny):
+            inside = (pressure[i, j] > 0) & (pressure[i, j] < cap)
+            partial[j] += values[i, j] if inside else 0.0
+            count[j] += inside
+    nodes = count.sum()
+    return partial.sum() / max(nodes, 1), nodes
+
+
+@njit(cache=True)
+def assess(
+    pressure: np.ndarray, gap: np.ndarray, offset: float, diagonal: float, cap: float, misfit: np.ndarray
+) -> float:
+    """Squared residual; writes the misfit, -gap of the free nodes, zero elsewhere.
+
+    A node is free if a step along its misfit stays within 0 <= p <= cap at first. The gap is gap + offset. The residual
+    B_00 p - clip(B_00 p - gap, 0, B_00 cap) is min(B_00 p, gap) without a cap.
+    """
+    nx, ny = pressure.shape
+    partial = np.zeros(ny)
+    highest = diagonal * cap
+    for i in range(nx):
+        for j in range(ny):
+            p = pressure[i, j]
+            w = gap[i, j] + offset
+            lift = diagonal * p
+            target = min(max(lift - w, 0.0), highest)
+            partial[j] += (lift - target) * (lift - target)
+            free = ((p > 0) | (w < 0)) & ((p < cap) | (w > 0))
+            misfit[i, j] = -w if free else 0.0
+    return partial.sum()
+
+
+@njit(cache=True)
+def conjugate(descent: np.ndarray, factor: float, direction: np.ndarray, misfit: np.ndarray) -> float:
+    """direction <- descent + factor direction where the misfit is not zero; returns inner(misfit, direction)."""
+    nx, ny = descent.shape
+    partial = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            m = misfit[i, j]
+            d = descent[i, j] + factor * direction[i, j] if m != 0 else 0.0
+            direction[i, j] = d
+            partial[j] += m * d
+    return partial.sum()
+
+
+@njit(cache=True)
+def balance(direction: np.ndarray, lift: np.ndarray) -> None:
+    """direction <- direction - factor lift, so that its sum is zero."""
+    nx, ny = direction.shape
+    factor = total(direction) / total(lift)
+    for i in range(nx):
+        for j in range(ny):
+            direction[i, j] -= factor * lift[i, j]
+
+
+@njit(cache=True)
+def advance(
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    length: float,
+    direction: np.ndarray,
+    product: np.ndarray,
+    cap: float,
+    shift: float,
+    new_pressure: np.ndarray,
+    new_gap: np.ndarray,
+    excess: np.ndarray,
+) -> int:
+    """Writes p + length d, plus the shift where d moves a positive pressure, clipped to [0, cap]; gap + length B d; and
+    what shift and clip added to the pressure. Returns at how many nodes they did."""
+    nx, ny = pressure.shape
+    count = np.zeros(ny, dtype=np.int64)
+    for i in range(nx):
+        for j in range(ny):
+            d = direction[i, j]
+            trial = pressure[i, j] + length * d
+            moved = trial + shift if (d != 0) & (trial > 0) else trial
+            allowed = min(max(moved, 0.0), cap)
+            new_pressure[i, j] = allowed
+            excess[i, j] = allowed - trial
+        for j in range(ny):  # apart: loops over more arrays do not vectorise
+            new_gap[i, j] = gap[i, j] + length * product[i, j]
+        for j in range(ny):
+            count[j] += excess[i, j] != 0
+    return count.sum()
+
+
+@njit(cache=True)
+def shift_to_sum(
+    pressure: np.ndarray, length: float, direction: np.ndarray, cap: float, force: float, everywhere: bool
+) -> float:
+    """The shift for which clip(p + length d + shift, 0, cap) has the sum `force`, shifting all nodes if `everywhere`,
+    else those where d moves a positive pressure.
+
+    The sum is piecewise linear in the shift and never falls: Newton's method, held to a bracket that halves.
+    Without enough nodes for the force the largest shift is that at which all are at the cap.
+    """
+    nx, ny = pressure.shape
+    shift, low, high = 0.0, -np.inf, np.inf
+    for _ in range(200):
+        sum_, slope, top, bottom = 0.0, 0, -np.inf, np.inf
+        for i in range(nx):
+            for j in range(ny):
+                trial = pressure[i, j] + length * direction[i, j]
+                if everywhere or (trial > 0 and direction[i, j] != 0):
+                    value = trial + shift
+                    top, bottom = max(top, trial), min(bottom, trial)
+                    sum_ += min(max(value, 0.0), cap)
+                    slope += (value > 0) & (value < cap)
+                else:
+                    sum_ += min(max(trial, 0.0), cap)
+        missing = force - sum_
+        if abs(missing) <= 4e-16 * force:
+            break
+        if missing > 0:
+            low = shift
+        else:
+            high = shift
+        step = missing / slope if slope > 0 else np.inf
+        if low < shift + step < high:
+            shift += step
+        elif np.isfinite(low) and np.isfinite(high):
+            shift = (low + high) / 2
+        else:
+            shift = cap - bottom if missing > 0 else -top
+        if shift in (low, high):
+            break
+    return shift
+
+
+@njit(cache=True)
+def positive_square(interference: np.ndarray, plane: float) -> float:
+    """||max(u_bar - plane, 0)||^2."""
+    nx, ny = interference.shape
+    partial = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            reach = max(interference[i, j] - plane, 0.0)
+            partial[j] += reach * reach
+    return partial.sum()
+
+
+@njit(cache=True)
+def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, result: np.ndarray) -> None:
+    """Writes a stencil of 7 x 7 nodes, even on both axes, applied to a field where `nodes` is not zero, and zero
+    elsewhere; there is no field off the mesh."""
+    nx, ny = field.shape
+    pair = np.zeros(ny + 6)
+    for i in range(nx):
+        row, wanted = result[i], nodes[i]
+        row[:] = 0.0
+        if not np.any(wanted):
+            continue
+        for far in range(4):  # rows at equal distances are added before they are weighed
+            pair[:] = 0.0
+            if i >= far:
+                for j in range(ny):
+                    pair[j + 3] = field[i - far, j]
+            if far > 0 and i + far < nx:
+                for j in range(ny):
+                    pair[j + 3] += field[i + far, j]
+            w0, w1, w2, w3 = stencil[3 + far, 3], stencil[3 + far, 4], stencil[3 + far, 5], stencil[3 + far, 6]
+            for j in range(ny):
+                row[j] += (
+                    w0 * pair[j + 3]
+                    + w1 * (pair[j + 2] + pair[j + 4])
+                    + w2 * (pair[j + 1] + pair[j + 5])
+                    + w3 * (pair[j] + pair[j + 6])
+                )
+        for j in range(ny):
+            row[j] = row[j] if wanted[j] != 0 else 0.0

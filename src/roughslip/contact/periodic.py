@@ -1,0 +1,98 @@
+"""Normal displacement of a periodic elastic half-space under pressures uniform on the cells of a mesh, mode by mode.
+
+A plane wave of pressure lifts the surface by u = 2 p / (E* |q|). Uniform on the cells, it also carries the waves q + G,
+G the reciprocal vectors of the mesh, which the nodes cannot tell from q:
+
+    Lambda(q) = 2/E* sum_G sinc((q_x + G_x) dx/2) sinc((q_y + G_y) dy/2) / |q + G|,   sinc t = sin(t) / t.
+
+This is the influence matrix of the free half-space summed over all images of a cell of the surface. A mean pressure has
+no finite displacement on a half-space; Lambda(0) = 0 counts displacements from their mean.
+
+The usual symbol is the term G = 0 without its sinc, 2/(E* |q|) (Stanley and Kato, J. Tribol. 119 (1997) 481). Measured:
+
+    - sine wave at half of p*, 256 cells, mean over shifts of the mesh: L2 error of the pressure 1.32e-3, usual symbol
+      1.23e-3; height of the plane off by 7e-6 and 3e-7 of the amplitude;
+    - from the edge of a flat punch inwards: errors 35, 0, 3, 2, 2, 2 %, usual symbol 34, -3, 8, 0, 4, 1 %;
+    - off-diagonal entries of the inverse: all negative, as on the free half-space, usual symbol up to 2 % of the
+      diagonal positive; least eigenvalue 0.54 B_00 and 0.42 B_00 (32 x 32 square cells).
+
+Smooth surfaces prefer the usual symbol by little. Steps, a capped pressure and solvers that exchange nodes prefer this
+one, and with it a large periodic cell tends to the free half-space on the same mesh.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.special import erf
+
+from roughslip.errors import ParameterError
+from roughslip.grid import Grid
+
+# erf(6) = 1 to rounding, and so is 1 - exp(-6^2).
+REACH = 6.0
+
+# Nodes of Gauss and Legendre a panel of unit length in ln s: 12 leave 1e-11, 14 rounding.
+PANEL_NODES = 16
+
+
+def periodic_symbol(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
+    """Eigenvalues of the influence matrix of a periodic cell.
+
+    grid : the mesh of one cell, nx dx by ny dy
+    plane_strain_modulus_pa : E* = E / (1 - nu^2) [Pa]
+
+    Returns (nx, ny // 2 + 1) [m/Pa], in the order of numpy.fft.rfft2: u = irfft2(symbol * rfft2(p), (nx, ny)). Zero for
+    the mean, positive otherwise, to a few units in the last place on cells of any aspect.
+    Raises ParameterError for a modulus that is not positive and finite.
+
+    Method: 1/r = 2/sqrt(pi) int_0^inf exp(-s^2 x^2) exp(-s^2 y^2) ds turns the sum over images into products of two
+    sums along the axes, Lambda = 2/(sqrt(pi) E*) int_0^inf X(s, q_x) Y(s, q_y) ds / s^2, which spares the slow,
+    alternating sum over G. X and Y are positive (see influence), so that Lambda is, term by term of the quadrature.
+    """
+    if not (math.isfinite(plane_strain_modulus_pa) and plane_strain_modulus_pa > 0):
+        raise ParameterError(f"the plane-strain modulus must be positive and finite, not {plane_strain_modulus_pa} Pa")
+    # Below the first s every mode but the mean has X Y < exp(-REACH^2); beyond the last X = Y = 1, and 1/s is left.
+    lowest = math.pi / max(grid.nx * grid.dx, grid.ny * grid.dy) / REACH
+    highest = 2 * REACH / min(grid.dx, grid.dy)
+    s, weight = _logarithmic_panels(lowest, highest)
+    along = _lattice_sum(s * grid.dx, grid.nx) * (weight / s)[:, None]
+    across = _lattice_sum(s * grid.dy, grid.ny)
+    half = np.einsum("ki,kj->ij", along, across) + 1 / highest
+    symbol = half[np.minimum(np.arange(grid.nx), grid.nx - np.arange(grid.nx))]  # even in q_x
+    symbol *= 2 / (math.sqrt(math.pi) * plane_strain_modulus_pa)
+    symbol[0, 0] = 0.0
+    return symbol
+
+
+def _logarithmic_panels(lowest: float, highest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes s and weights of int f d(ln s) from the lowest to the highest s."""
+    panels = math.ceil(math.log(highest / lowest))
+    edges = np.linspace(math.log(lowest), math.log(highest), panels + 1)
+    node, weight = np.polynomial.legendre.leggauss(PANEL_NODES)
+    half = (edges[1] - edges[0]) / 2
+    return np.exp((edges[:-1, None] + half * (1 + node)).ravel()), np.tile(half * weight, panels)
+
+
+def _lattice_sum(a: np.ndarray, n: int) -> np.ndarray:
+    """s/sqrt(pi) sum_k exp(i k theta) int exp(-s^2 t^2) dt over the cell k of an infinite row, a = s times the cell.
+
+    a : (m,) positive
+    n : number of cells in a period
+
+    Returns (m, n // 2 + 1), theta = 2 pi j / n. Where the Gaussian is wider than a cell by Poisson's formula as
+    sum_l exp(-(w_l / a)^2) sinc w_l with w_l = theta/2 + pi l, else as it stands, k and -k together. At a = 1, where
+    both converge slowest, the terms left out are below 1e-19.
+    """
+    theta = 2 * np.pi * np.arange(n // 2 + 1) / n
+    result = np.empty((a.size, theta.size))
+    wide = a < 1
+    w = theta / 2 + np.pi * np.arange(-2, 3)[:, None, None]
+    result[wide] = (np.exp(-((w / a[wide, None]) ** 2)) * np.sinc(w / np.pi)).sum(axis=0)
+    k = np.arange(7)[:, None, None]
+    edge = a[~wide, None]
+    cell = (erf(edge * (k + 0.5)) - erf(edge * (k - 0.5))) / 2
+    cell[1:] *= 2
+    result[~wide] = (cell * np.cos(k * theta)).sum(axis=0)
+    return result

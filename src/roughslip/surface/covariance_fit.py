@@ -1,0 +1,310 @@
+"""Covariance models fitted to an estimated autocorrelation by weighted least squares.
+
+Parameters are free of bounds where that is natural: the logarithm of the geometric mean of the two correlation
+lengths, and the two components e cos(2 lay), e sin(2 lay) of half the logarithm e of their ratio, which stay smooth
+where the surface is isotropic and the lay has no meaning. Estimates at neighbouring lags err together, so that the sum
+of squares alone would promise too small errors: a jackknife over parts of the scan gives the honest ones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.surface.covariance import SMOOTHEST, Covariance, Kind, self_affine
+
+MOST_ANISOTROPIC = 2.5  # bound of half the logarithm of the ratio of lengths: 1 to 150
+WORST_CONDITION = 1e7  # of the weighted Jacobian with unit columns
+NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
+
+# bounds of the shape parameters; nu is fitted through its logarithm
+SHAPES: dict[str, tuple[str, float, float]] = {
+    "matern": ("smoothness", math.log(0.05), math.log(SMOOTHEST)),
+    "self_affine": ("hurst", 0.01, 1.0),
+}
+
+
+@dataclass(frozen=True)
+class CovarianceFit:
+    """A fitted model with its errors.
+
+    covariance : the model
+    parameters, standard_errors : by name, in the unit of the name; the error is infinite where the data do not
+        determine the parameter: at a bound, or the lay of an isotropic surface
+    at_bound : names of parameters that ended at a bound
+    misfit : [-] root mean square of (estimate - model) / standard error over the lags; near 1 where the model holds
+    criterion : [-] n' misfit^2 + p ln n', the Bayesian information criterion of n' independent lags; smallest is best
+    lags : n that entered
+    effective_lags : n' = (tr R)^2 / tr R^2 with R the correlation of the errors of the lags; n without a jackknife
+    """
+
+    covariance: Covariance
+    parameters: dict[str, float]
+    standard_errors: dict[str, float]
+    at_bound: tuple[str, ...]
+    misfit: float
+    criterion: float
+    lags: int
+    effective_lags: float
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """An estimated autocorrelation, a lag and its opposite once; made by `estimates`.
+
+    x, y : (n,) [m] lags
+    correlation : (n,) [-]
+    standard_error : (n,) [-] positive
+    without_part : (B, n) [-] the same estimated without each part of the scan; B = 0 if not known
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    correlation: np.ndarray
+    standard_error: np.ndarray
+    without_part: np.ndarray
+
+
+def estimates(
+    lag_x_m: np.ndarray,
+    lag_y_m: np.ndarray,
+    correlation: np.ndarray,
+    standard_error: np.ndarray,
+    without_part: np.ndarray | None = None,
+) -> Estimates:
+    """Estimates at the lags of one half plane; lag zero, where the correlation is 1 without error, is left out.
+
+    lag_x_m, lag_y_m : (...) [m] lags, broadcast to the shape of the correlation
+    correlation : (...) [-] estimates C / C(0)
+    standard_error : (...) [-] of each
+    without_part : (B, ...) [-] estimates without each of B >= 2 parts of the scan
+
+    Raises ParameterError for values that are not finite, errors that are not positive, and shapes that do not fit.
+    """
+    shape = correlation.shape
+    parts = np.empty((0, *shape)) if without_part is None else without_part
+    if standard_error.shape != shape or parts.shape[1:] != shape or len(parts) == 1:
+        raise ParameterError(f"errors {standard_error.shape} and parts {parts.shape} do not fit estimates {shape}")
+    x, y = np.broadcast_to(lag_x_m, shape), np.broadcast_to(lag_y_m, shape)
+    kept = (x > 0) | ((x == 0) & (y > 0))
+    fields = x[kept], y[kept], correlation[kept], standard_error[kept], parts[:, kept]
+    if not all(np.all(np.isfinite(field)) for field in fields):
+        raise ParameterError("lags, correlations and their errors must be finite: leave out lags without pairs")
+    if not np.all(fields[3] > 0):
+        raise ParameterError("standard errors of correlations off lag zero must be positive")
+    return Estimates(*fields)
+
+
+def fit_covariance(
+    kind: Kind,
+    data: Estimates,
+    rms_height_m: float,
+    *,
+    anisotropic: bool = True,
+    cutoff_wavelength_m: float | None = None,
+) -> CovarianceFit:
+    """Least squares of (estimate - model) / standard error.
+
+    kind : of the model
+    data : from `estimates`
+    rms_height_m : Sq [m], not fitted: correlations do not hold it
+    anisotropic : two lengths and a lay (separable_exponential: lengths along x and y), else one length
+    cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
+
+    Returns the fit. Standard errors are the delete-a-block jackknife (Kunsch, Annals of Statistics 17 (1989) 1217) of
+    the linearised fit where `data` holds parts; without them lags count as independent, which promises too much.
+    Raises IllPosedError where the lags do not determine the parameters, ConvergenceError where least squares stops.
+    """
+    if (kind == "self_affine") != (cutoff_wavelength_m is not None):
+        raise ParameterError("a self_affine model, and no other, needs a cut-off wavelength")
+    build = _builder(kind, rms_height_m, anisotropic, cutoff_wavelength_m)
+    start, low, high = _start_and_bounds(kind, data, anisotropic)
+
+    def residual(parameters: np.ndarray) -> np.ndarray:
+        model = build(parameters)(data.x, data.y) / rms_height_m**2
+        return np.asarray((model - data.correlation) / data.standard_error)
+
+    n, p = len(data.x), len(start)
+    if n <= p:
+        raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags or fit an isotropic model")
+    solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    if not solution.success:
+        raise ConvergenceError(f"fit of {kind}: {solution.message}", float(solution.optimality), int(solution.nfev))
+    errors_of_lags = _jackknife_errors(data)
+    effective = _effective_lags(errors_of_lags, n)
+    free = (solution.x > low + 1e-6 * (high - low)) & (solution.x < high - 1e-6 * (high - low))
+    spread = _spread(solution, free, errors_of_lags)
+    covariance = build(solution.x)
+    names = _named(kind, covariance, anisotropic)
+    gradient = _gradient(kind, solution.x, covariance, anisotropic)
+    # a parameter's scatter in each part, or its standard deviation from each independent lag: squares add up
+    errors = np.sqrt(np.sum((gradient @ spread) ** 2, axis=1))
+    bound = {name for name, row in zip(names, gradient, strict=True) if np.any(row[~free] != 0)}
+    standard_errors = {
+        name: math.inf if name in bound else float(error) for name, error in zip(names, errors, strict=True)
+    }
+    misfit = math.sqrt(2 * solution.cost / n)
+    criterion = effective * misfit**2 + p * math.log(effective)
+    return CovarianceFit(
+        covariance, names, standard_errors, tuple(sorted(bound)), misfit, float(criterion), n, effective
+    )
+
+
+def choose_covariance(
+    kinds: Sequence[Kind],
+    data: Estimates,
+    rms_height_m: float,
+    *,
+    anisotropic: bool = True,
+    cutoff_wavelength_m: float | None = None,
+) -> tuple[CovarianceFit, ...]:
+    """Fits of several kinds, best first by `CovarianceFit.criterion`. Arguments and errors as `fit_covariance`."""
+    fits = [
+        fit_covariance(
+            kind,
+            data,
+            rms_height_m,
+            anisotropic=anisotropic,
+            cutoff_wavelength_m=cutoff_wavelength_m if kind == "self_affine" else None,
+        )
+        for kind in kinds
+    ]
+    return tuple(sorted(fits, key=lambda fit: fit.criterion))
+
+
+def _builder(
+    kind: Kind, rms_height_m: float, anisotropic: bool, cutoff_wavelength_m: float | None
+) -> Callable[[np.ndarray], Covariance]:
+    """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
+
+    def build(parameters: np.ndarray) -> Covariance:
+        along, across, lay = _axes(kind, parameters, anisotropic)
+        if kind == "self_affine" and cutoff_wavelength_m is not None:
+            # here the lengths are roll-off wavelengths, and the cut-off keeps their ratio
+            cutoff = min(cutoff_wavelength_m * math.sqrt(along / across), along / (1 + 1e-5))
+            return self_affine(rms_height_m, float(parameters[-1]), along, cutoff, across, lay)
+        smoothness = math.exp(parameters[-1]) if kind == "matern" else None
+        if smoothness is not None:
+            smoothness = min(max(smoothness, 0.05), SMOOTHEST)  # the exponential of a bound may round past it
+        return Covariance(kind, rms_height_m, along, across, lay, smoothness=smoothness)
+
+    return build
+
+
+def _axes(kind: Kind, parameters: np.ndarray, anisotropic: bool) -> tuple[float, float, float]:
+    mean = float(parameters[0])
+    if not anisotropic:
+        return math.exp(mean), math.exp(mean), 0.0
+    if kind == "separable_exponential":  # its axes are those of the mesh, else it would not be separable
+        return math.exp(mean + parameters[1]), math.exp(mean - parameters[1]), 0.0
+    e, lay = math.hypot(parameters[1], parameters[2]), 0.5 * math.atan2(parameters[2], parameters[1])
+    return math.exp(mean + e), math.exp(mean - e), lay
+
+
+def _start_and_bounds(kind: Kind, data: Estimates, anisotropic: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First guess from the quadratic form x'Gx = (-ln r)^(2/alpha) of near lags: alpha = 2 gaussian, 1 exponential."""
+    near = (data.correlation > NEAR_LAGS) & (data.correlation < 0.999)
+    if near.sum() < (3 if anisotropic else 1):
+        raise IllPosedError(f"fewer than 3 lags have correlations above {NEAR_LAGS}: give shorter lags")
+    exponent = {"gaussian": 1.0, "exponential": 2.0, "separable_exponential": 2.0}.get(kind, 1.4)
+    form = (-np.log(data.correlation[near])) ** exponent
+    x, y = data.x[near], data.y[near]
+    squares = np.stack((x**2 + y**2, x**2 - y**2, 2 * x * y))[: 3 if anisotropic else 1]
+    weights = 1 / np.sum(squares[0])
+    trace, difference, mixed = np.append(np.linalg.lstsq(squares.T * weights, form * weights, rcond=None)[0], (0, 0))[
+        :3
+    ]
+    unequal = math.hypot(difference, mixed)
+    trace = max(trace, 1e-6 / np.max(squares[0]))
+    ratio = min(unequal / trace, 0.98)  # the form may be indefinite where estimates scatter
+    logs = 0.25 * math.log((1 + ratio) / (1 - ratio))
+    longest = math.sqrt(np.max(data.x**2 + data.y**2))
+    shortest = math.sqrt(np.min(data.x**2 + data.y**2))
+    scale = 4.0 if kind == "self_affine" else 1.0  # of a roll-off wavelength to a correlation length
+    parameters = [-0.25 * math.log(trace**2 * (1 - ratio**2)) + math.log(scale)]
+    low, high = [math.log(shortest / 100)], [math.log(100 * longest)]
+    if anisotropic:
+        angle = math.atan2(-mixed, -difference)  # of twice the lay: the form is smallest along it
+        unit = [math.cos(angle), math.sin(angle)]
+        shape = unit[:1] if kind == "separable_exponential" else unit
+        parameters += [logs * component for component in shape]
+        low += [-MOST_ANISOTROPIC] * len(shape)
+        high += [MOST_ANISOTROPIC] * len(shape)
+    if kind in SHAPES:
+        _, lowest, highest = SHAPES[kind]
+        parameters.append(0.0 if kind == "matern" else 0.7)
+        low.append(lowest)
+        high.append(highest)
+    bounds = np.array(low), np.array(high)
+    return np.clip(parameters, bounds[0] + 1e-3, bounds[1] - 1e-3), *bounds
+
+
+def _jackknife_errors(data: Estimates) -> np.ndarray:
+    """(B, n) contributions to the error of each lag over its standard error: squares over the parts add up to it."""
+    number = max(len(data.without_part), 1)
+    centred = data.without_part - data.without_part.mean(axis=0) if len(data.without_part) else data.without_part
+    return np.asarray(math.sqrt((number - 1) / number) * centred / data.standard_error)
+
+
+def _effective_lags(errors_of_lags: np.ndarray, lags: int) -> float:
+    if not len(errors_of_lags):
+        return float(lags)
+    gram = errors_of_lags @ errors_of_lags.T
+    return float(max(np.trace(gram) ** 2 / np.sum(gram**2), 1.0 + 1e-9))
+
+
+def _spread(solution: OptimizeResult, free: np.ndarray, errors_of_lags: np.ndarray) -> np.ndarray:
+    """(p, B or p) of which the sum of squares is the variance of the parameters; zero for those at a bound.
+
+    With J = QR a jackknife gives R^-1 Q' times the errors of the lags; independent lags of unit error give R^-1.
+    """
+    jacobian = solution.jac[:, free]
+    columns = jacobian.shape[1]
+    norms = np.linalg.norm(jacobian, axis=0)
+    q, r = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))
+    if columns and not np.linalg.cond(r) < WORST_CONDITION:
+        raise IllPosedError("the lags do not determine all parameters: add lags across, or fit an isotropic model")
+    scatter = q.T @ errors_of_lags.T if len(errors_of_lags) else np.eye(columns)
+    spread = np.zeros((len(free), scatter.shape[1]))
+    spread[free] = np.linalg.solve(r, scatter) / norms[:, None]
+    return spread
+
+
+def _named(kind: Kind, covariance: Covariance, anisotropic: bool) -> dict[str, float]:
+    lengths = covariance.rolloff_wavelengths_m if kind == "self_affine" else covariance.lengths_m
+    stem = "rolloff_wavelength" if kind == "self_affine" else "correlation_length"
+    named = {f"{stem}_m": lengths[0]}
+    if anisotropic:
+        named[f"{stem}_across_m"] = lengths[1]
+        if kind != "separable_exponential":
+            named["lay_rad"] = covariance.lay_rad
+    if covariance.smoothness is not None:
+        named["smoothness"] = covariance.smoothness
+    if covariance.hurst is not None:
+        named["hurst"] = covariance.hurst
+    return named
+
+
+def _gradient(kind: Kind, parameters: np.ndarray, covariance: Covariance, anisotropic: bool) -> np.ndarray:
+    """Derivatives (named parameter, parameter of the fit)."""
+    p = len(parameters)
+    along, across, _ = _axes(kind, parameters, anisotropic)
+    unit = np.eye(p)
+    rows = [along * unit[0]]
+    if anisotropic and kind == "separable_exponential":
+        rows = [along * (unit[0] + unit[1]), across * (unit[0] - unit[1])]
+    elif anisotropic:
+        e = max(math.hypot(parameters[1], parameters[2]), 1e-9)
+        radial = (parameters[1] * unit[1] + parameters[2] * unit[2]) / e
+        turn = (parameters[1] * unit[2] - parameters[2] * unit[1]) / (2 * e**2)
+        rows = [along * (unit[0] + radial), across * (unit[0] - radial), turn]
+    if covariance.smoothness is not None:
+        rows.append(covariance.smoothness * unit[-1])
+    if covariance.hurst is not None:
+        rows.append(unit[-1])
+    return np.stack(rows)

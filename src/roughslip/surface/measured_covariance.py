@@ -1,0 +1,145 @@
+"""The autocorrelation of a scan as a covariance: a table near to it that is one, continued between its lags.
+
+A table of lags is a covariance if its spectrum is nowhere negative; what a scan gives is not quite, since its long lags
+are noise and end abruptly. A table h * h, with any even kernel h, has the spectrum h(q)^2 at every q. Cubic splines
+through a table keep the property: with B the transform of their values at the lags, the continuation has the spectrum
+of the table times sinc^4(q/2) / B(q), and both factors are positive.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+from scipy.ndimage import map_coordinates, spline_filter
+
+from roughslip.errors import IllPosedError, ParameterError
+
+MARGIN = 26  # nodes of zeros around the table: splines that interpolate decay by 0.27 a node
+LARGEST_CHANGE = 0.2  # of a correlation; a table that needs more is no estimate of an autocorrelation
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredCovariance:
+    """A covariance given at lags; zero beyond them. Made by `measured_covariance`.
+
+    rms_height_m : Sq [m]
+    lag_x_m, lag_y_m : [m] between neighbouring lags
+    correlation : (4 kx + 1, 4 ky + 1) [-] at lags to twice those measured, positive semidefinite, 1 in the middle
+    clipped_variance : share of the variance that the estimate had at negative spectral density
+    largest_change, rms_change : [-] of a correlation within the lags measured, and root mean square over them
+    coefficients : (4 kx + 1 + 2 MARGIN, 4 ky + 1 + 2 MARGIN) [-] of the cubic splines
+    """
+
+    rms_height_m: float
+    lag_x_m: float
+    lag_y_m: float
+    correlation: np.ndarray
+    clipped_variance: float
+    largest_change: float
+    rms_change: float
+    coefficients: np.ndarray
+
+    @property
+    def separable(self) -> bool:
+        """A table is never taken as a product."""
+        return False
+
+    @property
+    def mirror_symmetric(self) -> bool:
+        """A table is never taken as symmetric in x: an estimate is not."""
+        return False
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """[m] half edges of the box outside which the covariance is zero."""
+        nx, ny = self.coefficients.shape
+        return (nx // 2) * self.lag_x_m, (ny // 2) * self.lag_y_m
+
+    def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
+        """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
+        nx, ny = self.coefficients.shape
+        at = np.broadcast_arrays(np.asarray(x) / self.lag_x_m + nx // 2, np.asarray(y) / self.lag_y_m + ny // 2)
+        lags = np.stack(at).reshape(2, -1)
+        correlation = map_coordinates(self.coefficients, lags, order=3, mode="constant", prefilter=False)
+        return self.rms_height_m**2 * correlation.reshape(at[0].shape)
+
+
+def measured_covariance(
+    correlation: np.ndarray, lag_x_m: float, lag_y_m: float, rms_height_m: float
+) -> MeasuredCovariance:
+    """A covariance near to an estimated autocorrelation, positive semidefinite on every mesh.
+
+    correlation : (2 kx + 1, 2 ky + 1) [-] at lags of both signs, zero in the middle, where it is 1
+    lag_x_m, lag_y_m : [m] between neighbouring lags
+    rms_height_m : Sq [m]
+
+    Returns the covariance with the change that it took. Raises ParameterError for a table of another form,
+    IllPosedError where a correlation would change by more than LARGEST_CHANGE: take fewer lags or a larger scan.
+
+    Method: on a torus of twice the lags the nearest table that is positive has the spectrum of the given one, its
+    negative part set to zero. Its root is the transform of a kernel h, which is cut to the given lags; h * h, scaled
+    to 1 at zero, is the result: positive at every wave vector, not only at those of the torus, and zero beyond twice
+    the given lags.
+    """
+    _check_table(correlation, lag_x_m, lag_y_m, rms_height_m)
+    even = 0.5 * (correlation + correlation[::-1, ::-1])
+    spectrum = _spectrum(even, _torus(even.shape))
+    clipped = float(np.maximum(-spectrum, 0.0).sum() / np.abs(spectrum).sum())
+    root = scipy.fft.irfft2(np.sqrt(np.maximum(spectrum, 0.0)), s=_torus(even.shape))
+    kernel = _unwrapped(root, even.shape)
+    shape = tuple(2 * n - 1 for n in even.shape)
+    positive = _unwrapped(scipy.fft.irfft2(_spectrum(kernel, _torus(shape)) ** 2, s=_torus(shape)), shape)
+    positive /= positive[_middle(shape)]
+    measured = tuple(slice(n // 2, n // 2 + n) for n in even.shape)
+    change = np.abs(positive[measured] - even)
+    if not change.max() <= LARGEST_CHANGE:
+        raise IllPosedError(
+            f"the covariance near to the table of correlations differs by up to {change.max():.2g} from it: "
+            f"take fewer lags or a larger scan"
+        )
+    coefficients = spline_filter(np.pad(positive, MARGIN), order=3, mode="mirror")
+    rms_change = float(np.sqrt(np.mean(change**2)))
+    return MeasuredCovariance(
+        rms_height_m, lag_x_m, lag_y_m, positive, clipped, float(change.max()), rms_change, coefficients
+    )
+
+
+def _check_table(correlation: np.ndarray, lag_x_m: float, lag_y_m: float, rms_height_m: float) -> None:
+    for name, value in (("lag along x", lag_x_m), ("lag along y", lag_y_m), ("rms height", rms_height_m)):
+        if not (math.isfinite(value) and value > 0):
+            raise ParameterError(f"{name} must be positive and finite, not {value}")
+    if correlation.ndim != 2 or not all(n % 2 for n in correlation.shape):
+        raise ParameterError(f"a table of correlations has odd numbers of lags on two axes, not {correlation.shape}")
+    if not np.all(np.isfinite(correlation)):
+        raise ParameterError("a table of correlations must be finite: leave out lags without pairs")
+    at_zero = correlation[_middle(correlation.shape)]
+    if abs(at_zero - 1.0) > 1e-9:
+        raise ParameterError(f"the correlation at lag zero is 1, not {at_zero}")
+    if np.abs(correlation - correlation[::-1, ::-1]).max() > 1e-9:
+        raise ParameterError("a table of correlations is equal at opposite lags")
+
+
+def _torus(shape: tuple[int, ...]) -> tuple[int, int]:
+    nx, ny = (scipy.fft.next_fast_len(2 * n - 1, real=True) for n in shape)
+    return nx, ny
+
+
+def _middle(shape: tuple[int, ...]) -> tuple[int, int]:
+    return shape[0] // 2, shape[1] // 2
+
+
+def _spectrum(table: np.ndarray, torus: tuple[int, int]) -> np.ndarray:
+    """Real transform of a table that is equal at opposite lags, its middle moved to the first node of the torus."""
+    padded = np.zeros(torus)
+    padded[: table.shape[0], : table.shape[1]] = table
+    i, j = _middle(table.shape)
+    return np.asarray(scipy.fft.rfft2(np.roll(padded, (-i, -j), axis=(0, 1))).real)
+
+
+def _unwrapped(field: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """The lags of a table of that shape from a torus, equal at opposite lags in every digit."""
+    table = np.roll(field, _middle(shape), axis=(0, 1))[: shape[0], : shape[1]]
+    return 0.5 * (table + table[::-1, ::-1])

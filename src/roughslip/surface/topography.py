@@ -1,0 +1,180 @@
+"""A measured topography: heights on a mesh of rectangular cells, its missing points filled, its form removed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+import scipy.sparse
+from scipy.sparse.linalg import spsolve
+
+from roughslip.errors import InputError, ParameterError
+from roughslip.grid import Grid
+
+Form = Literal["mean", "plane", "quadratic"]
+
+FEWEST_NODES = 32
+"""On each axis: below this no statistic of a scan has an interval worth the name."""
+
+MOST_MISSING = 0.10
+"""Largest share of points without a height. Filled points are too smooth, and they lower the spectrum in proportion."""
+
+RIM_MISSING = 0.5
+"""An outer row or column that misses more than this share is cut off."""
+
+ROUNDING = 1e-10
+"""Heights that scatter by less than this share of their range before removal of form are rounding."""
+
+
+@dataclass(frozen=True)
+class Topography:
+    """Heights of a scan, complete on its mesh.
+
+    heights : (nx, ny) [m] finite everywhere
+    dx, dy : [m] distances of neighbouring points; they may differ
+    missing : (nx, ny) bool, true where the instrument gave no height and one was interpolated
+    """
+
+    heights: np.ndarray
+    dx: float
+    dy: float
+    missing: np.ndarray
+
+    def __post_init__(self) -> None:
+        if self.heights.ndim != 2 or self.heights.dtype != np.float64 or not np.isfinite(self.heights).all():
+            raise ParameterError("heights of a topography are (nx, ny), float64 and finite")
+        if self.missing.shape != self.heights.shape or self.missing.dtype != bool or self.missing.all():
+            raise ParameterError("missing must be bool, of the shape of the heights, and leave some of them")
+        _ = self.grid  # refuses impossible cells
+
+    @property
+    def grid(self) -> Grid:
+        """The mesh of the scan."""
+        nx, ny = self.heights.shape
+        return Grid(nx, ny, self.dx, self.dy)
+
+    @property
+    def measured(self) -> np.ndarray:
+        """(nx, ny) bool, true where the height was measured: what statistics of heights are taken of."""
+        return ~self.missing
+
+
+def topography(heights: np.ndarray, dx: float, dy: float, source: str) -> Topography:
+    """A topography from what an instrument gave: rim cut off, holes filled.
+
+    heights : (nx, ny) [m], x along the belt; NaN or infinite where there is none
+    dx, dy : [m] distances of neighbouring points
+    source : names the scan in messages, such as the path of its file
+
+    Outer rows and columns that miss more than RIM_MISSING of their points are cut off one at a time, the emptiest
+    first. Holes are filled by harmonic interpolation.
+
+    Raises InputError, one line that names the source, for a scan that is no map, is constant, or misses more than
+    MOST_MISSING of what is left inside the rim.
+    """
+    heights = np.array(heights, dtype=np.float64)
+    if heights.ndim != 2:
+        raise InputError(f"{source}: holds {heights.ndim}-dimensional heights; a map of heights has two dimensions")
+    if not (np.isfinite([dx, dy]).all() and min(dx, dy) > 0.0):
+        raise InputError(f"{source}: points lie {dx} m x {dy} m apart; both distances must be positive and finite")
+    missing = ~np.isfinite(heights)
+    if missing.all():
+        raise InputError(f"{source}: no point has a height; at most {MOST_MISSING:.0%} of a scan may be missing")
+    inside = _inside_rim(missing)
+    heights, missing = heights[inside], missing[inside]
+    if min(heights.shape) < FEWEST_NODES:
+        raise InputError(
+            f"{source}: {heights.shape[0]} x {heights.shape[1]} points with heights; a scan needs at least "
+            f"{FEWEST_NODES} on each axis"
+        )
+    if missing.mean() > MOST_MISSING:
+        raise InputError(
+            f"{source}: {missing.mean():.1%} of the points have no height; at most {MOST_MISSING:.0%} may be missing"
+        )
+    if np.ptp(heights[~missing]) == 0.0:
+        raise InputError(f"{source}: all heights are equal; a scan must show some roughness")
+    return Topography(_filled(heights, missing, dx, dy), float(dx), float(dy), np.ascontiguousarray(missing))
+
+
+def remove_form(scan: Topography, form: Form) -> Topography:
+    """The scan less its form, the least squares over its measured points; holes are filled anew.
+
+    form : "mean", "plane" or "quadratic" (all six terms to degree two in x and y)
+
+    Legendre polynomials on the mesh keep the normal equations well conditioned. Raises ParameterError for another form
+    and where nothing but rounding is left.
+    """
+    if form not in get_args(Form):
+        raise ParameterError(f"form {form!r} is not known: mean, plane or quadratic")
+    u = np.linspace(-1.0, 1.0, scan.grid.nx)
+    v = np.linspace(-1.0, 1.0, scan.grid.ny)
+    one_x, one_y = np.ones_like(u), np.ones_like(v)
+    terms = {
+        "mean": [(one_x, one_y)],
+        "plane": [(one_x, one_y), (u, one_y), (one_x, v)],
+        "quadratic": [
+            *[(one_x, one_y), (u, one_y), (one_x, v)],
+            *[(1.5 * u**2 - 0.5, one_y), (u, v), (one_x, 1.5 * v**2 - 0.5)],
+        ],
+    }[form]
+    weight = scan.measured.astype(np.float64)
+    normal = np.array([[np.einsum("x,xy,y", p * r, weight, q * s) for r, s in terms] for p, q in terms])
+    right = np.array([np.einsum("x,xy,y", p, weight * scan.heights, q) for p, q in terms])
+    shape = sum(c * np.outer(p, q) for c, (p, q) in zip(np.linalg.solve(normal, right), terms, strict=True))
+    residual = scan.heights - shape
+    before, after = np.ptp(scan.heights[scan.measured]), np.std(residual[scan.measured])
+    if after <= ROUNDING * before:
+        raise ParameterError(f"nothing is left of the scan once its {form} is removed: remove less, or scan a surface")
+    return replace(scan, heights=_filled(residual, scan.missing, scan.dx, scan.dy))
+
+
+def _inside_rim(missing: np.ndarray) -> tuple[slice, slice]:
+    """What is left when outer lines that miss more than RIM_MISSING are cut off, the emptiest first."""
+    low, high = [0, 0], list(missing.shape)
+    while True:
+        inside = slice(low[0], high[0]), slice(low[1], high[1])
+        part = missing[inside]
+        shares = [part[0].mean(), part[-1].mean(), part[:, 0].mean(), part[:, -1].mean()]
+        emptiest = int(np.argmax(shares))
+        if shares[emptiest] <= RIM_MISSING:
+            return inside
+        axis, end = divmod(emptiest, 2)
+        if high[axis] - low[axis] == 1:
+            return inside  # a single line is left, which no statistic takes anyway
+        if end:
+            high[axis] -= 1
+        else:
+            low[axis] += 1
+
+
+def _filled(heights: np.ndarray, missing: np.ndarray, dx: float, dy: float) -> np.ndarray:
+    """Heights whose missing ones solve the discrete Laplace equation, with no slope across the edge of the scan.
+
+    Harmonic rather than biharmonic: holes lie beside steep flanks, where a biharmonic surface overshoots, while a
+    harmonic one stays within the heights around the hole. Rather than nearest: no steps, which raise the spectrum.
+    """
+    filled = np.where(missing, 0.0, heights)
+    holes = np.nonzero(missing.ravel())[0]
+    if len(holes) == 0:
+        return filled
+    number = np.full(missing.size, -1)
+    number[holes] = np.arange(len(holes))
+    i, j = np.unravel_index(holes, missing.shape)
+    diagonal, right = np.zeros(len(holes)), np.zeros(len(holes))
+    rows, columns, values = [], [], []
+    for di, dj, weight in ((1, 0, dx**-2), (-1, 0, dx**-2), (0, 1, dy**-2), (0, -1, dy**-2)):
+        ni, nj = i + di, j + dj
+        here = np.nonzero((ni >= 0) & (ni < missing.shape[0]) & (nj >= 0) & (nj < missing.shape[1]))[0]
+        ni, nj = ni[here], nj[here]
+        diagonal[here] += weight
+        right[here] += weight * filled[ni, nj]  # zero where the neighbour is missing too
+        unknown = missing[ni, nj]
+        rows.append(here[unknown])
+        columns.append(number[ni[unknown] * missing.shape[1] + nj[unknown]])
+        values.append(np.full(unknown.sum(), -weight))
+    matrix = scipy.sparse.coo_matrix(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(len(holes), len(holes))
+    )
+    filled[i, j] = spsolve((matrix + scipy.sparse.diags(diagonal)).tocsc(), right)
+    return filled

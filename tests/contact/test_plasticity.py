@@ -1,0 +1,194 @@
+"""Contact with the pressure capped at the hardness H: 0 <= p <= H, gap = B p - u_bar + u_plastic >= 0, u_plastic >= 0,
+p gap = 0, (H - p) u_plastic = 0."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from roughslip.contact.closed_forms import HertzSphere, rigid_plastic_force_n
+from roughslip.contact.influence import Influence
+from roughslip.contact.solve import ContactSolution, solve, solve_load
+from roughslip.errors import ParameterError
+from roughslip.grid import Grid
+
+TOLERANCE = 1e-12
+
+
+def gauss_seidel(matrix: np.ndarray, load: np.ndarray, hardness: float) -> np.ndarray:
+    """The plain method: one node after the other takes the pressure that closes its gap, within its bounds."""
+    pressure = np.zeros(load.size)
+    for _ in range(2000):
+        before = pressure.copy()
+        for k in range(load.size):
+            misfit = matrix[k] @ pressure - load[k]
+            pressure[k] = min(max(pressure[k] - misfit / matrix[k, k], 0.0), hardness)
+        if np.abs(pressure - before).max() <= 1e-15 * pressure.max():
+            return pressure
+    raise AssertionError("Gauss-Seidel converges on a positive definite matrix")
+
+
+def assert_contact_conditions(
+    solution: ContactSolution, displacement: np.ndarray, interference, hardness: float
+) -> None:
+    """All of the conditions at the head of this file, to the residual that the solution claims."""
+    allowed = solution.residual * np.linalg.norm(np.maximum(interference, 0)) + 1e-14 * np.abs(interference).max()
+    p, gap, plastic = solution.pressure, solution.gap, solution.plastic_displacement
+    assert np.all((p >= 0) & (p <= hardness))
+    assert np.all(gap >= -allowed)
+    assert np.all(plastic >= 0)
+    assert not np.any(plastic[p < hardness])
+    np.testing.assert_allclose(gap[p > 0], 0, atol=allowed)
+    np.testing.assert_allclose(gap, displacement - interference + plastic, rtol=0, atol=allowed)
+
+
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(
+    shape=st.tuples(st.integers(1, 7), st.integers(1, 7)),
+    aspect=st.floats(-1, 1).map(lambda decades: 10.0**decades),
+    level=st.floats(-1, 3),
+    softness=st.floats(-2, 1),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_against_gauss_seidel(dense_matrix, shape, aspect: float, level: float, softness: float, seed: int) -> None:
+    """From caps that no node reaches to caps that all reach. Pressures to the condition of B (100) times the
+    residual."""
+    grid = Grid(*shape, 1.0, aspect)
+    influence = Influence(grid, 1.0)
+    interference = np.random.default_rng(seed).standard_normal(shape) + level
+    hardness = 10.0**softness / influence.diagonal
+    solution = solve(influence, interference, TOLERANCE, hardness_pa=hardness)
+    plain = gauss_seidel(dense_matrix(grid, 1.0), interference.ravel(), hardness).reshape(shape)
+    np.testing.assert_allclose(solution.pressure, plain, rtol=0, atol=100 * TOLERANCE * hardness + 1e-10 * plain.max())
+    assert_contact_conditions(solution, influence.apply(solution.pressure), interference, hardness)
+
+
+@pytest.mark.parametrize("hardness", [1e-3, 0.05, 0.15, 0.3, math.inf])
+@pytest.mark.parametrize("plane", [-3.0, 0.0, 1.5])
+def test_conditions_on_a_rough_square(surface, hardness: float, plane: float) -> None:
+    influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
+    interference = surface((48, 40), 5.0, 1) - plane
+    solution = solve(influence, interference, hardness_pa=hardness)
+    assert solution.residual <= 1e-10
+    assert_contact_conditions(solution, influence.apply(solution.pressure), interference, hardness)
+
+
+@pytest.mark.parametrize("hardness", [0.05, 0.3])
+def test_conditions_on_a_periodic_cell(surface, hardness: float) -> None:
+    influence = Influence(Grid(32, 24, 1.0, 0.8), 1.0, periodic=True)
+    heights = surface((32, 24), 4.0, 2)
+    solution = solve_load(influence, heights, 0.04, hardness_pa=hardness)
+    assert solution.mean_pressure == pytest.approx(0.04, rel=1e-8)
+    assert np.any(solution.plastic_displacement)
+    assert_contact_conditions(solution, influence.apply(solution.pressure), heights - solution.plane, hardness)
+
+
+@pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
+def test_a_cap_that_is_not_reached_changes_nothing(surface, shape, length: float) -> None:
+    influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
+    interference = surface(shape, length, 3)
+    elastic = solve(influence, interference, TOLERANCE)
+    assert not np.any(elastic.plastic_displacement)
+    peak = elastic.pressure.max()
+    high = solve(influence, interference, TOLERANCE, hardness_pa=1.001 * peak)
+    np.testing.assert_allclose(high.pressure, elastic.pressure, rtol=0, atol=100 * TOLERANCE * peak)
+    assert not np.any(high.plastic_displacement)
+    low = solve(influence, interference, TOLERANCE, hardness_pa=0.999 * peak)
+    assert low.pressure.max() == 0.999 * peak
+    assert np.count_nonzero(low.plastic_displacement) == 1
+    assert low.pressure.sum() < elastic.pressure.sum()
+
+
+def test_sphere_yields_on_its_axis_when_the_peak_pressure_reaches_the_cap() -> None:
+    """The node on the axis has p0 less 1e-4 at 25.6 cells a radius (see the Hertz tests): 5e-4 beyond it yields,
+    alone. The pressure falls by (h / a)^2 / 2 = 7.6e-4 to the next nodes."""
+    sphere = HertzSphere.at_yield(1e-3, 1e9, 1e11)
+    h = sphere.contact_radius_m / 25.6
+    grid = Grid(65, 65, h, h)
+    r = np.hypot(grid.x()[:, None] - 32.5 * h, grid.y() - 32.5 * h)
+    influence = Influence(grid, 1e11)
+    before, after = (
+        solve(influence, scale**2 * sphere.penetration_m - r**2 / 2e-3, hardness_pa=1e9) for scale in (0.9995, 1.0005)
+    )
+    assert not np.any(before.plastic_displacement)
+    assert np.flatnonzero(after.plastic_displacement) == [65 * 32 + 32]
+    assert before.pressure.max() == pytest.approx(1e9, rel=1e-3)
+
+
+@pytest.mark.parametrize("hardness", [1e-5, 1e-4, 1e-3, 1e-2])
+def test_plastic_limit(surface, hardness: float) -> None:
+    """N = H A_c. Elastic displacements are at most H max(B 1): nodes deeper than that bear H, those that do not
+    reach the plane nothing. So A_c and N / H lie between the bearing areas at these two heights, which are the same
+    for a cap low enough."""
+    grid = Grid(48, 40, 1.0, 0.8)
+    influence = Influence(grid, 1.0)
+    interference = surface((48, 40), 5.0, 4)
+    solution = solve(influence, interference, hardness_pa=hardness)
+    force = solution.pressure.sum() * grid.cell_area
+    area = np.count_nonzero(solution.contact) * grid.cell_area
+    elastic = hardness * influence.apply(np.ones(grid.shape)).max()
+    most = rigid_plastic_force_n(interference, hardness, grid.cell_area)
+    least = rigid_plastic_force_n(interference - elastic, hardness, grid.cell_area)
+    assert least * (1 - 1e-12) <= force <= hardness * area * (1 + 1e-12)
+    assert hardness * area <= most * (1 + 1e-12)
+    assert (least == most) == (hardness == 1e-5)
+    assert force == pytest.approx(hardness * area, rel=1e-2)
+
+
+@pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
+@pytest.mark.parametrize("hardness", [0.05, 0.3])
+def test_loaded_again_the_residual_surface_is_elastic(surface, shape, length: float, hardness: float) -> None:
+    """What unloading leaves, z - u_plastic, bears the same pressures against the same plane without yielding, and
+    against a higher one what the elastic law says; at a lower one it yields again."""
+    influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
+    heights = surface(shape, length, 5)
+    first = solve(influence, heights, TOLERANCE, hardness_pa=hardness)
+    assert np.any(first.plastic_displacement)
+    residual_surface = heights - first.plastic_displacement
+    again = solve(influence, residual_surface, TOLERANCE)
+    allowed = 100 * TOLERANCE * heights.max()
+    np.testing.assert_allclose(again.pressure, first.pressure, rtol=0, atol=allowed)
+    np.testing.assert_allclose(again.gap, first.gap, rtol=0, atol=allowed)
+    partly = solve(influence, residual_surface - 0.1, TOLERANCE, hardness_pa=hardness)
+    assert partly.pressure.max() < hardness
+    assert not np.any(partly.plastic_displacement)
+    deeper = solve(influence, residual_surface + 0.1, TOLERANCE, hardness_pa=hardness)
+    np.testing.assert_allclose(
+        first.plastic_displacement + deeper.plastic_displacement,
+        solve(influence, heights + 0.1, TOLERANCE, hardness_pa=hardness).plastic_displacement,
+        rtol=0, atol=2 * allowed,
+    )  # fmt: skip
+
+
+def test_force_is_the_derivative_of_the_work(surface) -> None:
+    """Loading takes W = 1/2 sum p B p + H sum u_plastic, elastic and plastic, as long as no node that yielded unloads:
+    dW = F d(penetration), by the trapezoidal rule up to the square of the step."""
+    influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
+    heights, hardness, step = surface((48, 40), 5.0, 6), 0.2, 2e-3
+    less, more = (solve(influence, heights + d, TOLERANCE, hardness_pa=hardness) for d in (0.0, step))
+    assert np.all(more.plastic_displacement >= less.plastic_displacement)
+    works = [
+        0.5 * np.sum(s.pressure * influence.apply(s.pressure)) + hardness * s.plastic_displacement.sum()
+        for s in (less, more)
+    ]
+    assert works[1] - works[0] == pytest.approx((less.pressure.sum() + more.pressure.sum()) / 2 * step, rel=1e-4)
+
+
+@pytest.mark.parametrize("hardness", [0.0, -1.0, math.nan])
+def test_refuses_hardness(hardness: float) -> None:
+    influence = Influence(Grid(4, 3, 1.0, 1.0), 1.0)
+    with pytest.raises(ParameterError, match="hardness"):
+        solve(influence, np.ones((4, 3)), hardness_pa=hardness)
+    with pytest.raises(ParameterError, match="hardness"):
+        solve_load(influence, np.ones((4, 3)), 0.5, hardness_pa=hardness)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_refuses_a_load_beyond_the_hardness(periodic: bool) -> None:
+    """At p = H the whole surface yields and any plane will do."""
+    influence = Influence(Grid(4, 3, 1.0, 1.0), 1.0, periodic=periodic)
+    for load in (1.0, 1.1):
+        with pytest.raises(ParameterError, match="hardness"):
+            solve_load(influence, np.ones((4, 3)), load, hardness_pa=1.0)

@@ -10,6 +10,7 @@ alternating series of decreasing terms, each with a positive first term.
 from __future__ import annotations
 
 import math
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -84,22 +85,33 @@ class Influence:
     """
 
     def __init__(self, grid: Grid, plane_strain_modulus_pa: float, periodic: bool = False) -> None:
-        self.grid, self.periodic = grid, periodic
+        self.periodic = periodic
         self._modulus = plane_strain_modulus_pa
+        self._whole: Influence | None = None
+        self.approximate_inverse = _lifting_pressures(grid, plane_strain_modulus_pa)
         if periodic:
             symbol = periodic_symbol(grid, plane_strain_modulus_pa)
-            self.coefficients = fft.c2r(symbol + 0j, axes=(0, 1), lastsize=grid.ny, forward=False, inorm=2)
-            torus = grid.shape
+            coefficients = fft.c2r(symbol + 0j, axes=(0, 1), lastsize=grid.ny, forward=False, inorm=2)
+            self._place(grid, coefficients, symbol, grid.shape)
         else:
-            self.coefficients = love_coefficients(grid, plane_strain_modulus_pa)
+            self._place(grid, love_coefficients(grid, plane_strain_modulus_pa))
+
+    def _place(
+        self,
+        grid: Grid,
+        coefficients: np.ndarray,
+        symbol: np.ndarray | None = None,
+        torus: tuple[int, int] | None = None,
+    ) -> None:
+        if symbol is None or torus is None:
             torus = (fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1))
-            symbol = _embedding_symbol(self.coefficients, torus)
-        self._convolution = Convolution(symbol, grid.shape, torus)
-        self.diagonal = float(self.coefficients[0, 0])
+            symbol = _embedding_symbol(coefficients, torus)
+        self.grid, self.coefficients = grid, coefficients
+        self.diagonal = float(coefficients[0, 0])
         self.largest_eigenvalue = float(symbol.max())
-        self.approximate_inverse = _lifting_pressures(grid, plane_strain_modulus_pa)
-        self._mirrored = np.hstack((self.coefficients[:, :0:-1], self.coefficients))
-        for array in (self.coefficients, self.approximate_inverse, self._mirrored):
+        self._convolution = Convolution(symbol, grid.shape, torus)
+        self._mirrored = np.hstack((coefficients[:, :0:-1], coefficients))
+        for array in (coefficients, self.approximate_inverse, self._mirrored):
             array.setflags(write=False)
 
     @cached_property
@@ -110,11 +122,19 @@ class Influence:
         halve_y = g.ny > 1 and (g.nx == 1 or g.dy < 2 * g.dx)
         nx, dx = ((g.nx + 1) // 2, 2 * g.dx) if halve_x else (g.nx, g.dx)
         ny, dy = ((g.ny + 1) // 2, 2 * g.dy) if halve_y else (g.ny, g.dy)
+        if self._whole is not None and (self._whole.coarser.grid.dx, self._whole.coarser.grid.dy) == (dx, dy):
+            return self._whole.coarser.on((nx, ny))
         return Influence(Grid(nx, ny, dx, dy), self._modulus, self.periodic)
 
     def on(self, shape: tuple[int, int]) -> Influence:
-        """B between the nodes of a part of the mesh; of the free half-space alone."""
-        return Influence(Grid(*shape, self.grid.dx, self.grid.dy), self._modulus)
+        """B between the nodes of a part of the mesh of this shape; of the free half-space alone."""
+        part = copy(self)
+        part.__dict__.pop("coarser", None)
+        part._whole = self
+        part._place(
+            Grid(*shape, self.grid.dx, self.grid.dy), np.ascontiguousarray(self.coefficients[: shape[0], : shape[1]])
+        )
+        return part
 
     def apply(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement u = B p.

@@ -1,0 +1,9 @@
+"""Random problems by the thousand, and every answer judged by code that shares nothing with the solver.
+
+One thread a process: libraries read these variables when they are imported.
+"""
+
+import os
+
+for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ[_variable] = "1"

@@ -39,6 +39,7 @@ rule all:
         "results/report.html",
 
 
+include: "workflow/rules/surface.smk"
 include: "workflow/rules/square.smk"
 include: "workflow/rules/strip.smk"
 include: "workflow/rules/oscillator.smk"

@@ -95,7 +95,7 @@ def test_one_page_without_a_network():
     assert not re.search(r"https?:|//[a-z]|url\(|@import|<script|<link|<iframe", text)
     sources = [value for _, attrs in content.elements for name, value in attrs.items() if name in ("src", "href")]
     pictures = [source for source in sources if source.startswith("data:image/png;base64,")]
-    assert len(pictures) == 6
+    assert len(pictures) == 2 * len(CAPTIONS)
     assert base64.b64decode(pictures[0].partition(",")[2]) == PICTURE
     ids = {attrs["id"] for _, attrs in content.elements if "id" in attrs}
     assert {source for source in sources if source not in pictures} == {"#mine", "#yours"} == {f"#{id}" for id in ids}

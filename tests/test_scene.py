@@ -14,14 +14,16 @@ from jsonschema import Draft202012Validator
 from roughslip.chaos.functionals import NAMES
 from roughslip.errors import InputError
 from roughslip.scene import RESERVED, describe_allowed, load, scene_names, slice_for, stages_needed
-from roughslip.scene_rules import SLICES
+from roughslip.scene_rules import SLICES, figures
 
 CONFIG = Path(__file__).parents[1] / "config"
 SCHEMA_PATH = CONFIG / "scene.schema.yaml"
 SCHEMA = yaml.safe_load(SCHEMA_PATH.read_text())
-SCENES = ("given", "paper", "resolved", "smoke")
+SCENES = ("fractal", "given", "measured", "nongaussian", "paper", "resolved", "smoke")
 PAPER_TEXT = (CONFIG / "scenes" / "paper.yaml").read_text()
 PAPER = yaml.safe_load(PAPER_TEXT)
+FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
+SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"
 
 
@@ -124,7 +126,7 @@ def test_schema_is_closed_and_described():
 
 def test_units_end_the_name_and_the_description():
     units = {"m": "m", "pa": "Pa", "kg": "kg", "n": "N", "rad_per_s": "rad/s", "m_per_s": "m/s", "s_per_m": "s/m"}
-    units |= {"s2_per_m2": "s^2/m^2", "percentile": "%"}
+    units |= {"s2_per_m2": "s^2/m^2", "per_m2": "1/m^2", "rad": "rad", "percentile": "%"}
     for key, part in properties(SCHEMA).items():
         if part["type"] in ("number", "integer"):
             endings = [ending for ending in units if key.endswith(f"_{ending}")]
@@ -137,10 +139,10 @@ def test_what_is_allowed_is_told_from_the_schema():
     assert allowed["strip.cell_m"] == "a number > 0 [m]"
     assert allowed["square.nodes"] == "a whole number >= 2 and <= 512"
     assert allowed["material.poisson_ratio"] == "a number > -1 and <= 0.5"
-    assert allowed["roughness.covariance"] == "one of gaussian, exponential"
+    assert allowed["roughness.covariance"] == "one of gaussian, exponential, separable_exponential, matern, self_affine"
     assert allowed["oscillator.stochastic_static_limit"] == "true or false"
     assert allowed["numerics"] == "a group of the keys contact_tolerance, oscillator_tolerance"
-    assert allowed["targets"] == "a list of at least 1, each once, of one of figure2, figure3, figure5"
+    assert allowed["targets"] == "a list of at least 1, each once, of one of figure2, figure3, figure5, figure_scan"
     assert allowed["strip.penetration_percentiles"] == "a list of 1 to 99, of a number > 0 and < 100 [%]"
     assert allowed["description"] == "text on one line, 1 to 200 characters"
 
@@ -169,7 +171,7 @@ MISTAKES = {
     "oscillator: {mass_kg: 2 kg}": "oscillator.mass_kg: '2 kg' is text, not a number; a number > 0 and <= 1000000 [kg]",
     "oscillator: {stochastic_static_limit: yes}": "oscillator.stochastic_static_limit: 'yes' is not allowed; "
     "true or false",
-    "roughness: {covariance: gauss}": "roughness.covariance: 'gauss' is not allowed; one of gaussian, exponential",
+    "roughness: {covariance: gauss}": "roughness.covariance: 'gauss' is not allowed; one of gaussian, exponential, separable_exponential, matern, self_affine",
     "strip: {cell_m: 1.0e+999}": "strip.cell_m: inf is not allowed; a number > 0 [m]",
     "strip: {samples: 7, training_samples: 2}": "strip.samples: 7 is not allowed; a whole number >= 8 and <= 100000",
     "strip: {penetration_percentiles: [0, 50]}": "strip.penetration_percentiles[0]: 0 is not allowed; "
@@ -178,9 +180,9 @@ MISTAKES = {
     "a list of 1 to 200, of a number >= 0 and <= 10",
     "ensemble: {damping_ratios: [-0.1, 0.1]}": "ensemble.damping_ratios[0]: -0.1 is not allowed; "
     "a number >= 0 and <= 10",
-    "targets: [figure2, figure4]": "targets[1]: 'figure4' is not allowed; one of figure2, figure3, figure5",
+    "targets: [figure2, figure4]": "targets[1]: 'figure4' is not allowed; one of figure2, figure3, figure5, figure_scan",
     "targets: [figure2, figure2]": "targets: ['figure2', 'figure2'] is not allowed; "
-    "a list of at least 1, each once, of one of figure2, figure3, figure5",
+    "a list of at least 1, each once, of one of figure2, figure3, figure5, figure_scan",
     "numerics: 1.0e-8": "numerics: 1e-08 is not allowed; a group of the keys contact_tolerance, oscillator_tolerance",
     r'description: "two\nlines"': r"description: 'two\nlines' is not allowed; text on one line, 1 to 200 characters",
     "description: ''": "description: '' is not allowed; text on one line, 1 to 200 characters",
@@ -297,10 +299,35 @@ MISTAKES = {
     f"targets: [figure5]\nfriction: {{statistics: {STATISTICS}, mean_at_median: 0.3}}": (
         "friction.mean_at_median: 0.3 is not allowed beside friction.statistics; give one"
     ),
+    # the three forms of roughness
+    "roughness: {covariance: matern}": "roughness.smoothness: missing; roughness.covariance = matern needs it",
+    "roughness: {smoothness: 1.0}": "roughness.smoothness: 1.0 is not allowed; roughness.covariance = gaussian has none",
+    "roughness: {lay_rad: 0.5}": "roughness.correlation_length_across_m: missing; goes with roughness.lay_rad",
+    "roughness: {marginal: {family: beta, shapes: [2.1]}}": "roughness.marginal.shapes: [2.1] is not allowed; "
+    "[a, b] of beta, each 0.02 to 10000",
+    "roughness: {marginal: {family: lognormal, shapes: [1.6]}}": "roughness.marginal.shapes: [1.6] is not allowed; "
+    "[s] of lognormal, each 0.02 to 1.5",
+    f"targets: [figure3]\nroughness: {{fractal: {FRACTAL}, hurst: 0.8}}": (
+        "roughness.hurst: 0.8 is not allowed beside roughness.fractal; give one"
+    ),
+    f"roughness: {{fractal: {FRACTAL}}}": "targets: ['figure2', 'figure3', 'figure5'] is not allowed; figure2 expands "
+    "the pressure in a few Gaussian variables, and roughness.fractal has a phase a wave",
+    f"targets: [figure3]\nroughness: {{fractal: {FRACTAL[:-1]}, shortest_wavelength_m: 5.0e-6}}}}": (
+        "roughness.fractal.shortest_wavelength_m: 5e-06 is not allowed; more than two cells, strip.cell_m = 2.5e-06 [m]"
+    ),
+    "roughness: {scan: {form: plane, covariance: best, marginal: gaussian}}": "roughness.scan.file: missing; "
+    "give the file of a scan, or grinding to have one made",
+    f"roughness: {{scan: {SCAN[:-1]}, spacing_x_m: 1.0e-6}}}}": "roughness.scan.spacing_y_m: missing; "
+    "goes with roughness.scan.spacing_x_m",
+    f"roughness: {{scan: {SCAN[:-1]}, correct_correlation: true}}}}": "roughness.scan.correct_correlation: true is not "
+    "allowed; a gaussian marginal changes no correlation",
+    f"roughness: {{scan: {SCAN}, rms_height_m: 1.0e-7}}": "roughness.rms_height_m: 1e-07 is not allowed beside "
+    "roughness.scan; give one",
+    "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays
-    "extends: 3": "extends: 3 is not allowed; scenes: given, mine, paper, resolved, smoke",
+    "extends: 3": "extends: 3 is not allowed; scenes: fractal, given, measured, mine, nongaussian, paper, resolved, smoke",
     "extends: *base": "extends: *base is not allowed; write the value out (no anchor, alias or tag)",
-    "extends: papr": "extends: 'papr' is not allowed; did you mean paper? scenes: given, mine, paper, resolved, smoke",
+    "extends: papr": "extends: 'papr' is not allowed; did you mean paper? scenes: fractal, given, measured, mine, nongaussian, paper, resolved, smoke",
     "extends: mine": "extends: 'mine' is not allowed; overlays run in a circle: mine -> mine",
 }
 
@@ -353,7 +380,8 @@ def test_names_and_files(folder, monkeypatch):
 
     rule = "a small letter, then at most 39 small letters, digits, _ or -"
     assert lines("papr") == [
-        "scenes/papr.yaml: no such file; did you mean paper? scenes: given, paper, resolved, smoke"
+        "scenes/papr.yaml: no such file; did you mean paper? scenes: fractal, given, measured, nongaussian, "
+        "paper, resolved, smoke"
     ]
     for name in ("Paper", "", "2d", "a" * 41, "a.b"):
         assert lines(name) == [f"scenes: {name!r} is not allowed as the name of a scene; {rule}"]
@@ -381,7 +409,7 @@ ensemble: {discarded_periods: 200}
     base = "extends: paper\nroughness: {covariance: cubic}\nensemble: {duration_periods: 150, realisations: 2.5}\n"
     assert sorted(lines_of(mine, text, base=base)) == [
         "scenes/base.yaml: ensemble.realisations: 2.5 is not allowed; a whole number >= 8 and <= 1000000",
-        "scenes/base.yaml: roughness.covariance: 'cubic' is not allowed; one of gaussian, exponential",
+        "scenes/base.yaml: roughness.covariance: 'cubic' is not allowed; one of gaussian, exponential, separable_exponential, matern, self_affine",
         "scenes/mine.yaml: ensemble.discarded_periods: 200 is not allowed; less than ensemble.duration_periods = 150",
         "scenes/mine.yaml: material.young_modulus_pa: '2.1e11' is text, not a number; "
         "write 2.1e+11, a number >= 1000 and <= 1e+13 [Pa]",
@@ -444,7 +472,7 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
     assert lines_of(mine, "numerics: {}\n") == [
         "scenes/mine.yaml: description: missing; text on one line, 1 to 200 characters",
         "scenes/mine.yaml: seed: missing; a whole number >= 0 and <= 4294967295",
-        "scenes/mine.yaml: targets: missing; a list of at least 1, each once, of one of figure2, figure3, figure5",
+        "scenes/mine.yaml: targets: missing; a list of at least 1, each once, of one of figure2, figure3, figure5, figure_scan",
     ]
 
 
@@ -487,6 +515,30 @@ def test_one_form_of_friction_replaces_the_other(mine):
     assert set(given["friction"]) == {"statistics"}
     narrower = mine("extends: given\nfriction: {statistics: {standard_deviation: 0.02}}")
     assert narrower["friction"]["statistics"] == given["friction"]["statistics"] | {"standard_deviation": 0.02}
+
+
+def test_one_form_of_roughness_replaces_another(mine):
+    scan = {"file": "a.x3p", "form": "plane", "covariance": "best", "marginal": "gaussian"}
+    assert mine(f"extends: paper\nroughness: {{scan: {SCAN}}}")["roughness"] == {"scan": scan}
+    fractal = mine(f"extends: paper\ntargets: [figure3]\nroughness: {{fractal: {FRACTAL}}}")["roughness"]
+    assert fractal == {"rms_height_m": 5e-8, "fractal": {"hurst": 0.8, "azimuths": 8, "gamma": 1.5}}
+    field = "roughness: {covariance: exponential, rms_height_m: 1.0e-7, correlation_length_m: 2.0e-5}"
+    base = f"extends: paper\nroughness: {{scan: {SCAN}}}"
+    assert set(mine(f"extends: base\n{field}", base=base)["roughness"]) == {
+        *("covariance", "rms_height_m", "correlation_length_m")
+    }
+    matern = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
+    assert "smoothness" not in mine("extends: base\nroughness: {covariance: gaussian}", base=matern)["roughness"]
+
+
+def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
+    scene = mine(f"extends: paper\nroughness: {{scan: {SCAN}}}")
+    for target in ("figure2", "figure3", "figure5", "figure_scan"):
+        assert SCAN_STAGES - {"grinding"} <= stages_needed(scene | {"targets": [target]})
+        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys(["figure_scan", target]))
+    assert stages_needed(scene | {"targets": ["figure_scan"]}) == (SCAN_STAGES - {"grinding"}) | ALWAYS
+    given = mine(f"extends: given\nroughness: {{scan: {SCAN}}}")
+    assert stages_needed(given) == OSCILLATOR | ALWAYS
 
 
 def test_a_number_is_a_float_however_written(mine):
@@ -562,6 +614,7 @@ def test_any_text_loads_or_is_told(mine, place, text):
 
 ALWAYS = {"claims", "costs", "report"}
 OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
+SCAN_STAGES = {"grinding", "scan", "twins", "figure_scan"}
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -596,7 +649,7 @@ def test_a_slice_has_the_shape_of_the_scene():
         ("friction.mean_at_median", 0.2, {"friction"}),
         ("square.monte_carlo_samples", 999, set()),
         ("expansion.draws", 9999, {"chaos_square"}),
-        ("description", "other", {"figure2", "figure3", "figure5", *ALWAYS, "reference"}),
+        ("description", "other", {"figure2", "figure3", "figure5", "figure_scan", *ALWAYS, "reference"}),
     ],
 )
 def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
@@ -614,7 +667,7 @@ def test_only_stages_that_the_targets_need():
     paper = load("paper", CONFIG / "scenes", SCHEMA_PATH)
     square = {"surface", "design", "contact_square", "chaos_square", "figure2"}
     strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-    assert stages_needed(paper) == set(SLICES) - {"reference"}
+    assert stages_needed(paper) == set(SLICES) - {"reference"} - SCAN_STAGES
     assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
     assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3"} | ALWAYS
     assert stages_needed(paper | {"targets": ["figure5"]}) == strip | OSCILLATOR | ALWAYS

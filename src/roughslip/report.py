@@ -32,6 +32,10 @@ td.number { white-space: nowrap; text-align: right; } td.note::first-letter { te
 """
 
 CAPTIONS = {
+    "figure_scan": "The scan beside surfaces sampled from the models fitted to it: map of the scan and of one twin, "
+    "density of heights, autocorrelation, radially averaged power spectrum, and numbers in units of the half width of "
+    "the scan's 95 % intervals. Bands around the scan are those intervals; bands of the twins go from the least to the "
+    "largest of them.",
     "figure2": "Figure 2. Pressure at the centre of the square: Monte Carlo, Latin hypercube, the two polynomial chaos "
     "variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals, of sampling, and for "
     "an expansion of its fit, not of the truncation of its series.",

@@ -75,17 +75,13 @@ class _Merged:
         return next(self._files[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self._files)
 
     def overlay(self, file: Path, given: Scene) -> None:
-        """Mappings merge; numbers, text and lists replace; a form of friction replaces the other form."""
-        friction, new = self.values.get("friction"), given.get("friction")
-        if isinstance(friction, dict) and isinstance(new, dict):
-            if scene_rules.GIVEN_FRICTION in new:
-                for key in scene_rules.SOLVED_FRICTION:
-                    friction.pop(key, None)
-            elif new.keys() & set(scene_rules.SOLVED_FRICTION):
-                friction.pop(scene_rules.GIVEN_FRICTION, None)
+        """Mappings merge; numbers, text and lists replace; a key drops those that it takes the place of."""
         self._merge(self.values, given, file, ())
 
     def _merge(self, base: Scene, given: Scene, file: Path, path: KeyPath) -> None:
+        replaces = scene_rules.REPLACES.get(".".join(map(str, path)), {})
+        for replaced in {old for key in given for old in replaces.get(key, ())} - given.keys():
+            base.pop(replaced, None)
         for key, value in given.items():
             here = (*path, key)
             self._files[here] = file

@@ -8,12 +8,20 @@ from copy import deepcopy
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from roughslip import scene_roughness
+from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
 
 Scene = dict[str, Any]
 
 SOLVED_FRICTION = ("mean_at_median", "least_contact_fraction")
 GIVEN_FRICTION = "statistics"
+
+# In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
+REPLACES = {
+    "friction": {GIVEN_FRICTION: SOLVED_FRICTION, **dict.fromkeys(SOLVED_FRICTION, (GIVEN_FRICTION,))},
+    **scene_roughness.REPLACES,
+}
 
 # What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
 # does not re-run the stage. Sample numbers and batches reach it as arguments, the results of other stages as inputs.
@@ -24,10 +32,12 @@ _WINDOWS = "strip.window_m strip.window_spacing_m"
 SLICES = {
     stage: tuple(keys.split())
     for stage, keys in {
+        "grinding": "seed roughness.scan.grinding",
+        "scan": "roughness.scan",
+        "twins": "seed roughness.scan",
         "surface": f"roughness {_SQUARE}",
         "design": "seed square.modes square.latin_hypercube_samples expansion.samples",
-        "contact_square": f"seed material roughness.rms_height_m {_SQUARE} square.penetration_percentile"
-        " numerics.contact_tolerance",
+        "contact_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance",
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
@@ -40,6 +50,7 @@ SLICES = {
         "figure2": "description",
         "figure3": "description",
         "figure5": "description",
+        "figure_scan": "description",
         "claims": "description targets",
         "costs": "description",
         "report": "description",
@@ -52,6 +63,7 @@ _STAGES = {
     "figure2": ("surface", "design", "contact_square", "chaos_square", "figure2"),
     "figure3": (*_STRIP_STAGES, "figure3"),
     "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
+    "figure_scan": ("scan", "twins", "figure_scan"),
 }
 
 # What a target needs of the scene; figure 5 needs _FRICTION too where friction is not given as statistics.
@@ -61,6 +73,7 @@ _NEEDS = {
     "figure2": (*_SURFACE, "square", "batches.square_samples"),
     "figure3": _FRICTION,
     "figure5": ("friction", "oscillator", "ensemble", "numerics.oscillator_tolerance", "batches.realisations"),
+    "figure_scan": ("roughness.scan",),
 }
 
 
@@ -88,25 +101,31 @@ def slice_for(scene: Scene, stage: str) -> Scene:
 
 
 def stages_needed(scene: Scene) -> set[str]:
-    """Names of the stages that the targets need; with friction given as statistics figure 5 needs no contact."""
+    """Names of the stages that the targets need; with friction given as statistics figure 5 needs no contact.
+
+    Who samples surfaces after a scan gets its figure as well.
+    """
     stages = {"claims", "costs", "report"}
     for target in scene["targets"]:
         stages.update(_STAGES[target])
     if "figure5" in scene["targets"] and not _friction_is_given(scene):
         stages.update(_STRIP_STAGES)
+    if get(scene, "roughness.scan") is not None and stages & {"surface", "contact_strip", "scan"}:
+        stages.update(_STAGES["figure_scan"])
+        if get(scene, "roughness.scan.grinding") is not None:
+            stages.add("grinding")
     return stages
+
+
+def figures(scene: Scene) -> list[str]:
+    """The figures that the scene makes: its targets, and that of a scan that they need."""
+    stages = stages_needed(scene)
+    return [*(["figure_scan"] if "figure_scan" in stages else []), *(t for t in scene["targets"] if t != "figure_scan")]
 
 
 def _friction_is_given(scene: Scene) -> bool:
     friction = scene.get("friction")
     return isinstance(friction, dict) and GIVEN_FRICTION in friction
-
-
-class Mistake(NamedTuple):
-    """keys : the dotted keys involved, the one to name first; text : what is wrong with it and what is allowed"""
-
-    keys: tuple[str, ...]
-    text: str
 
 
 class _Rule(NamedTuple):
@@ -197,6 +216,26 @@ _RULES = (
         "at least eight times roughness.correlation_length_m = {1} [m]",
     ),
     _Rule(
+        ("roughness.fractal.longest_wavelength_m", "roughness.fractal.shortest_wavelength_m"),
+        lambda longest, shortest: longest >= shortest,
+        "at least roughness.fractal.shortest_wavelength_m = {1} [m]",
+    ),
+    _Rule(
+        ("roughness.fractal.longest_wavelength_m", "strip.length_m"),
+        lambda longest, length: longest <= length,
+        "at most strip.length_m = {1} [m]",
+    ),
+    _Rule(
+        ("roughness.fractal.shortest_wavelength_m", "strip.cell_m"),
+        lambda shortest, cell: shortest > 2 * cell,
+        "more than two cells, strip.cell_m = {1} [m]",
+    ),
+    _Rule(
+        ("targets", "roughness.fractal"),
+        lambda targets, _: "figure2" not in targets,
+        "figure2 expands the pressure in a few Gaussian variables, and roughness.fractal has a phase a wave",
+    ),
+    _Rule(
         ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
         lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
         f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
@@ -266,6 +305,8 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from _unmet_needs(scene, sound)
     if isinstance(scene.get("friction"), dict):
         yield from _wrong_form(scene["friction"])
+    if isinstance(scene.get("roughness"), dict):
+        yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     for keys, holds, allowed in _RULES:
         if unread.intersection(key.partition(".")[0] for key in keys):

@@ -132,12 +132,18 @@ class Scenes:
         }
 
     def figures(self, name: str) -> list[str]:
-        """The figures that are the scene's targets."""
-        return [f"results/{name}/{figure}.png" for figure in self.valid[name]["targets"]]
+        """The figures of the scene."""
+        return [f"results/{name}/{figure}.png" for figure in scene_rules.figures(self.valid[name])]
+
+    def scan_file(self, name: str) -> str:
+        """The scan that the scene reads: the user's, or the one that is made for it."""
+        file = scene_rules.get(self.valid[name], "roughness.scan.file")
+        return f"results/{name}/scan.x3p" if file is None else _scan_file(self.root, file)
 
     def products(self, name: str) -> list[str]:
         """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""
-        figures = [f"{figure}.{kind}" for figure in self.valid[name]["targets"] for kind in ("png", "svg", "nc")]
+        names = scene_rules.figures(self.valid[name])
+        figures = [f"{figure}.{kind}" for figure in names for kind in ("png", "svg", "nc")]
         summary = ["summary.csv"] if "friction" in self.stages(name) else []
         return [
             f"results/{name}/{product}" for product in (*figures, *summary, "claims.json", "costs.json", "report.html")
@@ -179,7 +185,18 @@ def _load(name: str, folder: Path, schema: Path) -> dict[str, Any]:
     if name in RULES:
         file = scene_yaml.display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
-    return load(folder / f"{name}.yaml", folder, schema)
+    scene = load(folder / f"{name}.yaml", folder, schema)
+    file = scene_rules.get(scene, "roughness.scan.file")
+    if file is not None and not Path(_scan_file(folder.parents[1], file)).is_file():
+        text = f"{scene_yaml.shown(file)} is not there; a path from the folder of the scenes or of the project"
+        raise InputError(scene_yaml.line(folder / f"{name}.yaml", ("roughness", "scan", "file"), text))
+    return scene
+
+
+def _scan_file(root: Path, file: str) -> str:
+    """The path of a scan from the folder of the scene files, else from that of the project."""
+    beside = root / "config" / "scenes" / file
+    return scene_yaml.display(beside if beside.is_file() else root / file)
 
 
 def _default_scenes(path: Path, folder: Path) -> list[str]:

@@ -1,6 +1,6 @@
 # What a scene is for.
-# In:  chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc, as far as the scene's targets need them.
-# Out: figure2|3|5.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together results/report.html.
+# In:  surface/twins.nc, chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc, as far as the scene's targets need them.
+# Out: figure2|3|5|_scan.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together results/report.html.
 
 
 rule cycles:
@@ -67,6 +67,23 @@ rule figure5:
     threads: 1
     shell:
         STAGE + ".figure5 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
+        " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule figure_scan:
+    input:
+        key=scenes.key("figure_scan"),
+        result=rules.twins.output.result,
+    output:
+        numbers="results/{scene}/figure_scan.nc",
+        png=report("results/{scene}/figure_scan.png", caption="../report/figure_scan.rst", category="{scene}"),
+        svg="results/{scene}/figure_scan.svg",
+        usage="results/{scene}/usage/figure_scan.json",
+    log:
+        "results/{scene}/logs/figure_scan.log",
+    threads: 1
+    shell:
+        STAGE + ".figure_scan --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
 
 

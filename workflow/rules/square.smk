@@ -6,14 +6,17 @@
 rule surface:
     input:
         key=scenes.key("surface"),
+        scan=scan_models,
     output:
         result="results/{scene}/surface/modes.nc",
         usage="results/{scene}/usage/surface.json",
     log:
         "results/{scene}/logs/surface.log",
     threads: 1
+    params:
+        scan=scan_option,
     shell:
-        STAGE + ".surface --key {input.key:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        STAGE + ".surface --key {input.key:q} {params.scan} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 
 rule design:
@@ -32,6 +35,7 @@ rule design:
 rule contact_square:
     input:
         key=scenes.key("contact_square"),
+        scan=scan_models,
         surface=rules.surface.output.result,
         design=rules.design.output.result,
     output:
@@ -40,8 +44,10 @@ rule contact_square:
     log:
         "results/{scene}/logs/contact_square-{design}-{first}-{last}.log",
     threads: 1
+    params:
+        scan=scan_option,
     shell:
-        STAGE + ".contact_square --key {input.key:q} --surface {input.surface:q} --design {input.design:q}"
+        STAGE + ".contact_square --key {input.key:q} {params.scan} --surface {input.surface:q} --design {input.design:q}"
         " --design_name {wildcards.design} --first {wildcards.first} --last {wildcards.last}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
@@ -49,6 +55,7 @@ rule contact_square:
 rule chaos_square:
     input:
         key=scenes.key("chaos_square"),
+        scan=scan_models,
         surface=rules.surface.output.result,
         design=rules.design.output.result,
         contact=lambda wildcards: scenes.square_contacts(wildcards.scene),
@@ -58,6 +65,8 @@ rule chaos_square:
     log:
         "results/{scene}/logs/chaos_square.log",
     threads: 1
+    params:
+        scan=scan_option,
     shell:
-        STAGE + ".chaos_square --key {input.key:q} --surface {input.surface:q} --design {input.design:q}"
+        STAGE + ".chaos_square --key {input.key:q} {params.scan} --surface {input.surface:q} --design {input.design:q}"
         " --contact {input.contact:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"

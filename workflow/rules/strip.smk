@@ -6,20 +6,24 @@
 rule contact_strip:
     input:
         key=scenes.key("contact_strip"),
+        scan=scan_models,
     output:
         result="results/{scene}/contact/strip-{first}-{last}.nc",
         usage="results/{scene}/usage/contact_strip-{first}-{last}.json",
     log:
         "results/{scene}/logs/contact_strip-{first}-{last}.log",
     threads: 1
+    params:
+        scan=scan_option,
     shell:
-        STAGE + ".contact_strip --key {input.key:q} --first {wildcards.first} --last {wildcards.last}"
+        STAGE + ".contact_strip --key {input.key:q} {params.scan} --first {wildcards.first} --last {wildcards.last}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 
 rule chaos_strip:
     input:
         key=scenes.key("chaos_strip"),
+        scan=scan_models,
         contact=lambda wildcards: scenes.training_contacts(wildcards.scene),
     output:
         result="results/{scene}/chaos/strip.nc",
@@ -27,14 +31,17 @@ rule chaos_strip:
     log:
         "results/{scene}/logs/chaos_strip.log",
     threads: 1
+    params:
+        scan=scan_option,
     shell:
-        STAGE + ".chaos_strip --key {input.key:q} --contact {input.contact:q}"
+        STAGE + ".chaos_strip --key {input.key:q} {params.scan} --contact {input.contact:q}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 
 rule expansion_strip:
     input:
         key=scenes.key("expansion_strip"),
+        scan=scan_models,
         expansion=rules.chaos_strip.output.result,
     output:
         result="results/{scene}/friction/expansion-{first}-{last}.nc",
@@ -42,8 +49,10 @@ rule expansion_strip:
     log:
         "results/{scene}/logs/expansion_strip-{first}-{last}.log",
     threads: 1
+    params:
+        scan=scan_option,
     shell:
-        STAGE + ".expansion_strip --key {input.key:q} --expansion {input.expansion:q}"
+        STAGE + ".expansion_strip --key {input.key:q} {params.scan} --expansion {input.expansion:q}"
         " --first {wildcards.first} --last {wildcards.last} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 

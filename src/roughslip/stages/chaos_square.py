@@ -14,7 +14,7 @@ from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.chaos.regression import Fit
 from roughslip.errors import IllPosedError
-from roughslip.stages import expansion, geometry
+from roughslip.stages import expansion, geometry, surfaces
 from roughslip.stages.centre_distribution import (
     EXPANDED,
     METHODS,
@@ -48,7 +48,7 @@ def variables_at_centre(
     """directions : (variables, modes) the regression direction of the target, then local functionals at the centre."""
     grid = geometry.square_grid(job.configuration)
     linear = fit_all_samples(np.column_stack([np.ones(len(xi)), xi]), target_values, target).coefficients[1:]
-    stencil = expansion.stencil(geometry.covariance(job.configuration), grid)
+    stencil = expansion.stencil(surfaces.gaussian_model(job.configuration, job.arguments.scan), grid)
     functionals = local_functionals(modes, stencil)[:, :, grid.centre[0], grid.centre[1]]
     return orthonormal_directions(np.vstack([linear, functionals]), job.configuration["expansion"]["variables"])
 
@@ -56,7 +56,8 @@ def variables_at_centre(
 def expansions(batches: list[store.Result], modes: np.ndarray, job: Job) -> tuple[dict[str, Expansion], np.ndarray]:
     """The three expansions before their fit, and the directions of their variables."""
     design = store.read(job.arguments.design)
-    target = expansion.target(job.configuration, geometry.square_grid(job.configuration))
+    model = surfaces.gaussian_model(job.configuration, job.arguments.scan)
+    target = expansion.target(job.configuration, model, geometry.square_grid(job.configuration))
     pressure, gap = (
         {name: samples_of(batches, name, quantity)[:, 0] for name in set(DESIGN.values())}
         for quantity in ("pressure", "gap")
@@ -184,4 +185,4 @@ def quality(
 
 
 if __name__ == "__main__":
-    execute("chaos_square", work, files=("surface", "design"), batches=("contact",))
+    execute("chaos_square", work, files=("surface", "design"), batches=("contact",), optional=("scan",))

@@ -7,26 +7,25 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.functionals import local_functionals
 from roughslip.chaos.strip import fit_strip
-from roughslip.stages import expansion, geometry
+from roughslip.stages import expansion, geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.stages.training import training_columns
-from roughslip.surface.embedding import embed
 
 
 def work(job: Job) -> None:
     """Write whitening, coefficients and quality of the expansion for every row and penetration."""
     configuration = job.configuration
-    grid, covariance = geometry.strip_grid(configuration), geometry.covariance(configuration)
+    grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration, job.arguments.scan)
     batches = [batch for batch in store.read_all(job.arguments.contact) if "pressure" in batch]
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
-    target, stencil = expansion.target(configuration, grid), expansion.stencil(covariance, grid)
-    embedding = embed(covariance, grid)
+    target, stencil = expansion.target(configuration, model, grid), expansion.stencil(model, grid)
+    sample = model.sampler(grid)
     columns = training_columns(geometry.middle(configuration))
     with job.usage.core():
         functionals = []
         for number in range(len(pressure)):
-            heights = embedding.sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
-            functionals.append(local_functionals(heights, stencil)[:, columns].transpose(1, 2, 0))
+            field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
+            functionals.append(local_functionals(field, stencil)[:, columns].transpose(1, 2, 0))
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
         degree = configuration["expansion"]["degree"]
         fitted, quality = fit_strip(np.concatenate(functionals), values, degree, stencil, target)
@@ -50,4 +49,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("chaos_strip", work, batches=("contact",))
+    execute("chaos_strip", work, batches=("contact",), optional=("scan",))

@@ -8,9 +8,8 @@ from roughslip import store
 from roughslip.chaos.designs import monte_carlo
 from roughslip.contact.solve import solve
 from roughslip.grid import Grid
-from roughslip.stages import elastic, geometry
+from roughslip.stages import elastic, geometry, surfaces
 from roughslip.stages.command import Job, execute
-from roughslip.surface.covariance import plane_height
 from roughslip.surface.karhunen_loeve import heights
 
 
@@ -29,7 +28,8 @@ def work(job: Job) -> None:
     grid = geometry.square_grid(configuration)
     modes = store.read(arguments.surface)["modes"]
     design = None if arguments.design_name == "monte_carlo" else store.read(arguments.design)[arguments.design_name]
-    plane = float(plane_height(square["penetration_percentile"], configuration["roughness"]["rms_height_m"]))
+    model = surfaces.gaussian_model(configuration, arguments.scan)
+    plane = float(model.plane_height(square["penetration_percentile"]))
     influence = elastic.influence(configuration, grid)
     tolerance = configuration["numerics"]["contact_tolerance"]
     centre = central_nodes(grid)
@@ -43,7 +43,7 @@ def work(job: Job) -> None:
                 xi = monte_carlo([configuration["seed"], geometry.STREAM_MONTE_CARLO, number], square["modes"])
             else:
                 xi = design[number]
-            solution = solve(influence, heights(modes, xi) - plane, tolerance)
+            solution = solve(influence, model.heights(heights(modes, xi)) - plane, tolerance)
             pressure[row], gap[row] = solution.pressure[centre], solution.gap[centre]
             area[row] = np.count_nonzero(solution.pressure) / grid.size
             mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual

@@ -7,21 +7,19 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import window_sums
-from roughslip.stages import elastic, geometry
+from roughslip.stages import elastic, geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.stages.training import training_columns
-from roughslip.surface.covariance import plane_height
-from roughslip.surface.embedding import embed
 
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window, and whole training columns of the first strips."""
     configuration, arguments = job.configuration, job.arguments
     grid = geometry.strip_grid(configuration)
-    covariance = geometry.covariance(configuration)
-    embedding = embed(covariance, grid)
+    model = surfaces.surface_model(configuration, arguments.scan)
+    sample = model.sampler(grid)
     influence = elastic.influence(configuration, grid)
-    planes = plane_height(np.array(configuration["strip"]["penetration_percentiles"]), covariance.rms_height_m)
+    planes = model.plane_height(np.array(configuration["strip"]["penetration_percentiles"]))
     tolerance = configuration["numerics"]["contact_tolerance"]
     windows = geometry.windows(configuration)
     count, levels = arguments.last - arguments.first, len(planes)
@@ -32,8 +30,8 @@ def work(job: Job) -> None:
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            heights = embedding.sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
-            for level, solution in enumerate(sweep(influence, heights, planes.tolist(), tolerance)):
+            field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
+            for level, solution in enumerate(sweep(influence, model.heights(field), planes.tolist(), tolerance)):
                 in_contact = np.count_nonzero(solution.pressure, axis=1).astype(float)
                 area[row, level] = grid.cell_area * window_sums(
                     in_contact[windows.middle], windows.length, windows.spacing
@@ -59,4 +57,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("contact_strip", work, range_=True)
+    execute("contact_strip", work, optional=("scan",), range_=True)

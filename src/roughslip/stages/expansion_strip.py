@@ -11,31 +11,30 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.strip import StripExpansion
 from roughslip.friction.bowden_tabor import window_sums
-from roughslip.stages import expansion, geometry
+from roughslip.stages import expansion, geometry, surfaces
 from roughslip.stages.command import Job, execute
-from roughslip.surface.embedding import embed
 
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window."""
     configuration, arguments = job.configuration, job.arguments
-    grid, covariance = geometry.strip_grid(configuration), geometry.covariance(configuration)
+    grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration, arguments.scan)
     stored = store.read(arguments.expansion)
     fitted = StripExpansion(
         stored["indices"],
         stored["whiten"],
         stored["coefficients"],
-        expansion.stencil(covariance, grid),
-        expansion.target(configuration, grid),
+        expansion.stencil(model, grid),
+        expansion.target(configuration, model, grid),
     )
-    embedding = embed(covariance, grid)
+    sample = model.sampler(grid)
     windows = geometry.windows(configuration)
     count, levels = arguments.last - arguments.first, fitted.coefficients.shape[2]
     area, force = np.empty((2, count, levels, windows.count))
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            heights = embedding.sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
-            pressure = fitted.pressure(heights)
+            field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
+            pressure = fitted.pressure(field)
             in_contact = np.count_nonzero(pressure, axis=2).astype(float)
             column_area, column_force = grid.cell_area * in_contact, grid.cell_area * pressure.sum(axis=2)
             area[row] = window_sums(column_area[:, windows.middle], windows.length, windows.spacing)
@@ -51,4 +50,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("expansion_strip", work, files=("expansion",), range_=True)
+    execute("expansion_strip", work, files=("expansion",), optional=("scan",), range_=True)

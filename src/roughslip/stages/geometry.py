@@ -1,4 +1,4 @@
-"""From a stage's slice of the scene to meshes, surfaces and random streams."""
+"""From a stage's slice of the scene to meshes and random streams."""
 
 from __future__ import annotations
 
@@ -6,19 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance
 
 Configuration = dict[str, Any]
 
 # The second entry of every random seed, after the scene's: streams of different stages never meet.
 STREAM_MONTE_CARLO, STREAM_LATIN_HYPERCUBE, STREAM_EXPANSION_DESIGN, STREAM_STRIP = 1, 2, 3, 4
 STREAM_DRAWS, STREAM_BOOTSTRAP, STREAM_PROCESS = 5, 6, 7
-
-
-def covariance(configuration: Configuration) -> Covariance:
-    """Covariance of the heights."""
-    roughness = configuration["roughness"]
-    return Covariance(roughness["covariance"], roughness["rms_height_m"], roughness["correlation_length_m"])
+STREAM_GRINDING, STREAM_TWINS = 8, 9
 
 
 def square_grid(configuration: Configuration) -> Grid:

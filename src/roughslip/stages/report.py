@@ -34,10 +34,11 @@ def read_scene(folder: Path) -> SceneReport:
     costs = store.read_json(folder / "costs.json")
     stages = sorted({row["stage"] for row in costs} - {"all"})  # of this run: the folder may hold keys of older targets
     configuration = merged([store.read_key(folder / "keys" / f"{stage}.json").configuration for stage in stages])
+    scan = ["figure_scan"] if "figure_scan" in stages else []
     return SceneReport(
         name=folder.name,
         description=configuration["description"],
-        figures={target: picture(folder / f"{target}.png") for target in configuration["targets"]},
+        figures={name: picture(folder / f"{name}.png") for name in dict.fromkeys((*scan, *configuration["targets"]))},
         claims=store.read_json(folder / "claims.json"),
         costs=costs,
         configuration=json.dumps(configuration, indent=1, sort_keys=True),

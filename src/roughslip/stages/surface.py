@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from roughslip import store
-from roughslip.stages import geometry
+from roughslip.stages import geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 
@@ -14,9 +14,10 @@ WELL_CAPTURED = 0.9  # share of the variance below which the log warns
 
 def work(job: Job) -> None:
     """Write the scaled modes, their eigenvalues and the variance that they carry."""
-    covariance, grid = geometry.covariance(job.configuration), geometry.square_grid(job.configuration)
+    model = surfaces.gaussian_model(job.configuration, job.arguments.scan)
+    grid = geometry.square_grid(job.configuration)
     with job.usage.core():
-        expansion = karhunen_loeve(covariance, grid, job.configuration["square"]["modes"])
+        expansion = karhunen_loeve(model.covariance, grid, job.configuration["square"]["modes"])
     if expansion.captured_variance < WELL_CAPTURED:
         print(
             f"surface: {len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of the "
@@ -34,4 +35,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("surface", work)
+    execute("surface", work, optional=("scan",))

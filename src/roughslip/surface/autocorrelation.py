@@ -36,6 +36,7 @@ class Autocorrelation:
     length_along, length_across : [m] 1/e lengths along the lay and across it
     strength : 1 - length_across / length_along: 0 without a lay, near 1 for long grooves. The lay is chosen to make it
         large, so on an isotropic surface it and the angle are what chance makes them
+    rows : (1 + B, 2 kx + 1, 2 ky + 1) r of all sub-areas, then without each: what fits need
     """
 
     lag_x: np.ndarray
@@ -47,6 +48,7 @@ class Autocorrelation:
     length_along: Estimate
     length_across: Estimate
     strength: Estimate
+    rows: np.ndarray
 
 
 def sub_areas_for(scan: Topography) -> SubAreas:
@@ -102,6 +104,7 @@ def autocorrelation(scan: Topography, parts: SubAreas) -> Autocorrelation:
         length_along=along,
         length_across=across,
         strength=parts.interval(1.0 - lengths[:, 3] / lengths[:, 2]),
+        rows=rows,
     )
 
 

@@ -103,6 +103,16 @@ class Covariance:
         return self.correlation_length_m, self.correlation_length_m if across is None else across
 
     @property
+    def axis_lengths_m(self) -> tuple[float, float]:
+        """[m] distances along x and y at which the autocorrelation is 1/e."""
+        (along, across), (cos, sin) = self.lengths_m, _direction(self.lay_rad)
+        if sin == 0.0:
+            return along, across
+        if self.kind == "separable_exponential":
+            return 1 / (abs(cos) / along + abs(sin) / across), 1 / (abs(sin) / along + abs(cos) / across)
+        return 1 / math.hypot(cos / along, sin / across), 1 / math.hypot(sin / along, cos / across)
+
+    @property
     def mirror_symmetric(self) -> bool:
         """Whether C(-x, y) = C(x, y)."""
         along, across = self.lengths_m

@@ -87,8 +87,15 @@ def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
 def circulant_eigenvalues(covariance: StationaryCovariance, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
     """(torus[0], torus[1] // 2 + 1) [m^2] of the covariance on a torus of even lengths with the cells of the mesh.
 
-    Lags are those of the nearest image; at half a length, where two are equally near, the mean of both is taken by
-    dropping the imaginary part.
+    Where two images are equally near, the mean of both is taken by dropping the imaginary part.
+    """
+    return np.ascontiguousarray(scipy.fft.rfft2(circulant_lags(covariance, grid, torus)).real)
+
+
+def circulant_lags(covariance: StationaryCovariance, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
+    """(torus) [m^2] covariance at the lags of a torus of even lengths with the cells of the mesh, lag zero first.
+
+    Lags are those of the nearest image; at half a length two are equally near, and one of them is taken.
     """
     half = torus[0] // 2 + 1, torus[1] // 2 + 1
     y = np.arange(half[1]) * grid.dy
@@ -101,7 +108,7 @@ def circulant_eigenvalues(covariance: StationaryCovariance, grid: Grid, torus: t
         lags[:, : half[1]] = covariance(x[:, None], y[None, :])
     # C(x, -y) = C(-x, y): the rows of -x are those of x backwards, the first in its place
     lags[:, half[1] :] = np.roll(lags[::-1, half[1] - 2 : 0 : -1], 1, axis=0)
-    return np.ascontiguousarray(scipy.fft.rfft2(lags).real)
+    return lags
 
 
 def _embed_spectrum(covariance: Covariance, grid: Grid) -> Embedding:

@@ -50,9 +50,14 @@ class ScanStatistics:
     fractal: FractalDimension | None
 
 
-def scan_statistics(scan: Topography) -> ScanStatistics:
-    """All statistics of a scan whose form is removed. Raises IllPosedError where its correlation is too long for it."""
-    parts = sub_areas_for(scan)
+def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStatistics:
+    """All statistics of a scan whose form is removed.
+
+    parts : sub-areas, such as those of another scan of the same mesh; its own where not given
+
+    Raises IllPosedError where its correlation is too long for it.
+    """
+    parts = sub_areas_for(scan) if parts is None else parts
     moments = _moments(scan, parts)
     found = spectrum(scan, parts)
     band = self_affine_band(scan, parts)

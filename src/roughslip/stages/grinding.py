@@ -1,0 +1,27 @@
+"""Stage grinding: a scan of a surface ground grain by grain, written as a file of an instrument."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip.grid import Grid
+from roughslip.scan_file import write_x3p
+from roughslip.stages import geometry
+from roughslip.stages.command import Job, execute
+from roughslip.surface.grinding import Grinding, ground_surface
+from roughslip.surface.topography import topography
+
+
+def work(job: Job) -> None:
+    """Grind, and write the heights as X3P."""
+    numbers = dict(job.configuration["roughness"]["scan"]["grinding"])
+    points, spacing = numbers.pop("points"), numbers.pop("spacing_m")
+    generator = np.random.default_rng([job.configuration["seed"], geometry.STREAM_GRINDING])
+    with job.usage.core():
+        heights = ground_surface(Grinding(**numbers), Grid(points, points, spacing, spacing), generator)
+    job.usage.count(points=heights.size)
+    write_x3p(job.arguments.output, topography(heights, spacing, spacing, str(job.arguments.output)))
+
+
+if __name__ == "__main__":
+    execute("grinding", work)

@@ -1,0 +1,52 @@
+"""Stage scan: statistics of a scan with their intervals, and the models fitted to it."""
+
+from __future__ import annotations
+
+import sys
+
+from roughslip import store
+from roughslip.scan_file import read_scan
+from roughslip.stages import scan_model, scan_table
+from roughslip.stages.command import Job, execute
+from roughslip.surface.covariance import KINDS
+from roughslip.surface.scan_fit import fitted_covariances, fitted_marginal
+from roughslip.surface.statistics import scan_statistics
+from roughslip.surface.topography import remove_form
+
+FAR = 3.0  # standard errors by which a model misses its lags in the mean, from which the log warns
+
+
+def work(job: Job) -> None:
+    """Read, remove form, describe, fit."""
+    wanted = job.configuration["roughness"]["scan"]
+    spacing = (wanted["spacing_x_m"], wanted["spacing_y_m"]) if "spacing_x_m" in wanted else None
+    scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.get("height_unit")), wanted["form"])
+    kind, covariance = wanted["covariance"], None
+    with job.usage.core():
+        found = scan_statistics(scan)
+        rms = float(found.rms_height.value)
+        if kind != "measured":
+            kinds = KINDS if kind == "best" else (kind,)
+            (best, *_), refused = fitted_covariances(kinds, scan, found.autocorrelation, rms)
+            covariance = best.covariance
+            for reason in refused:
+                say(f"not fitted: {reason}")
+            if best.misfit > FAR:
+                say(f"{covariance.kind} misses the autocorrelation by {best.misfit:.1f} standard errors: try measured")
+        marginal = fitted_marginal(wanted["marginal"], scan, rms)
+    if not found.sub_areas.sufficient:
+        say(f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths: intervals too narrow, scan a larger area")
+    job.usage.count(points=scan.heights.size)
+    correct = wanted.get("correct_correlation", False)
+    variables, attributes = scan_model.stored(covariance, marginal, correct, rms)
+    variables |= scan_table.of_scan(scan, found)
+    store.write(job.arguments.output, variables, job.key, attributes)
+
+
+def say(text: str) -> None:
+    """A line in the log."""
+    print(f"scan: {text}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    execute("scan", work, files=("scan",))

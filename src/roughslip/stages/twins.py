@@ -1,0 +1,44 @@
+"""Stage twins: surfaces sampled from the model of a scan on its own mesh, described as it was."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.grid import Grid
+from roughslip.stages import geometry, scan_model, scan_table
+from roughslip.stages.command import Job, execute
+from roughslip.surface.statistics import ScanStatistics, scan_statistics
+from roughslip.surface.topography import Topography, remove_form, topography
+
+TWINS = 19  # their least and largest value hold a further one with a probability of 0.9
+
+
+def work(job: Job) -> None:
+    """Write what the figure of the scan draws: its statistics and those of the twins."""
+    seed, form = job.configuration["seed"], job.configuration["roughness"]["scan"]["form"]
+    scan = store.read(job.arguments.scan)
+    (nx, ny), (dx, dy) = scan["points"], scan["spacing"]
+    twins: list[tuple[Topography, ScanStatistics]] = []
+    with job.usage.core():
+        model = scan_model.restored(scan)
+        sample = model.sampler(Grid(int(nx), int(ny), float(dx), float(dy)))
+        for number in range(TWINS):
+            field = sample(np.random.default_rng([seed, geometry.STREAM_TWINS, number]))
+            twin = remove_form(topography(model.heights(field), float(dx), float(dy), f"twin {number}"), form)
+            try:
+                twins.append((twin, scan_statistics(twin, scan_table.sub_areas_of(scan, twin))))
+            except IllPosedError as error:
+                print(f"twins: {number} left out: {error}", file=sys.stderr)
+            job.usage.progress(number + 1, TWINS)
+    job.usage.count(twins=len(twins))
+    variables = {name: scan.variable(name) for name in scan if not name.startswith("marginal_")}
+    variables |= scan_table.of_twins(twins, scan["density_edge"])
+    store.write(job.arguments.output, variables, job.key)
+
+
+if __name__ == "__main__":
+    execute("twins", work, files=("scan",))

@@ -1,0 +1,151 @@
+"""A rough surface of any kind: fields to draw on a mesh, heights from them, and where a rigid plane stands.
+
+A field is what expansions take their variables from. Of a Gaussian surface it is the Gaussian field itself, of a
+translated one the Gaussian field behind the heights, of a fractal the heights, as its phases lie in no place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from roughslip.grid import Grid
+from roughslip.surface.corrected_covariance import corrected
+from roughslip.surface.covariance import StationaryCovariance, plane_height
+from roughslip.surface.embedding import embed
+from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves
+from roughslip.surface.marginal import HeightMarginal
+from roughslip.surface.measured_covariance import measured_covariance
+from roughslip.surface.translation import Translation, translate
+
+Sampler = Callable[[np.random.Generator], np.ndarray]
+
+
+class SurfaceModel(Protocol):
+    """rms_height_m : Sq [m]; lengths_m : 1/e lengths [m] along x and y, which scale the variables of expansions"""
+
+    @property
+    def rms_height_m(self) -> float: ...
+    @property
+    def lengths_m(self) -> tuple[float, float]: ...
+    def sampler(self, grid: Grid) -> Sampler:
+        """A function that draws a field (nx, ny) [m] on the mesh."""
+        ...
+
+    def heights(self, field: np.ndarray) -> np.ndarray:
+        """z : (as field) [m] from a field."""
+        ...
+
+    def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
+        """h_p [m] that `percentile` per cent of the ensemble of heights lie above; 50 is the median."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianModel:
+    """A Gaussian field, or heights translated from one.
+
+    covariance : of the Gaussian field, whose Sq is that of the heights
+    lengths_m : [m] 1/e lengths along x and y
+    marginal : law of the heights; None where they are Gaussian
+    """
+
+    covariance: StationaryCovariance
+    lengths_m: tuple[float, float]
+    marginal: HeightMarginal | None = None
+
+    @property
+    def rms_height_m(self) -> float:
+        """Sq [m]."""
+        return self.covariance.rms_height_m
+
+    @cached_property
+    def _translation(self) -> Translation | None:
+        return None if self.marginal is None else translate(self.marginal)
+
+    def sampler(self, grid: Grid) -> Sampler:
+        """Exact sampling by circulant embedding."""
+        return embed(self.covariance, grid).sample
+
+    def heights(self, field: np.ndarray) -> np.ndarray:
+        """z : (as field) [m]; of a truncated expansion, whose variance is smaller, so is that of the heights."""
+        return field if self._translation is None else self._translation.apply(field / self.rms_height_m)
+
+    def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
+        """h_p [m] from the quantiles of the law of the heights."""
+        if self.marginal is None:
+            return plane_height(percentile, self.rms_height_m)
+        return np.asarray(self.marginal.from_gaussian(plane_height(percentile, 1.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class FractalModel:
+    """Plane waves with random phases. law : their frequencies and amplitudes."""
+
+    law: WeierstrassMandelbrot
+
+    @property
+    def rms_height_m(self) -> float:
+        """Sq [m]."""
+        return self.law.rms_height_m
+
+    @cached_property
+    def lengths_m(self) -> tuple[float, float]:
+        """[m] 1/e lengths along x and y."""
+        return self.law.correlation_length(0.0), self.law.correlation_length(np.pi / 2)
+
+    def sampler(self, grid: Grid) -> Sampler:
+        """One standard normal variable a wave, mapped to its phase."""
+        waves, variables = plane_waves(self.law, grid), self.law.variables
+        return lambda generator: waves.heights(generator.standard_normal(variables))
+
+    def heights(self, field: np.ndarray) -> np.ndarray:
+        """The field itself."""
+        return field
+
+    def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
+        """h_p [m] from the exact law of a sum of cosines."""
+        return self.law.marginal().quantile(1.0 - np.asarray(percentile, dtype=float) / 100.0)
+
+
+def gaussian_model(
+    covariance: StationaryCovariance,
+    lengths_m: tuple[float, float],
+    marginal: HeightMarginal | None = None,
+    *,
+    correct_correlation: bool = False,
+) -> GaussianModel:
+    """A surface of a covariance and a law of heights.
+
+    covariance : of the heights if `correct_correlation`, else of the Gaussian field behind them
+    lengths_m, marginal : as of GaussianModel
+
+    Raises IllPosedError where no Gaussian field gives the heights that covariance.
+    """
+    if marginal is not None and correct_correlation:
+        covariance = corrected(covariance, translate(marginal), lengths_m)
+    return GaussianModel(covariance, lengths_m, marginal)
+
+
+def measured_model(
+    correlation: np.ndarray,
+    lag_steps_m: tuple[float, float],
+    rms_height_m: float,
+    lengths_m: tuple[float, float],
+    marginal: HeightMarginal | None = None,
+    *,
+    correct_correlation: bool = False,
+) -> GaussianModel:
+    """A surface of a table of correlations, as `measured_covariance` takes it, and a law of heights.
+
+    A correction is that of each lag; the covariance nearest to the table so found is taken, as without one. Raises
+    IllPosedError as `measured_covariance`.
+    """
+    if marginal is not None and correct_correlation:
+        translation = translate(marginal)
+        correlation = translation.gaussian_correlation(np.maximum(correlation, translation.least_correlation))
+    return GaussianModel(measured_covariance(correlation, *lag_steps_m, rms_height_m), lengths_m, marginal)

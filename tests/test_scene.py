@@ -22,6 +22,9 @@ SCHEMA = yaml.safe_load(SCHEMA_PATH.read_text())
 SCENES = ("fractal", "given", "measured", "nongaussian", "paper", "resolved", "smoke")
 PAPER_TEXT = (CONFIG / "scenes" / "paper.yaml").read_text()
 PAPER = yaml.safe_load(PAPER_TEXT)
+BESIDE = ", ".join(sorted((*SCENES, "mine")))
+KINDS = "gaussian, exponential, separable_exponential, matern, self_affine"
+FIGURES = "figure2, figure3, figure5, figure_scan"
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"
@@ -139,10 +142,10 @@ def test_what_is_allowed_is_told_from_the_schema():
     assert allowed["strip.cell_m"] == "a number > 0 [m]"
     assert allowed["square.nodes"] == "a whole number >= 2 and <= 512"
     assert allowed["material.poisson_ratio"] == "a number > -1 and <= 0.5"
-    assert allowed["roughness.covariance"] == "one of gaussian, exponential, separable_exponential, matern, self_affine"
+    assert allowed["roughness.covariance"] == f"one of {KINDS}"
     assert allowed["oscillator.stochastic_static_limit"] == "true or false"
     assert allowed["numerics"] == "a group of the keys contact_tolerance, oscillator_tolerance"
-    assert allowed["targets"] == "a list of at least 1, each once, of one of figure2, figure3, figure5, figure_scan"
+    assert allowed["targets"] == f"a list of at least 1, each once, of one of {FIGURES}"
     assert allowed["strip.penetration_percentiles"] == "a list of 1 to 99, of a number > 0 and < 100 [%]"
     assert allowed["description"] == "text on one line, 1 to 200 characters"
 
@@ -171,7 +174,7 @@ MISTAKES = {
     "oscillator: {mass_kg: 2 kg}": "oscillator.mass_kg: '2 kg' is text, not a number; a number > 0 and <= 1000000 [kg]",
     "oscillator: {stochastic_static_limit: yes}": "oscillator.stochastic_static_limit: 'yes' is not allowed; "
     "true or false",
-    "roughness: {covariance: gauss}": "roughness.covariance: 'gauss' is not allowed; one of gaussian, exponential, separable_exponential, matern, self_affine",
+    "roughness: {covariance: gauss}": f"roughness.covariance: 'gauss' is not allowed; one of {KINDS}",
     "strip: {cell_m: 1.0e+999}": "strip.cell_m: inf is not allowed; a number > 0 [m]",
     "strip: {samples: 7, training_samples: 2}": "strip.samples: 7 is not allowed; a whole number >= 8 and <= 100000",
     "strip: {penetration_percentiles: [0, 50]}": "strip.penetration_percentiles[0]: 0 is not allowed; "
@@ -180,9 +183,9 @@ MISTAKES = {
     "a list of 1 to 200, of a number >= 0 and <= 10",
     "ensemble: {damping_ratios: [-0.1, 0.1]}": "ensemble.damping_ratios[0]: -0.1 is not allowed; "
     "a number >= 0 and <= 10",
-    "targets: [figure2, figure4]": "targets[1]: 'figure4' is not allowed; one of figure2, figure3, figure5, figure_scan",
+    "targets: [figure2, figure4]": f"targets[1]: 'figure4' is not allowed; one of {FIGURES}",
     "targets: [figure2, figure2]": "targets: ['figure2', 'figure2'] is not allowed; "
-    "a list of at least 1, each once, of one of figure2, figure3, figure5, figure_scan",
+    f"a list of at least 1, each once, of one of {FIGURES}",
     "numerics: 1.0e-8": "numerics: 1e-08 is not allowed; a group of the keys contact_tolerance, oscillator_tolerance",
     r'description: "two\nlines"': r"description: 'two\nlines' is not allowed; text on one line, 1 to 200 characters",
     "description: ''": "description: '' is not allowed; text on one line, 1 to 200 characters",
@@ -301,7 +304,8 @@ MISTAKES = {
     ),
     # the three forms of roughness
     "roughness: {covariance: matern}": "roughness.smoothness: missing; roughness.covariance = matern needs it",
-    "roughness: {smoothness: 1.0}": "roughness.smoothness: 1.0 is not allowed; roughness.covariance = gaussian has none",
+    "roughness: {smoothness: 1.0}": "roughness.smoothness: 1.0 is not allowed; "
+    "roughness.covariance = gaussian has none",
     "roughness: {lay_rad: 0.5}": "roughness.correlation_length_across_m: missing; goes with roughness.lay_rad",
     "roughness: {marginal: {family: beta, shapes: [2.1]}}": "roughness.marginal.shapes: [2.1] is not allowed; "
     "[a, b] of beta, each 0.02 to 10000",
@@ -325,9 +329,9 @@ MISTAKES = {
     "roughness.scan; give one",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays
-    "extends: 3": "extends: 3 is not allowed; scenes: fractal, given, measured, mine, nongaussian, paper, resolved, smoke",
+    "extends: 3": f"extends: 3 is not allowed; scenes: {BESIDE}",
     "extends: *base": "extends: *base is not allowed; write the value out (no anchor, alias or tag)",
-    "extends: papr": "extends: 'papr' is not allowed; did you mean paper? scenes: fractal, given, measured, mine, nongaussian, paper, resolved, smoke",
+    "extends: papr": f"extends: 'papr' is not allowed; did you mean paper? scenes: {BESIDE}",
     "extends: mine": "extends: 'mine' is not allowed; overlays run in a circle: mine -> mine",
 }
 
@@ -409,7 +413,7 @@ ensemble: {discarded_periods: 200}
     base = "extends: paper\nroughness: {covariance: cubic}\nensemble: {duration_periods: 150, realisations: 2.5}\n"
     assert sorted(lines_of(mine, text, base=base)) == [
         "scenes/base.yaml: ensemble.realisations: 2.5 is not allowed; a whole number >= 8 and <= 1000000",
-        "scenes/base.yaml: roughness.covariance: 'cubic' is not allowed; one of gaussian, exponential, separable_exponential, matern, self_affine",
+        f"scenes/base.yaml: roughness.covariance: 'cubic' is not allowed; one of {KINDS}",
         "scenes/mine.yaml: ensemble.discarded_periods: 200 is not allowed; less than ensemble.duration_periods = 150",
         "scenes/mine.yaml: material.young_modulus_pa: '2.1e11' is text, not a number; "
         "write 2.1e+11, a number >= 1000 and <= 1e+13 [Pa]",
@@ -472,7 +476,7 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
     assert lines_of(mine, "numerics: {}\n") == [
         "scenes/mine.yaml: description: missing; text on one line, 1 to 200 characters",
         "scenes/mine.yaml: seed: missing; a whole number >= 0 and <= 4294967295",
-        "scenes/mine.yaml: targets: missing; a list of at least 1, each once, of one of figure2, figure3, figure5, figure_scan",
+        f"scenes/mine.yaml: targets: missing; a list of at least 1, each once, of one of {FIGURES}",
     ]
 
 

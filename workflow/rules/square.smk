@@ -16,7 +16,8 @@ rule surface:
     params:
         scan=scan_option,
     shell:
-        STAGE + ".surface --key {input.key:q} {params.scan} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        STAGE
+        + ".surface --key {input.key:q} {params.scan} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 
 rule design:
@@ -47,7 +48,8 @@ rule contact_square:
     params:
         scan=scan_option,
     shell:
-        STAGE + ".contact_square --key {input.key:q} {params.scan} --surface {input.surface:q} --design {input.design:q}"
+        STAGE
+        + ".contact_square --key {input.key:q} {params.scan} --surface {input.surface:q} --design {input.design:q}"
         " --design_name {wildcards.design} --first {wildcards.first} --last {wildcards.last}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 

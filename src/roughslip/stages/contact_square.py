@@ -62,4 +62,6 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("contact_square", work, files=("surface", "design"), names=("design_name",), range_=True)
+    execute(
+        "contact_square", work, files=("surface", "design"), names=("design_name",), optional=("scan",), range_=True
+    )

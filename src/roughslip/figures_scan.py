@@ -50,7 +50,7 @@ def figure_scan(result: Arrays) -> Figure:
     title(grid[0, 2], "c", "density of heights")
     title(grid[1, 0], "d", "autocorrelation")
     title(grid[1, 1], "e", "power spectrum")
-    title(grid[1, 2], "f", "numbers, with intervals of 95 %")
+    title(grid[1, 2], "f", "numbers" if result["sufficient"] else "numbers (scan small for intervals)")
     for axes in grid.ravel()[2:]:
         axes.spines[["top", "right"]].set_visible(False)
     return figure
@@ -110,7 +110,7 @@ def _spectrum(axes: Axes, result: Arrays) -> None:
 
 def _numbers(axes: Axes, result: Arrays) -> None:
     """A row a number: the scan's interval goes from -1 to 1, and each twin lies where it does in units of it."""
-    shown = [name for name in NUMBERS if np.isfinite(result[name])]
+    shown = [name for name in NUMBERS if name != "fractal_dimension" or 2.0 <= result[name] <= 3.0]
     for row, name in enumerate(shown):
         value, low, high = (float(result[f"{name}{end}"]) for end in INTERVAL)
         away = result[f"twin_{name}"] - value
@@ -124,5 +124,5 @@ def _numbers(axes: Axes, result: Arrays) -> None:
         axes.annotate(text, (0, -row), xytext=(0, 6), textcoords="offset points", ha="center", fontsize="x-small")
     axes.set_yticks(-np.arange(len(shown)), [NUMBERS[name][0] for name in shown])
     axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(shown), 0.8))
-    axes.set_xlabel("distance over half the interval" + ("" if result["sufficient"] else " (scan too small for it)"))
+    axes.set_xlabel("distance over half the 95 % interval")
     legend_above(axes)

@@ -34,7 +34,7 @@ SLICES = {
     for stage, keys in {
         "grinding": "seed roughness.scan.grinding",
         "scan": "roughness.scan",
-        "twins": "seed roughness.scan",
+        "twins": "seed",
         "surface": f"roughness {_SQUARE}",
         "design": "seed square.modes square.latin_hypercube_samples expansion.samples",
         "contact_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance",

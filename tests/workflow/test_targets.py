@@ -13,6 +13,11 @@ SQUARE = {"surface": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "fi
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 OSCILLATOR = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 
+SCAN = {"grinding": 1, "scan": 1, "twins": 1, "figure_scan": 1}
+GROUND = "roughness: {scan: {form: plane, covariance: best, marginal: gaussian, grinding: {points: 96, \
+  spacing_m: 1.0e-6, grains_per_m2: 2.0e+10, depth_m: 3.0e-7, tip_radius_m: 3.0e-6, path_radius_m: 1.5e-4, \
+  blank_rms_m: 3.0e-7, blank_length_m: 3.0e-6}}}\n"
+
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
 GIVEN = f"friction:\n  statistics: {STATISTICS}\n"
 SCENES = {
@@ -22,6 +27,10 @@ SCENES = {
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, "figure3": 1, **END},
     f"targets: [figure5]\n{GIVEN}": {**OSCILLATOR, **END},
     f"targets: [figure2, figure5]\n{GIVEN}": {**SQUARE, **OSCILLATOR, **END},
+    f"targets: [figure3]\n{GROUND}": {**STRIP, "figure3": 1, **SCAN, **END},
+    f"targets: [figure2, figure_scan]\n{GROUND}": {**SQUARE, **SCAN, **END},
+    f"targets: [figure_scan]\n{GROUND}": {**SCAN, **END},
+    f"targets: [figure5]\n{GIVEN}{GROUND}": {**OSCILLATOR, **END},
 }
 
 

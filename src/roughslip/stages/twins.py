@@ -1,4 +1,7 @@
-"""Stage twins: surfaces sampled from the model of a scan on its own mesh, described as it was."""
+"""Stage twins: surfaces sampled from the model of a scan on its own mesh, described as it was.
+
+The model is one of the surface without its form, so that no form is removed from twins.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +15,14 @@ from roughslip.grid import Grid
 from roughslip.stages import geometry, scan_model, scan_table
 from roughslip.stages.command import Job, execute
 from roughslip.surface.statistics import ScanStatistics, scan_statistics
-from roughslip.surface.topography import Topography, remove_form, topography
+from roughslip.surface.topography import Topography, topography
 
 TWINS = 19  # their least and largest value hold a further one with a probability of 0.9
 
 
 def work(job: Job) -> None:
     """Write what the figure of the scan draws: its statistics and those of the twins."""
-    seed, form = job.configuration["seed"], job.configuration["roughness"]["scan"]["form"]
+    seed = job.configuration["seed"]
     scan = store.read(job.arguments.scan)
     (nx, ny), (dx, dy) = scan["points"], scan["spacing"]
     twins: list[tuple[Topography, ScanStatistics]] = []
@@ -28,7 +31,7 @@ def work(job: Job) -> None:
         sample = model.sampler(Grid(int(nx), int(ny), float(dx), float(dy)))
         for number in range(TWINS):
             field = sample(np.random.default_rng([seed, geometry.STREAM_TWINS, number]))
-            twin = remove_form(topography(model.heights(field), float(dx), float(dy), f"twin {number}"), form)
+            twin = topography(model.heights(field), float(dx), float(dy), f"twin {number}")
             try:
                 twins.append((twin, scan_statistics(twin, scan_table.sub_areas_of(scan, twin))))
             except IllPosedError as error:

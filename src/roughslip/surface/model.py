@@ -19,7 +19,7 @@ from roughslip.surface.covariance import StationaryCovariance, plane_height
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves
 from roughslip.surface.marginal import HeightMarginal
-from roughslip.surface.measured_covariance import measured_covariance
+from roughslip.surface.measured_covariance import measured_covariance, tapered
 from roughslip.surface.translation import Translation, translate
 
 Sampler = Callable[[np.random.Generator], np.ndarray]
@@ -142,10 +142,10 @@ def measured_model(
 ) -> GaussianModel:
     """A surface of a table of correlations, as `measured_covariance` takes it, and a law of heights.
 
-    A correction is that of each lag; the covariance nearest to the table so found is taken, as without one. Raises
-    IllPosedError as `measured_covariance`.
+    A correction is that of each lag; the covariance near to the table so found, tapered, is taken, as without one.
+    Raises IllPosedError as `measured_covariance`.
     """
     if marginal is not None and correct_correlation:
         translation = translate(marginal)
         correlation = translation.gaussian_correlation(np.maximum(correlation, translation.least_correlation))
-    return GaussianModel(measured_covariance(correlation, *lag_steps_m, rms_height_m), lengths_m, marginal)
+    return GaussianModel(measured_covariance(tapered(correlation), *lag_steps_m, rms_height_m), lengths_m, marginal)

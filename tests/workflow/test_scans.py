@@ -1,0 +1,134 @@
+"""From a scan to Figure 3: one that is made, and two real ones, which the project does not ship."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from roughslip import store
+from roughslip.stages.scan_table import NUMBERS
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+
+GROUND = """\
+extends: tiny
+description: After a scan of a ground surface
+targets: [figure3]
+roughness:
+  scan:
+    form: plane
+    covariance: measured
+    marginal: empirical
+    correct_correlation: true
+    grinding:
+      points: 256
+      spacing_m: 5.0e-7
+      grains_per_m2: 2.0e+10
+      depth_m: 3.0e-7
+      tip_radius_m: 3.0e-6
+      path_radius_m: 1.5e-4
+      blank_rms_m: 3.0e-7
+      blank_length_m: 3.0e-6
+"""
+SCANS = {
+    "al3d-1.al3d": "covariance: best, marginal: gaussian",
+    "matrix-2.txt": "covariance: measured, marginal: empirical",
+}
+PRODUCTS = ("surface/scan.nc", "figure_scan.png", "figure_scan.svg", "figure_scan.nc", "figure3.png", "report.html")
+STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1, "figure3": 1}
+END = {"claims": 1, "costs": 1, "scene_report": 1, "ground": 1}
+
+needs_library = pytest.mark.skipif(
+    importlib.util.find_spec("SurfaceTopography") is None, reason="needs the extra `scans`"
+)
+
+
+@pytest.fixture(scope="module")
+def ground(finished, tmp_path_factory):
+    """A project with the scene `ground`, made."""
+    project = finished.copy(tmp_path_factory.mktemp("scans") / "copy")
+    project.scene("ground", GROUND)
+    project.make("-j1", "ground")
+    return project
+
+
+@needs_library
+def test_a_ground_surface_goes_from_its_scan_to_figure_3(ground):
+    results = ground.path("results/ground")
+    assert all((results / name).is_file() for name in ("scan.x3p", *PRODUCTS))
+    assert (results / "scan.x3p").read_bytes()[:4] == b"PK\x03\x04"  # an archive, as X3P is
+    page = (results / "report.html").read_text()
+    assert "figure_scan of the scene ground" in page
+    assert "figure3 of the scene ground" in page
+
+
+@needs_library
+def test_twins_show_what_the_scan_shows(ground):
+    """The median of 19 twins, which scatters by a quarter of one of them, lies within the intervals of the scan."""
+    result = store.read(ground.path("results/ground/surface/twins.nc"))
+    assert result["sufficient"] == 1
+    for name in ("rms_height", "skewness", "kurtosis", "length_x", "length_y", "length_along", "length_across"):
+        assert result[f"{name}_low"] < sorted(result[f"twin_{name}"])[9] < result[f"{name}_high"], name
+    assert result["skewness_high"] < 0  # grains leave valleys
+    assert result["length_x_low"] > 2 * result["length_y_high"]  # along the belt
+    assert set(NUMBERS) <= set(result)
+
+
+@needs_library
+def test_a_change_of_the_scan_reruns_what_hangs_on_it(ground):
+    """A made scan by its numbers, a file by its contents; how twins are drawn by the seed alone."""
+    scene = ground.path("config/scenes/ground.yaml")
+    after = {"twins": 1, "figure_scan": 1, **STRIP, **END}
+    assert ground.plan("ground") == {}
+    ground.edit("config/scenes/ground.yaml", "depth_m: 3.0e-7", "depth_m: 2.0e-7")
+    assert ground.plan("ground") == {"grinding": 1, "scan": 1, **after}
+    scene.write_text(GROUND.replace("empirical", "weibull"))
+    assert ground.plan("ground") == {"scan": 1, **after}
+    scene.write_text(GROUND + "seed: 5\n")
+    assert ground.plan("ground") == {"grinding": 1, "scan": 1, **after}
+    scene.write_text(GROUND)
+    assert ground.plan("ground") == {}
+    file = ground.path("results/ground/scan.x3p")
+    whole = file.read_bytes()
+    file.write_bytes(whole + b" ")
+    assert ground.plan("ground") == {"scan": 1, **after}
+    file.write_bytes(whole)
+
+
+def test_a_scan_that_is_not_there_is_told_before_any_job(empty, tmp_path):
+    project = empty.copy(tmp_path / "copy")
+    scan = "roughness: {scan: {file: mine.al3d, form: plane, covariance: best, marginal: gaussian}}"
+    project.scene("mine", f"extends: tiny\n{scan}\n")
+    run = project.snakemake("-n", "mine")
+    assert run.returncode == 1
+    (line,) = [line for line in run.stderr.splitlines() if "config/scenes" in line]
+    assert line == (
+        "config/scenes/mine.yaml: roughness.scan.file: 'mine.al3d' is not there; "
+        "a path from the folder of the scenes or of the project"
+    )
+    project.path("config/scenes/mine.al3d").write_bytes(b"no scan")
+    assert project.plan("results/mine/surface/scan.nc") == {"scan": 1}
+    run = project.snakemake("-j1", "results/mine/surface/scan.nc")
+    said = run.stdout + run.stderr
+    assert run.returncode == 1
+    assert "scan: config/scenes/mine.al3d: unknown format, or damaged" in said
+    assert "Traceback" not in said
+
+
+@needs_library
+@pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data")
+def test_real_scans_go_to_figure_3(finished, tmp_path):
+    project = finished.copy(tmp_path / "copy")
+    names = [f"real{number}" for number in range(len(SCANS))]
+    for name, (file, models) in zip(names, SCANS.items(), strict=True):
+        scan = f"{{file: {DATA / file}, form: quadratic, {models}}}"
+        project.scene(name, f"extends: tiny\ndescription: Real\ntargets: [figure3]\nroughness: {{scan: {scan}}}\n")
+    project.make("-j2", *names)
+    for name in names:
+        assert all(project.path(f"results/{name}/{product}").is_file() for product in PRODUCTS)
+        result = store.read(project.path(f"results/{name}/surface/twins.nc"))
+        for number in ("rms_height", "skewness", "kurtosis"):
+            twins = sorted(result[f"twin_{number}"])
+            assert result[f"{number}_low"] < twins[len(twins) // 2] < result[f"{number}_high"], number

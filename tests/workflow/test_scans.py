@@ -119,15 +119,17 @@ def test_a_scan_that_is_not_there_is_told_before_any_job(empty, tmp_path):
 
 @needs_library
 @pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data")
-def test_real_scans_go_to_figure_3(finished, tmp_path):
+def test_real_scans_go_to_figures_3_and_5(finished, tmp_path):
     project = finished.copy(tmp_path / "copy")
     names = [f"real{number}" for number in range(len(SCANS))]
     for name, (file, models) in zip(names, SCANS.items(), strict=True):
         scan = f"{{file: {DATA / file}, form: quadratic, {models}}}"
-        project.scene(name, f"extends: tiny\ndescription: Real\ntargets: [figure3]\nroughness: {{scan: {scan}}}\n")
+        project.scene(
+            name, f"extends: tiny\ndescription: Real\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n"
+        )
     project.make("-j2", *names)
     for name in names:
-        assert all(project.path(f"results/{name}/{product}").is_file() for product in PRODUCTS)
+        assert all(project.path(f"results/{name}/{product}").is_file() for product in (*PRODUCTS, "figure5.png"))
         result = store.read(project.path(f"results/{name}/surface/twins.nc"))
         for number in ("rms_height", "skewness", "kurtosis"):
             twins = sorted(result[f"twin_{number}"])

@@ -39,7 +39,8 @@ def scan(*, sufficient=1, fractal=2.3):
     heights = 3e-7 * np.random.default_rng(1).standard_normal((64, 48))
     values = dict(zip(NUMBERS, (3e-7, -0.6, 4.1, 1e-5, 3e-6, 0.01, fractal), strict=True))
     result = {
-        "map": heights, "twin_map": heights[::-1], "map_x": 1e-6 * np.arange(0.5, 64), "map_y": 1e-6 * np.arange(0.5, 48),
+        "map": heights, "twin_map": heights[::-1],
+        "map_x": 1e-6 * np.arange(0.5, 64), "map_y": 1e-6 * np.arange(0.5, 48),
         "lag_x": lag_x, "lag_y": lag_y, "density_edge": edges, "wavenumber": wavenumber, "sufficient": sufficient,
         **with_interval("correlation", table, 0.05),
         **with_interval("density", density, 0.05 / 3e-7),

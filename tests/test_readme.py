@@ -28,11 +28,16 @@ def test_every_picture_and_page_that_it_links_exists():
     assert [link for link in links if not (ROOT / link).is_file()] == []
 
 
-def test_the_scene_that_it_shows_is_valid(tmp_path):
+def test_the_scenes_that_it_shows_are_valid(tmp_path):
     from roughslip.scene import load
 
-    shown = (ROOT / "README.md").read_text().partition("```yaml\n")[2].partition("```")[0]
+    shown = [part.partition("```")[0] for part in (ROOT / "README.md").read_text().split("```yaml\n")[1:]]
     for scene in (ROOT / "config/scenes").glob("*.yaml"):
         (tmp_path / scene.name).write_text(scene.read_text())
-    (tmp_path / "mine.yaml").write_text(shown)
-    assert load("mine", tmp_path, ROOT / "config/scene.schema.yaml")["oscillator"]["normal_force_n"] == 1200.0
+    loaded = []
+    for text in shown:
+        (tmp_path / "mine.yaml").write_text(text)
+        loaded.append(load("mine", tmp_path, ROOT / "config/scene.schema.yaml"))
+    oscillator, scan = loaded
+    assert oscillator["oscillator"]["normal_force_n"] == 1200.0
+    assert set(scan["roughness"]) == {"scan"}

@@ -124,9 +124,8 @@ def test_real_scans_go_to_figures_3_and_5(finished, tmp_path):
     names = [f"real{number}" for number in range(len(SCANS))]
     for name, (file, models) in zip(names, SCANS.items(), strict=True):
         scan = f"{{file: {DATA / file}, form: quadratic, {models}}}"
-        project.scene(
-            name, f"extends: tiny\ndescription: Real\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n"
-        )
+        text = f"extends: tiny\ndescription: Real\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n"
+        project.scene(name, text)
     project.make("-j2", *names)
     for name in names:
         assert all(project.path(f"results/{name}/{product}").is_file() for product in (*PRODUCTS, "figure5.png"))

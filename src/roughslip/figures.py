@@ -18,23 +18,22 @@ Arrays = Mapping[str, np.ndarray]
 INTERVAL = ("", "_low", "_high")
 
 
-def with_interval(*names: str) -> list[str]:
-    """Names of variables and of the ends of their intervals."""
+def _with_interval(*names: str) -> list[str]:
     return [name + end for name in names for end in INTERVAL]
 
 
 DRAWN = {
-    "figure2": ["method", "pressure", "distance_in_contact", *with_interval("cumulative", "contact_probability")],
+    "figure2": ["method", "pressure", "distance_in_contact", *_with_interval("cumulative", "contact_probability")],
     "figure3": [
         *("source", "percentile", "lag", "triangle", "length_least_squares", "histogram", "histogram_edge"),
         "beta_at_bound",
         *("beta_a", "beta_b", "beta_lower", "beta_upper"),
-        *with_interval("combined_mean", "combined_std", "mean", "std", "autocorrelation"),
+        *_with_interval("combined_mean", "combined_std", "mean", "std", "autocorrelation"),
     ],
     "figure5": [
         *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
         *("reattachment_mean", "reattachment_std", "deterministic_reattachment", "nominal_damping", "damping_ratio"),
-        *("deterministic_cycles", "mean_cycles", *with_interval("difference")),
+        *("deterministic_cycles", "mean_cycles", *_with_interval("difference")),
         *("deterministic_hopf_damping", "deterministic_existence_limit"),
     ],
 }
@@ -55,8 +54,7 @@ PAPER_LENGTH = 250e-6  # m
 PAPER_BETA = (2.1, 5.0)
 
 
-def canvas(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
-    """A figure and its axes, all in one style."""
+def _canvas(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
     sns.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)
     mpl.rcParams.update({"svg.hashsalt": "roughslip", "savefig.dpi": 160, "legend.frameon": False})
     figure = Figure(figsize=(width * columns, 3.5 * rows), layout="constrained")
@@ -68,12 +66,11 @@ def save(figure: Figure, path: Path) -> None:
     figure.savefig(path, metadata={"Date": None, "Creator": None} if path.suffix == ".svg" else {"Software": None})
 
 
-def title(axes: Axes, letter: str, text: str) -> None:
-    """The letter of a panel and what it shows."""
+def _title(axes: Axes, letter: str, text: str) -> None:
     axes.set_title(f"({letter}) {text}", loc="left", fontsize="medium")
 
 
-def legend_above(axes: Axes, columns: int = 2) -> None:
+def _legend_above(axes: Axes, columns: int = 2) -> None:
     """A legend at the top, over nothing: the axis is raised by the height of its lines."""
     labels = axes.get_legend_handles_labels()[1]
     share = 0.03 + 0.07 * -(-len(labels) // columns)
@@ -87,7 +84,7 @@ def legend_above(axes: Axes, columns: int = 2) -> None:
 
 def figure2(result: Arrays) -> Figure:
     """Distribution of the pressure at the centre given contact, linear and logarithmic, and the contact probability."""
-    figure, (linear, logarithmic, probability) = canvas(3, 1, 4.0)
+    figure, (linear, logarithmic, probability) = _canvas(3, 1, 4.0)
     unit, name = (1e-9, "GPa") if result["pressure"].max() > 1e9 else (1e-6, "MPa")
     pressure = unit * result["pressure"]
     methods = [str(method) for method in result["method"]]
@@ -108,9 +105,9 @@ def figure2(result: Arrays) -> Figure:
     probability.set_yticks(-np.arange(len(methods)), [METHODS[method][0] for method in methods])
     probability.margins(x=0.3)
     figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(methods))
-    title(linear, "a", "distribution given contact")
-    title(logarithmic, "b", "low probabilities")
-    title(probability, "c", "contact, and distance to Monte Carlo")
+    _title(linear, "a", "distribution given contact")
+    _title(logarithmic, "b", "low probabilities")
+    _title(probability, "c", "contact, and distance to Monte Carlo")
     sns.despine(figure)
     return figure
 
@@ -127,17 +124,17 @@ def _contact(axes: Axes, result: Arrays, row: int, colour: str, annotated: bool)
 
 def figure3(result: Arrays) -> Figure:
     """Mean and standard deviation of mu against penetration, its autocorrelation and its marginal at the median."""
-    figure, grid = canvas(2, 2, 4.6)
+    figure, grid = _canvas(2, 2, 4.6)
     for axes, name, label in ((grid[0, 0], "mean", "mean"), (grid[0, 1], "std", "standard deviation")):
         _against_penetration(axes, result, name)
         axes.set(xlabel="penetration [percentile of heights]", ylabel=f"{label} of $\\mu$", ylim=(0, None))
-    legend_above(grid[0, 0])
+    _legend_above(grid[0, 0])
     _autocorrelation(grid[1, 0], result)
     _marginal(grid[1, 1], result)
-    title(grid[0, 0], "a", "mean friction coefficient")
-    title(grid[0, 1], "b", "standard deviation")
-    title(grid[1, 0], "c", "autocorrelation at median penetration")
-    title(grid[1, 1], "d", "marginal at median penetration")
+    _title(grid[0, 0], "a", "mean friction coefficient")
+    _title(grid[0, 1], "b", "standard deviation")
+    _title(grid[1, 0], "c", "autocorrelation at median penetration")
+    _title(grid[1, 1], "d", "marginal at median penetration")
     sns.despine(figure)
     return figure
 
@@ -174,7 +171,7 @@ def _autocorrelation(axes: Axes, result: Arrays) -> None:
     axes.plot(lag, paper, color="C2", ls="-.", lw=1, label=f"paper, {1e6 * PAPER_LENGTH:.0f} µm")
     axes.axhline(0, color="0.6", lw=0.5)
     axes.set(xlabel="distance of windows [µm]", ylabel="autocorrelation", xlim=(0, lag[-1]))
-    legend_above(axes)
+    _legend_above(axes)
 
 
 def _marginal(axes: Axes, result: Arrays) -> None:
@@ -198,7 +195,7 @@ def _marginal(axes: Axes, result: Arrays) -> None:
     axes.plot(normal, np.exp(-(normal**2) / 2) / np.sqrt(2 * np.pi), color="C3", lw=1.2, ls=":", label="normal")
     axes.set(xlabel="standardised friction coefficient", ylabel="density", ylim=(0, None))
     axes.set_xlim(min(-3.0, edges[0]), max(3.5, edges[-1]))
-    legend_above(axes)
+    _legend_above(axes)
 
 
 def _beta_density(u: np.ndarray, a: float, b: float) -> np.ndarray:
@@ -207,13 +204,13 @@ def _beta_density(u: np.ndarray, a: float, b: float) -> np.ndarray:
 
 def figure5(result: Arrays) -> Figure:
     """Limit cycles, histogram of the reattachment point, and cycles lost to the scatter against damping."""
-    figure, (cycle, histogram, loss) = canvas(3, 1, 4.0)
+    figure, (cycle, histogram, loss) = _canvas(3, 1, 4.0)
     _cycle(cycle, result)
     _reattachment(histogram, result)
     _loss(loss, result)
-    title(cycle, "a", f"limit cycle at D = {float(result['nominal_damping']):g}")
-    title(histogram, "b", "reattachment point")
-    title(loss, "c", "cycles lost to the scatter")
+    _title(cycle, "a", f"limit cycle at D = {float(result['nominal_damping']):g}")
+    _title(histogram, "b", "reattachment point")
+    _title(loss, "c", "cycles lost to the scatter")
     sns.despine(figure)
     return figure
 
@@ -226,7 +223,7 @@ def _cycle(axes: Axes, result: Arrays) -> None:
     drawn = 1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]
     axes.plot(*drawn, color="0.1", lw=1.2, label="deterministic")
     axes.set(xlabel="displacement $X_1$ [mm]", ylabel="velocity $X_2 = \\dot x / \\omega$ [mm]")
-    legend_above(axes)
+    _legend_above(axes)
 
 
 def _reattachment(axes: Axes, result: Arrays) -> None:
@@ -244,7 +241,7 @@ def _reattachment(axes: Axes, result: Arrays) -> None:
     if np.isfinite(place):
         axes.plot([place, place], [0, max(normal.max(), density.max())], "C3--", lw=1.2, label="deterministic")
     axes.set_ylim(bottom=0)
-    legend_above(axes)
+    _legend_above(axes)
 
 
 def _loss(axes: Axes, result: Arrays) -> None:
@@ -263,4 +260,4 @@ def _loss(axes: Axes, result: Arrays) -> None:
         if damping[0] <= limit <= damping[-1]:
             axes.vlines(limit, low, high, color="0.2", lw=0.8, ls=style, label=f"{text} {limit:.4f}")
     axes.set(xlabel="damping ratio $D$", ylabel="number of cycles", ylim=(low, high))
-    legend_above(axes)
+    _legend_above(axes)

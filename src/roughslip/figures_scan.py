@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from roughslip.figures import INTERVAL, Arrays, canvas, legend_above, title, with_interval
+from roughslip.figures import INTERVAL, Arrays, _canvas, _legend_above, _title, _with_interval
 
 # Numbers in the last panel: label, factor to the unit shown, unit.
 NUMBERS = {
@@ -26,7 +26,7 @@ NUMBERS = {
 DRAWN = [
     *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient"),
     *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
-    *with_interval("density", "correlation", "power", *NUMBERS),
+    *_with_interval("density", "correlation", "power", *NUMBERS),
     *(f"twin_{name}" for name in NUMBERS),
 ]
 """Variables of a result that the figure draws, which are stored beside it."""
@@ -37,20 +37,20 @@ OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies f
 
 def figure_scan(result: Arrays) -> Figure:
     """Maps, density of heights, autocorrelation, spectrum and numbers of a scan and of its twins."""
-    figure, grid = canvas(3, 2, 4.3)
+    figure, grid = _canvas(3, 2, 4.3)
     scale = 2.5e6 * float(result["rms_height"])
     for axes, name, letter, text in ((grid[0, 0], "map", "a", "scan"), (grid[0, 1], "twin_map", "b", "a sampled twin")):
         image = _map(axes, result, name, scale)
-        title(axes, letter, text)
+        _title(axes, letter, text)
     figure.colorbar(image, ax=grid[0, 1], label="height [µm]", extend="both")
     _density(grid[0, 2], result)
     _correlation(grid[1, 0], result)
     _spectrum(grid[1, 1], result)
     _numbers(grid[1, 2], result)
-    title(grid[0, 2], "c", "density of heights")
-    title(grid[1, 0], "d", "autocorrelation")
-    title(grid[1, 1], "e", "power spectrum")
-    title(grid[1, 2], "f", "numbers" if result["sufficient"] else "numbers (scan small for intervals)")
+    _title(grid[0, 2], "c", "density of heights")
+    _title(grid[1, 0], "d", "autocorrelation")
+    _title(grid[1, 1], "e", "power spectrum")
+    _title(grid[1, 2], "f", "numbers" if result["sufficient"] else "numbers (scan small for intervals)")
     for axes in grid.ravel()[2:]:
         axes.spines[["top", "right"]].set_visible(False)
     return figure
@@ -81,7 +81,7 @@ def _density(axes: Axes, result: Arrays) -> None:
     reach = 6e6 * float(result["rms_height"])
     axes.set(xlabel="height [µm]", ylabel="density [1/µm]", ylim=(0, None))
     axes.set_xlim(max(edges[0], -reach), min(edges[-1], reach))
-    legend_above(axes)
+    _legend_above(axes)
 
 
 def _correlation(axes: Axes, result: Arrays) -> None:
@@ -95,7 +95,7 @@ def _correlation(axes: Axes, result: Arrays) -> None:
     for level in (0.0, np.exp(-1)):
         axes.axhline(level, color="0.6", lw=0.6)
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
-    legend_above(axes)
+    _legend_above(axes)
 
 
 def _spectrum(axes: Axes, result: Arrays) -> None:
@@ -125,4 +125,4 @@ def _numbers(axes: Axes, result: Arrays) -> None:
     axes.set_yticks(-np.arange(len(shown)), [NUMBERS[name][0] for name in shown])
     axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(shown), 0.8))
     axes.set_xlabel("distance over half the 95 % interval")
-    legend_above(axes)
+    _legend_above(axes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -46,8 +47,14 @@ class Problem:
 
     def reach(self, pressure: np.ndarray, plane: float) -> float:
         """||max(u_bar, 0)||, or B_00 ||p|| if that is more [m]: what residuals are relative to."""
+        if self.force is None:  # the second is never more at the solution
+            return self._reach_of_the_given_plane
         lift = self.influence.diagonal * math.sqrt(fields.inner(pressure, pressure))
         return max(math.sqrt(fields.positive_square(self.interference, plane)), lift)
+
+    @cached_property
+    def _reach_of_the_given_plane(self) -> float:
+        return math.sqrt(fields.positive_square(self.interference, 0.0))
 
 
 @dataclass(frozen=True)
@@ -67,14 +74,14 @@ class Solution:
 
 
 class _Products:
-    """B p, counted."""
+    """B p, counted; written into the result where one is given, since a new array costs the more the larger it is."""
 
     def __init__(self, influence: Influence) -> None:
         self.influence, self.count = influence, 0
 
-    def __call__(self, pressure: np.ndarray) -> np.ndarray:
+    def __call__(self, pressure: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         self.count += 1
-        return self.influence.apply(pressure)
+        return self.influence.apply(pressure, result)
 
 
 def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -> Solution:
@@ -95,8 +102,8 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
     influence, cap, force = problem.influence, problem.cap, problem.force
     multiply = _Products(influence)
     pressure, gap = _start(problem, guess, multiply)
-    new_pressure, new_gap, misfit, descent, direction, excess = (np.zeros_like(gap) for _ in range(6))
-    product, curvature, wanted = direction, 0.0, tolerance
+    new_pressure, new_gap, misfit, descent, direction, product, excess = (np.zeros_like(gap) for _ in range(7))
+    curvature, wanted = 0.0, tolerance
     while True:
         plane, residual = _assess(problem, pressure, gap, misfit)
         if residual <= wanted:
@@ -116,7 +123,7 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
 
         fields.stencil_product(influence.approximate_inverse, misfit, misfit, descent)
         if force is not None:
-            lift = np.zeros_like(misfit)
+            lift = np.empty_like(misfit)
             fields.stencil_product(influence.approximate_inverse, (misfit != 0).astype(np.float64), misfit, lift)
             fields.balance(descent, lift)
         factor = max(0.0, -fields.inner(descent, product) / curvature) if curvature > 0 else 0.0
@@ -126,12 +133,13 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
             slope = fields.inner(misfit, direction)
         if slope <= 0:
             slope = fields.conjugate(descent, 0.0, direction, misfit)
-        product = multiply(direction)
+        multiply(direction, product)
         curvature = fields.inner(direction, product)
         length = slope / curvature if curvature > 0 else math.nan
 
         shift = 0.0 if force is None else fields.shift_to_sum(pressure, length, direction, cap, force, False)
-        if fields.advance(pressure, gap, length, direction, product, cap, shift, new_pressure, new_gap, excess):
+        if fields.advance(pressure, gap, length, direction, product, cap, shift, new_pressure, new_gap):
+            fields.clipped(pressure, length, direction, new_pressure, excess)
             new_gap += multiply(excess)
             if multiply.count > PATIENCE:
                 _hold_energy(problem, (pressure, gap), (new_pressure, new_gap), multiply)

@@ -41,8 +41,8 @@ class Convolution:
         whole = len(self._parts) == 1
         self._spectrum = block[: shape[0]] if whole else np.empty((shape[0], columns), dtype=np.complex128)
 
-    def __call__(self, field: np.ndarray) -> np.ndarray:
-        """B applied to a field (nx, ny); returns a new array (nx, ny)."""
+    def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
+        """Writes B applied to a field (nx, ny) into the result (nx, ny)."""
         (nx, ny), n = self.shape, self.torus[1]
         self._rows[:, :ny] = field
         self._rows[:, ny:] = 0.0
@@ -57,7 +57,7 @@ class Convolution:
             if len(self._parts) > 1:
                 self._spectrum[:, part] = block[:nx]
         fft.c2r(self._spectrum, axes=(1,), lastsize=n, forward=False, out=self._rows)
-        return np.ascontiguousarray(self._rows[:, :ny])
+        result[:] = self._rows[:, :ny]
 
 
 def fast_length(nodes: int) -> int:

@@ -106,10 +106,9 @@ def advance(
     shift: float,
     new_pressure: np.ndarray,
     new_gap: np.ndarray,
-    excess: np.ndarray,
 ) -> int:
-    """Writes p + length d, plus the shift where d moves a positive pressure, clipped to [0, cap]; gap + length B d; and
-    what shift and clip added to the pressure. Returns at how many nodes they did."""
+    """Writes p + length d, plus the shift where d moves a positive pressure, clipped to [0, cap]; and gap + length B d.
+    Returns at how many nodes shift and clip changed the pressure."""
     nx, ny = pressure.shape
     count = np.zeros(ny, dtype=np.int64)
     for i in range(nx):
@@ -119,12 +118,21 @@ def advance(
             moved = trial + shift if (d != 0) & (trial > 0) else trial
             allowed = min(max(moved, 0.0), cap)
             new_pressure[i, j] = allowed
-            excess[i, j] = allowed - trial
-        for j in range(ny):  # apart: loops over more arrays do not vectorise
+            count[j] += allowed != trial
+        for j in range(ny):  # apart: a loop over more arrays does not vectorise
             new_gap[i, j] = gap[i, j] + length * product[i, j]
-        for j in range(ny):
-            count[j] += excess[i, j] != 0
     return count.sum()
+
+
+@njit(cache=True)
+def clipped(
+    pressure: np.ndarray, length: float, direction: np.ndarray, new_pressure: np.ndarray, excess: np.ndarray
+) -> None:
+    """Writes what shift and clip added: exactly zero where they did nothing."""
+    nx, ny = pressure.shape
+    for i in range(nx):
+        for j in range(ny):
+            excess[i, j] = new_pressure[i, j] - (pressure[i, j] + length * direction[i, j])
 
 
 @njit(cache=True)

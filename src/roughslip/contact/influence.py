@@ -136,10 +136,11 @@ class Influence:
         )
         return part
 
-    def apply(self, pressure: np.ndarray) -> np.ndarray:
+    def apply(self, pressure: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Displacement u = B p.
 
         pressure : (nx, ny) [Pa]
+        result : (nx, ny) where to write it; else a new array
 
         Returns (nx, ny) [m], by direct summation when few nodes are loaded, else by a convolution.
         Raises ParameterError for a wrong shape.
@@ -147,8 +148,13 @@ class Influence:
         if pressure.shape != self.grid.shape:
             raise ParameterError(f"pressures have the shape {pressure.shape}, the mesh has {self.grid.shape}")
         pressure = np.ascontiguousarray(pressure)
+        result = np.empty(pressure.shape) if result is None else result
         loaded, few = _loaded(pressure, DIRECT_SUM_LIMIT)
-        return _direct_sum(self._mirrored, loaded, pressure) if few else self._convolution(pressure)
+        if few:
+            _direct_sum(self._mirrored, loaded, pressure, result)
+        else:
+            self._convolution(pressure, result)
+        return result
 
     def matrix(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """B between the nodes (i_k, j_k).
@@ -160,7 +166,7 @@ class Influence:
         i, j = np.asarray(i, dtype=np.int64), np.asarray(j, dtype=np.int64)
         if i.ndim != 1 or i.shape != j.shape or not _on_mesh(i, j, self.grid.nx, self.grid.ny):
             raise ParameterError(f"positions of nodes must be two equally long lists on the mesh of {self.grid.shape}")
-        return _gather(self.coefficients, i, j)
+        return gathered(self.coefficients, i, j)
 
 
 def _lifting_pressures(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
@@ -168,7 +174,7 @@ def _lifting_pressures(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray
     patch = Grid(width, width, grid.dx, grid.dy)
     i, j = np.divmod(np.arange(patch.size), width)
     lift = (np.arange(patch.size) == patch.size // 2).astype(np.float64)
-    matrix = _gather(love_coefficients(patch, plane_strain_modulus_pa), i, j)
+    matrix = gathered(love_coefficients(patch, plane_strain_modulus_pa), i, j)
     return np.linalg.solve(matrix, lift).reshape(patch.shape)
 
 
@@ -198,9 +204,9 @@ def _loaded(pressure: np.ndarray, limit: int) -> tuple[np.ndarray, bool]:
 
 
 @njit(cache=True)
-def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) -> None:
     nx, ny = pressure.shape
-    displacement = np.zeros((nx, ny))
+    displacement[:] = 0.0
     for node in loaded:
         k, m = divmod(node, ny)
         load = pressure[k, m]
@@ -209,7 +215,6 @@ def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray) 
             influence = mirrored[abs(i - k), ny - 1 - m : 2 * ny - 1 - m]
             for j in range(ny):
                 row[j] += influence[j] * load
-    return displacement
 
 
 @njit(cache=True)
@@ -221,7 +226,8 @@ def _on_mesh(i: np.ndarray, j: np.ndarray, nx: int, ny: int) -> bool:
 
 
 @njit(cache=True)
-def _gather(coefficients: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+def gathered(coefficients: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """B between the nodes (i_k, j_k), from the coefficients by offset."""
     n = i.size
     matrix = np.empty((n, n))
     for row in range(n):

@@ -10,7 +10,7 @@ from roughslip.contact.conjugate_gradients import Problem, solve
 COARSEST = 64 * 64
 
 # Residual on the coarser meshes. The error of the mesh rules below it.
-TOLERANCE = 3e-3
+TOLERANCE = 1e-3
 
 
 def guess(problem: Problem) -> np.ndarray | None:

@@ -155,7 +155,7 @@ def sweep(
     tolerance: float = 1e-10,
     hardness_pa: float = math.inf,
 ) -> list[ContactSolution]:
-    """Solve one surface against planes of several heights, each solve starting from its neighbours.
+    """Solve one surface against planes of several heights, each solve starting from those above.
 
     influence : B of the mesh, a free half-space
     heights : (nx, ny) [m] z
@@ -164,46 +164,25 @@ def sweep(
 
     Returns the k solutions in the order of the planes; they agree with single solves to the tolerance. Raises as solve.
 
-    The highest and the lowest plane come first, then always those halfway between two that are solved, so that a solve
-    starts from an interpolation.
+    The start is extrapolated from two planes above. Over nine planes, pressures extrapolated from one plane take a
+    tenth more products; from three, in p^2 or in p - gap / B_00, with the change of the coarser mesh's solution added,
+    or interpolated in halving order, as many: what is left is the linear convergence once the contact is known.
     """
     heights = _field("heights", heights, influence)
     if not all(math.isfinite(plane) for plane in planes):
         raise ParameterError(f"the planes must be at finite heights, not {list(planes)} m")
-    ascending = [float(plane) for plane in sorted(set(planes))]
     solutions: dict[float, ContactSolution] = {}
-    for k in _halving_order(len(ascending)):
-        plane = ascending[k]
-        guess = _interpolated(plane, solutions, influence.diagonal)
+    guess = None
+    descending = sorted({float(plane) for plane in planes}, reverse=True)
+    for k, plane in enumerate(descending):
+        if k > 1:
+            upper, lower = descending[k - 2], descending[k - 1]
+            slope = (solutions[lower].pressure - solutions[upper].pressure) / (upper - lower)
+            guess = np.maximum(solutions[lower].pressure + (lower - plane) * slope, 0.0)
+        elif k > 0:
+            guess = solutions[descending[0]].pressure
         solutions[plane] = replace(solve(influence, heights - plane, tolerance, guess, hardness_pa), plane=plane)
     return [solutions[float(plane)] for plane in planes]
-
-
-def _halving_order(count: int) -> list[int]:
-    """0, count - 1, and then the middle of every gap, the widest gaps first."""
-    order, gaps = list(range(count)[:: max(1, count - 1)][:2]), [(0, count - 1)]
-    while gaps:
-        low, high = gaps.pop(0)
-        if high - low > 1:
-            middle = (low + high) // 2
-            order.append(middle)
-            gaps += [(low, middle), (middle, high)]
-    return order
-
-
-def _interpolated(plane: float, solutions: dict[float, ContactSolution], diagonal: float) -> np.ndarray | None:
-    """Pressures to start from: the trial pressure p - gap / B_00, which is smooth in the height of the plane where a
-    node comes into contact, through two solved planes on either side, as far as there are."""
-    below, above = sorted(h for h in solutions if h < plane)[-2:], sorted(h for h in solutions if h > plane)[:2]
-    known = below + above
-    if not below or not above:
-        return None
-    trial = np.zeros_like(solutions[known[0]].pressure)
-    for h in known:  # Lagrange's polynomials
-        weight = math.prod((plane - other) / (h - other) for other in known if other != h)
-        solution = solutions[h]
-        trial += weight * (solution.pressure - (solution.gap - solution.plastic_displacement) / diagonal)
-    return np.maximum(trial, 0.0)
 
 
 def _iterate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> conjugate_gradients.Solution:
@@ -229,8 +208,11 @@ def _solution(
         raise ConvergenceError(
             f"the contact residual is above the tolerance {tolerance:.1e}; rounding allows about 1e-14", residual, work
         )
-    sunk = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
-    return ContactSolution(pressure, gap + sunk, sunk, plane, residual, work, method)
+    sunk = np.zeros(gap.shape)
+    if math.isfinite(hardness_pa):
+        sunk = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
+        gap = gap + sunk
+    return ContactSolution(pressure, gap, sunk, plane, residual, work, method)
 
 
 def _box(nodes: np.ndarray) -> tuple[slice, slice]:

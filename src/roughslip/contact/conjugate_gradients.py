@@ -42,7 +42,7 @@ class Problem:
         mean, between = fields.mean_between(gap, pressure, self.cap)
         if between:
             return -mean
-        pressed = pressure > 0  # all of them at the cap: any plane will do that reaches them and leaves the others
+        pressed = pressure > 0  # all at the cap, with the sum asked for: any plane that reaches these and no others
         return -float(gap[pressed].max() if pressed.all() else (gap[pressed].max() + gap[~pressed].min()) / 2)
 
     def reach(self, pressure: np.ndarray, plane: float) -> float:
@@ -103,13 +103,14 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
     multiply = _Products(influence)
     pressure, gap = _start(problem, guess, multiply)
     new_pressure, new_gap, misfit, descent, direction, product, excess = (np.zeros_like(gap) for _ in range(7))
+    free = np.zeros(gap.shape, dtype=np.bool_)
     curvature, wanted = 0.0, tolerance
     while True:
-        plane, residual = _assess(problem, pressure, gap, misfit)
+        plane, residual = _assess(problem, pressure, gap, misfit, free)
         if residual <= wanted:
-            _settle(problem, pressure, gap + plane)
+            pressure = _settled(problem, pressure, gap + plane)
             gap = multiply(pressure) - problem.interference
-            plane, residual = _assess(problem, pressure, gap, misfit)
+            plane, residual = _assess(problem, pressure, gap, misfit, free)
             if residual <= tolerance:
                 return Solution(pressure, gap + plane, plane, residual, multiply.count)
             wanted, curvature = wanted / 2, 0.0
@@ -121,24 +122,30 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
                 multiply.count,
             )
 
-        fields.stencil_product(influence.approximate_inverse, misfit, misfit, descent)
+        fields.stencil_product(influence.approximate_inverse, misfit, free, descent)
         if force is not None:
             lift = np.empty_like(misfit)
-            fields.stencil_product(influence.approximate_inverse, (misfit != 0).astype(np.float64), misfit, lift)
+            fields.stencil_product(influence.approximate_inverse, free.astype(np.float64), free, lift)
             fields.balance(descent, lift)
         factor = max(0.0, -fields.inner(descent, product) / curvature) if curvature > 0 else 0.0
-        slope = fields.conjugate(descent, factor, direction, misfit)
+        slope = fields.conjugate(descent, factor, direction, misfit, free)
         if force is not None:
             fields.balance(direction, lift)
             slope = fields.inner(misfit, direction)
         if slope <= 0:
-            slope = fields.conjugate(descent, 0.0, direction, misfit)
+            slope = fields.conjugate(descent, 0.0, direction, misfit, free)
         multiply(direction, product)
         curvature = fields.inner(direction, product)
         length = slope / curvature if curvature > 0 else math.nan
 
-        shift = 0.0 if force is None else fields.shift_to_sum(pressure, length, direction, cap, force, False)
-        if fields.advance(pressure, gap, length, direction, product, cap, shift, new_pressure, new_gap):
+        shift, met = 0.0, True
+        if force is not None:
+            shift, met = fields.shift_to_sum(pressure, length, direction, cap, force, free, False)
+        if not met:  # the free nodes cannot carry the force, so the next to touch must help
+            new_pressure[:] = _nearest(problem, pressure - gap / influence.diagonal)
+            new_gap[:] = multiply(new_pressure) - problem.interference
+            curvature = 0.0
+        elif fields.advance(pressure, gap, length, direction, product, cap, shift, free, new_pressure, new_gap):
             fields.clipped(pressure, length, direction, new_pressure, excess)
             new_gap += multiply(excess)
             if multiply.count > PATIENCE:
@@ -153,10 +160,9 @@ def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> t
         if force is None:
             return np.zeros_like(u_bar), -u_bar
         guess = np.full_like(u_bar, force / u_bar.size)
-    pressure = np.array(guess)
+    pressure = np.minimum(np.maximum(guess, 0.0), cap)
     if force is not None:
-        pressure += np.where(pressure > 0, fields.shift_to_sum(pressure, 0.0, pressure, cap, force, False), 0.0)
-    pressure = np.minimum(np.maximum(pressure, 0.0), cap)
+        pressure = _shifted(pressure, pressure > 0, cap, force, _nearest(problem, pressure))
     displacement = multiply(pressure)
     energy = fields.inner(pressure, displacement)
     if force is None and energy > 0:
@@ -166,24 +172,39 @@ def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> t
     return pressure, displacement - u_bar
 
 
-def _assess(problem: Problem, pressure: np.ndarray, gap: np.ndarray, misfit: np.ndarray) -> tuple[float, float]:
-    """The plane and the relative residual; writes the misfit."""
+def _assess(
+    problem: Problem, pressure: np.ndarray, gap: np.ndarray, misfit: np.ndarray, free: np.ndarray
+) -> tuple[float, float]:
+    """The plane and the relative residual; writes the misfit and which nodes are free."""
     plane = problem.plane(pressure, gap)
-    square = fields.assess(pressure, gap, plane, problem.influence.diagonal, problem.cap, misfit)
+    square = fields.assess(pressure, gap, plane, problem.influence.diagonal, problem.cap, misfit, free)
     reach = problem.reach(pressure, plane)
     return plane, math.sqrt(square) / reach if reach > 0 else math.nan
 
 
-def _settle(problem: Problem, pressure: np.ndarray, gap: np.ndarray) -> None:
-    """Put nodes that are on their way to a bound on it, so that pressures tell what is in contact and at the cap."""
-    cap, target = problem.cap, pressure - gap / problem.influence.diagonal
-    pressure[target <= 0] = 0.0
-    pressure[target >= cap] = cap
+def _settled(problem: Problem, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
+    """The pressures, with nodes that are on their way to a bound put on it: they tell what is in contact and yields."""
+    target = pressure - gap / problem.influence.diagonal
+    settled = np.where(target <= 0, 0.0, np.where(target >= problem.cap, problem.cap, pressure))
+    if problem.force is None:
+        return settled
+    between = (settled > 0) & (settled < problem.cap)
+    return _shifted(settled, between, problem.cap, problem.force, pressure)
+
+
+def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, force: float, otherwise: np.ndarray) -> np.ndarray:
+    """Pressures shifted at the nodes until their sum is the force; or others where these nodes cannot carry it."""
+    shift, met = fields.shift_to_sum(pressure, 0.0, pressure, cap, force, nodes, False)
+    return np.where(nodes, np.minimum(np.maximum(pressure + shift, 0.0), cap), pressure) if met else otherwise
+
+
+def _nearest(problem: Problem, trial: np.ndarray) -> np.ndarray:
+    """The allowed pressures nearest to a trial."""
+    shift = 0.0
     if problem.force is not None:
-        between = (pressure > 0) & (pressure < cap)
-        missing = problem.force - fields.total(pressure)
-        pressure[between] += missing / max(1, int(np.count_nonzero(between)))
-        np.minimum(np.maximum(pressure, 0.0), cap, out=pressure)
+        nodes = np.ones(trial.shape, dtype=np.bool_)
+        shift, _ = fields.shift_to_sum(trial, 0.0, trial, problem.cap, problem.force, nodes, True)
+    return np.minimum(np.maximum(trial + shift, 0.0), problem.cap)
 
 
 def _hold_energy(
@@ -204,8 +225,5 @@ def _hold_energy(
         new[0][:] = pressure + fraction * change
         new[1][:] = gap + fraction * lift
         return
-    length, shift = -1 / problem.influence.largest_eigenvalue, 0.0
-    if problem.force is not None:
-        shift = fields.shift_to_sum(pressure, length, gap, problem.cap, problem.force, True)
-    new[0][:] = np.minimum(np.maximum(pressure + length * gap + shift, 0.0), problem.cap)
+    new[0][:] = _nearest(problem, pressure - gap / problem.influence.largest_eigenvalue)
     new[1][:] = multiply(new[0]) - problem.interference

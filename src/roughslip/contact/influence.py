@@ -19,7 +19,7 @@ from numba import njit
 
 from roughslip.contact.convolution import Convolution, fast_length
 from roughslip.contact.periodic import periodic_symbol
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
 
 # A patch of 5 x 5 cells. Convolutions of the iterative solver on 24 rough surfaces, relative to those without any
@@ -81,10 +81,13 @@ class Influence:
         others still. B^-1 decays as 1/r^3, so that these 49 carry most of it. On cells of all aspects tried those off
         the centre are negative and as a stencil all are diagonally dominant: positive definite on any set of nodes.
 
-    Raises ParameterError for a modulus that is not positive and finite.
+    Raises ParameterError for a modulus that is not positive and finite, and for a periodic cell of one node.
     """
 
     def __init__(self, grid: Grid, plane_strain_modulus_pa: float, periodic: bool = False) -> None:
+        real("the plane-strain modulus", plane_strain_modulus_pa)
+        if periodic and grid.size == 1:
+            raise ParameterError("a periodic cell of one node is a rigid flat: it needs two nodes at least")
         self.periodic = periodic
         self._modulus = plane_strain_modulus_pa
         self._whole: Influence | None = None

@@ -12,7 +12,7 @@ from roughslip.contact import conjugate_gradients, dense, nested
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
 from roughslip.contact.residual import relative_residual
-from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.errors import ConvergenceError, ParameterError, real
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.8 us a node of the
 # mesh: they cost the same at k^3 = 2e5 nodes of the mesh, k = 930 on 64 x 64. Memory bounds k besides.
@@ -86,10 +86,7 @@ def solve(
         )
     interference = _field("interference", interference, influence)
     _check(tolerance, hardness_pa)
-    if initial_pressure is not None:
-        initial_pressure = _field("initial pressure", initial_pressure, influence)
-        if (initial_pressure < 0).any():
-            raise ParameterError("the initial pressure must not be negative")
+    initial_pressure = _guess(initial_pressure, influence)
 
     touching = interference > 0
     candidates = np.count_nonzero(touching)
@@ -135,6 +132,8 @@ def solve_load(
     """
     heights = _field("heights", heights, influence)
     _check(tolerance, hardness_pa)
+    initial_pressure = _guess(initial_pressure, influence)
+    mean_pressure_pa = real("the mean pressure", mean_pressure_pa)
     if not (math.isfinite(mean_pressure_pa) and 0 < mean_pressure_pa < hardness_pa):
         raise ParameterError(
             f"the mean pressure must be positive, finite and below the hardness {hardness_pa} Pa,"
@@ -169,7 +168,7 @@ def sweep(
     or interpolated in halving order, as many: what is left is the linear convergence once the contact is known.
     """
     heights = _field("heights", heights, influence)
-    if not all(math.isfinite(plane) for plane in planes):
+    if not all(math.isfinite(real("the height of a plane", plane)) for plane in planes):
         raise ParameterError(f"the planes must be at finite heights, not {list(planes)} m")
     solutions: dict[float, ContactSolution] = {}
     guess = None
@@ -222,13 +221,24 @@ def _box(nodes: np.ndarray) -> tuple[slice, slice]:
 
 
 def _check(tolerance: float, hardness_pa: float) -> None:
-    if not 0 < tolerance < 1:
+    if not 0 < real("the tolerance", tolerance) < 1:
         raise ParameterError(f"the tolerance of a contact solve must lie in (0, 1), not {tolerance}")
-    if not hardness_pa > 0:
+    if not real("the hardness", hardness_pa) > 0:
         raise ParameterError(f"the hardness must be positive, not {hardness_pa} Pa")
 
 
+def _guess(values: np.ndarray | None, influence: Influence) -> np.ndarray | None:
+    if values is None:
+        return None
+    pressure = _field("initial pressure", values, influence)
+    if (pressure < 0).any():
+        raise ParameterError("the initial pressure must not be negative")
+    return pressure
+
+
 def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
+        raise ParameterError(f"the {name} must be an array of real numbers, not {type(values).__name__}")
     field = np.ascontiguousarray(values, dtype=np.float64)
     if field.shape != influence.grid.shape:
         raise ParameterError(f"the {name} has the shape {field.shape}, the mesh has {influence.grid.shape}")

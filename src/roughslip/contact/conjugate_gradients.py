@@ -108,12 +108,13 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
     while True:
         plane, residual = _assess(problem, pressure, gap, misfit, free)
         if residual <= wanted:
-            pressure = _settled(problem, pressure, gap + plane)
-            gap = multiply(pressure) - problem.interference
-            plane, residual = _assess(problem, pressure, gap, misfit, free)
-            if residual <= tolerance:
-                return Solution(pressure, gap + plane, plane, residual, multiply.count)
+            settled = _settled(problem, pressure, gap + plane)
             wanted, curvature = wanted / 2, 0.0
+            if settled is not None:
+                pressure, gap = settled, multiply(settled) - problem.interference
+                plane, residual = _assess(problem, pressure, gap, misfit, free)
+                if residual <= tolerance:
+                    return Solution(pressure, gap + plane, plane, residual, multiply.count)
         if multiply.count >= PRODUCT_LIMIT or not math.isfinite(residual):
             raise ConvergenceError(
                 f"the contact pressures did not reach the relative residual {tolerance:.1e}; try a larger tolerance"
@@ -162,7 +163,8 @@ def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> t
         guess = np.full_like(u_bar, force / u_bar.size)
     pressure = np.minimum(np.maximum(guess, 0.0), cap)
     if force is not None:
-        pressure = _shifted(pressure, pressure > 0, cap, force, _nearest(problem, pressure))
+        shifted = _shifted(pressure, pressure > 0, cap, force)
+        pressure = _nearest(problem, pressure) if shifted is None else shifted
     displacement = multiply(pressure)
     energy = fields.inner(pressure, displacement)
     if force is None and energy > 0:
@@ -182,20 +184,21 @@ def _assess(
     return plane, math.sqrt(square) / reach if reach > 0 else math.nan
 
 
-def _settled(problem: Problem, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
-    """The pressures, with nodes that are on their way to a bound put on it: they tell what is in contact and yields."""
+def _settled(problem: Problem, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray | None:
+    """The pressures, with nodes that are on their way to a bound put on it: they tell what is in contact and yields.
+    None if no node is left between the bounds that could carry the rest of the force."""
+    cap, force = problem.cap, problem.force
     target = pressure - gap / problem.influence.diagonal
-    settled = np.where(target <= 0, 0.0, np.where(target >= problem.cap, problem.cap, pressure))
-    if problem.force is None:
+    settled = np.where(target <= 0, 0.0, np.where(target >= cap, cap, pressure))
+    if force is None:
         return settled
-    between = (settled > 0) & (settled < problem.cap)
-    return _shifted(settled, between, problem.cap, problem.force, pressure)
+    return _shifted(settled, (settled > 0) & (settled < cap), cap, force)
 
 
-def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, force: float, otherwise: np.ndarray) -> np.ndarray:
-    """Pressures shifted at the nodes until their sum is the force; or others where these nodes cannot carry it."""
+def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, force: float) -> np.ndarray | None:
+    """Pressures shifted at the nodes until their sum is the force; None where these nodes cannot carry it."""
     shift, met = fields.shift_to_sum(pressure, 0.0, pressure, cap, force, nodes, False)
-    return np.where(nodes, np.minimum(np.maximum(pressure + shift, 0.0), cap), pressure) if met else otherwise
+    return np.where(nodes, np.minimum(np.maximum(pressure + shift, 0.0), cap), pressure) if met else None
 
 
 def _nearest(problem: Problem, trial: np.ndarray) -> np.ndarray:

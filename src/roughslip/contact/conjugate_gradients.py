@@ -116,12 +116,7 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
                 if residual <= tolerance:
                     return Solution(pressure, gap + plane, plane, residual, multiply.count)
         if multiply.count >= PRODUCT_LIMIT or not math.isfinite(residual):
-            raise ConvergenceError(
-                f"the contact pressures did not reach the relative residual {tolerance:.1e}; try a larger tolerance"
-                " (rounding allows about 1e-14), or cells nearer to square",
-                residual,
-                multiply.count,
-            )
+            raise _failure(tolerance, residual, multiply.count)
 
         fields.stencil_product(influence.approximate_inverse, misfit, free, descent)
         if force is not None:
@@ -137,7 +132,9 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
             slope = fields.conjugate(descent, 0.0, direction, misfit, free)
         multiply(direction, product)
         curvature = fields.inner(direction, product)
-        length = slope / curvature if curvature > 0 else math.nan
+        if not curvature > 0:
+            raise _failure(tolerance, residual, multiply.count)
+        length = slope / curvature
 
         shift, met = 0.0, True
         if force is not None:
@@ -152,6 +149,15 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
             if multiply.count > PATIENCE:
                 _hold_energy(problem, (pressure, gap), (new_pressure, new_gap), multiply)
         pressure, new_pressure, gap, new_gap = new_pressure, pressure, new_gap, gap
+
+
+def _failure(tolerance: float, residual: float, products: int) -> ConvergenceError:
+    return ConvergenceError(
+        f"the contact pressures did not reach the relative residual {tolerance:.1e}; try a larger tolerance (rounding"
+        " allows about 1e-14), or cells nearer to square",
+        residual,
+        products,
+    )
 
 
 def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> tuple[np.ndarray, np.ndarray]:

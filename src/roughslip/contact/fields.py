@@ -11,6 +11,17 @@ from numba import njit
 
 
 @njit(cache=True)
+def all_finite(a: np.ndarray) -> bool:
+    """Whether no value is infinite or not a number."""
+    nx, ny = a.shape
+    fine = True
+    for i in range(nx):
+        for j in range(ny):
+            fine &= np.isfinite(a[i, j])
+    return fine
+
+
+@njit(cache=True)
 def inner(a: np.ndarray, b: np.ndarray) -> float:
     """Sum of a b."""
     nx, ny = a.shape
@@ -216,13 +227,16 @@ def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, r
         if not np.any(wanted):
             continue
         for far in range(4):  # rows at equal distances are added before they are weighed
-            pair[:] = 0.0
-            if i >= far:
+            before, after = i >= far, far > 0 and i + far < nx
+            if before and after:
                 for j in range(ny):
-                    pair[j + 3] = field[i - far, j]
-            if far > 0 and i + far < nx:
+                    pair[j + 3] = field[i - far, j] + field[i + far, j]
+            elif before or after:
+                one = field[i - far if before else i + far]
                 for j in range(ny):
-                    pair[j + 3] += field[i + far, j]
+                    pair[j + 3] = one[j]
+            else:
+                continue
             w0, w1, w2, w3 = stencil[3 + far, 3], stencil[3 + far, 4], stencil[3 + far, 5], stencil[3 + far, 6]
             for j in range(ny):
                 row[j] += (

@@ -10,6 +10,7 @@ import numpy as np
 
 from roughslip.contact import conjugate_gradients, dense, nested
 from roughslip.contact.conjugate_gradients import Problem
+from roughslip.contact.fields import all_finite
 from roughslip.contact.influence import Influence
 from roughslip.contact.residual import relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
@@ -242,6 +243,6 @@ def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:
     field = np.ascontiguousarray(values, dtype=np.float64)
     if field.shape != influence.grid.shape:
         raise ParameterError(f"the {name} has the shape {field.shape}, the mesh has {influence.grid.shape}")
-    if not np.isfinite(field).all():
+    if not all_finite(field):
         raise ParameterError(f"the {name} must be finite everywhere")
     return field

@@ -2,6 +2,7 @@
 #   JOBS=8 make reproduce                jobs at a time (2)
 #   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
 #   make benchmark PEERS=1               beside public solvers, from an environment of its own, .venv-peers
+#   make stress SEED=today               other random problems than the usual ones, the same all day
 
 PYTHON ?= python3
 JOBS ?= 2
@@ -18,7 +19,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup reproduce smoke test lint benchmark reference clean
+.PHONY: help setup reproduce smoke test lint benchmark stress reference clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -42,6 +43,9 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 beside public ones
 	$(MEASURE_VENV)/bin/python -m snakemake -j1 benchmark $(if $(filter 1,$(PEERS)),--config peers=true)
+
+stress: $(VENV)/run.stamp ## solve thousands of random problems, every answer judged apart from the solver
+	$(RUN) snakemake -j$(JOBS) stress $(if $(SEED),--config seed=$(SEED))
 
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference
 	$(RUN) snakemake -j$(JOBS) reference

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numbers
+
 
 class RoughslipError(Exception):
     """Base of every error that this package raises on purpose."""
@@ -38,3 +40,12 @@ class IllPosedError(RoughslipError):
 
 class StoreError(RoughslipError):
     """A result file is missing, truncated, altered or not what the reader expects."""
+
+
+def real(name: str, value: object) -> float:
+    """The value as a float; ParameterError where it is no real number."""
+    if type(value) is float:  # at once: the check by class takes a microsecond
+        return value
+    if not isinstance(value, numbers.Real) or isinstance(value, bool):
+        raise ParameterError(f"{name} must be a real number, not {value!r}")
+    return float(value)

@@ -54,7 +54,7 @@ PAPER_LENGTH = 250e-6  # m
 PAPER_BETA = (2.1, 5.0)
 
 
-def _canvas(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
+def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
     sns.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)
     mpl.rcParams.update({"svg.hashsalt": "roughslip", "savefig.dpi": 160, "legend.frameon": False})
     figure = Figure(figsize=(width * columns, 3.5 * rows), layout="constrained")
@@ -66,7 +66,7 @@ def save(figure: Figure, path: Path) -> None:
     figure.savefig(path, metadata={"Date": None, "Creator": None} if path.suffix == ".svg" else {"Software": None})
 
 
-def _title(axes: Axes, letter: str, text: str) -> None:
+def head(axes: Axes, letter: str, text: str) -> None:
     axes.set_title(f"({letter}) {text}", loc="left", fontsize="medium")
 
 
@@ -84,7 +84,7 @@ def _legend_above(axes: Axes, columns: int = 2) -> None:
 
 def figure2(result: Arrays) -> Figure:
     """Distribution of the pressure at the centre given contact, linear and logarithmic, and the contact probability."""
-    figure, (linear, logarithmic, probability) = _canvas(3, 1, 4.0)
+    figure, (linear, logarithmic, probability) = panels(3, 1, 4.0)
     unit, name = (1e-9, "GPa") if result["pressure"].max() > 1e9 else (1e-6, "MPa")
     pressure = unit * result["pressure"]
     methods = [str(method) for method in result["method"]]
@@ -105,9 +105,9 @@ def figure2(result: Arrays) -> Figure:
     probability.set_yticks(-np.arange(len(methods)), [METHODS[method][0] for method in methods])
     probability.margins(x=0.3)
     figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(methods))
-    _title(linear, "a", "distribution given contact")
-    _title(logarithmic, "b", "low probabilities")
-    _title(probability, "c", "contact, and distance to Monte Carlo")
+    head(linear, "a", "distribution given contact")
+    head(logarithmic, "b", "low probabilities")
+    head(probability, "c", "contact, and distance to Monte Carlo")
     sns.despine(figure)
     return figure
 
@@ -124,17 +124,17 @@ def _contact(axes: Axes, result: Arrays, row: int, colour: str, annotated: bool)
 
 def figure3(result: Arrays) -> Figure:
     """Mean and standard deviation of mu against penetration, its autocorrelation and its marginal at the median."""
-    figure, grid = _canvas(2, 2, 4.6)
+    figure, grid = panels(2, 2, 4.6)
     for axes, name, label in ((grid[0, 0], "mean", "mean"), (grid[0, 1], "std", "standard deviation")):
         _against_penetration(axes, result, name)
         axes.set(xlabel="penetration [percentile of heights]", ylabel=f"{label} of $\\mu$", ylim=(0, None))
     _legend_above(grid[0, 0])
     _autocorrelation(grid[1, 0], result)
     _marginal(grid[1, 1], result)
-    _title(grid[0, 0], "a", "mean friction coefficient")
-    _title(grid[0, 1], "b", "standard deviation")
-    _title(grid[1, 0], "c", "autocorrelation at median penetration")
-    _title(grid[1, 1], "d", "marginal at median penetration")
+    head(grid[0, 0], "a", "mean friction coefficient")
+    head(grid[0, 1], "b", "standard deviation")
+    head(grid[1, 0], "c", "autocorrelation at median penetration")
+    head(grid[1, 1], "d", "marginal at median penetration")
     sns.despine(figure)
     return figure
 
@@ -204,13 +204,13 @@ def _beta_density(u: np.ndarray, a: float, b: float) -> np.ndarray:
 
 def figure5(result: Arrays) -> Figure:
     """Limit cycles, histogram of the reattachment point, and cycles lost to the scatter against damping."""
-    figure, (cycle, histogram, loss) = _canvas(3, 1, 4.0)
+    figure, (cycle, histogram, loss) = panels(3, 1, 4.0)
     _cycle(cycle, result)
     _reattachment(histogram, result)
     _loss(loss, result)
-    _title(cycle, "a", f"limit cycle at D = {float(result['nominal_damping']):g}")
-    _title(histogram, "b", "reattachment point")
-    _title(loss, "c", "cycles lost to the scatter")
+    head(cycle, "a", f"limit cycle at D = {float(result['nominal_damping']):g}")
+    head(histogram, "b", "reattachment point")
+    head(loss, "c", "cycles lost to the scatter")
     sns.despine(figure)
     return figure
 

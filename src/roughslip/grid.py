@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import numbers
 from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,12 @@ class Grid:
     dy: float
 
     def __post_init__(self) -> None:
-        if self.nx < 1 or self.ny < 1:
-            raise ParameterError(f"a mesh needs at least one cell on each axis, not {self.nx} x {self.ny}")
+        if not all(isinstance(nodes, numbers.Integral) and nodes >= 1 for nodes in (self.nx, self.ny)):
+            raise ParameterError(
+                f"a mesh needs whole numbers of cells, at least one an axis, not {self.nx} x {self.ny}"
+            )
+        for name, edge in (("the edge of a cell along x", self.dx), ("the edge of a cell along y", self.dy)):
+            real(name, edge)
         if not (math.isfinite(self.dx) and math.isfinite(self.dy) and self.dx > 0 and self.dy > 0):
             raise ParameterError(f"cell edges must be positive and finite, not {self.dx} m x {self.dy} m")
 

@@ -92,7 +92,7 @@ def test_stencil_product(shape: tuple[int, int]) -> None:
     stencil, field = rng.standard_normal((7, 7)), rng.standard_normal(shape)
     stencil += stencil[::-1]
     stencil += stencil[:, ::-1]  # even on both axes, as every influence is
-    nodes, ours = (rng.random(shape) < 0.7).astype(float), rng.standard_normal(shape)
+    nodes, ours = rng.random(shape) < 0.7, rng.standard_normal(shape)
     expected = np.where(nodes, convolve(field, stencil, mode="constant"), 0.0)
     fields.stencil_product(stencil, field, nodes, ours)
     np.testing.assert_allclose(ours, expected, atol=1e-13)

@@ -62,7 +62,7 @@ def test_matrix_that_is_not_positive_definite_is_reported() -> None:
 
 def test_failure_is_a_typed_error(monkeypatch: pytest.MonkeyPatch) -> None:
     influence = Influence(Grid(2, 2, 1.0, 1.0), 1.0)
-    monkeypatch.setattr(dense, "complementary_solution", lambda matrix, load: (np.zeros(load.size), 7, False))
+    monkeypatch.setattr(dense, "_pressures", lambda coefficients, load: (np.zeros(load.shape), 7, False))
     with pytest.raises(ConvergenceError, match="set of pressed nodes") as raised:
         dense.solve(influence, np.ones((2, 2)))
     assert raised.value.work == 7

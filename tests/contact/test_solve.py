@@ -6,7 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtri
 
+from roughslip.contact import conjugate_gradients
 from roughslip.contact import solve as solve_module
+from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import DENSE_LIMIT, ContactSolution, solve, sweep
 from roughslip.errors import ConvergenceError, ParameterError
@@ -184,3 +186,32 @@ def test_input_is_not_changed(surface) -> None:
     solve(influence, heights, initial_pressure=guess)
     assert np.array_equal(heights, before)
     assert np.all(guess == 1)
+
+
+def test_part_that_can_touch(surface) -> None:
+    """A bump on a large flat: solved on the rows and columns that can touch, and the gap is right everywhere."""
+    grid = Grid(150, 120, 1.0, 1.0)
+    x, y = np.meshgrid(grid.x() - 60, grid.y() - 70, indexing="ij")
+    interference = 20.0 - (x**2 + y**2) / 60 + 0.5 * surface((150, 120), 4.0, 3)
+    influence = Influence(grid, 1.0)
+    solution = solve(influence, interference, 1e-11)
+    assert solution.method == "fft"
+    gap = influence.apply(solution.pressure) - interference
+    np.testing.assert_array_equal(solution.gap, gap)
+    whole = conjugate_gradients.solve(Problem(influence, interference), 1e-11)
+    np.testing.assert_allclose(solution.pressure, whole.pressure, rtol=0, atol=1e-8 * whole.pressure.max())
+    assert influence.on((30, 20)).coarser.grid == Grid(15, 10, 2.0, 2.0)
+
+
+def test_cap_of_the_dense_method(surface) -> None:
+    """Few nodes, pressed hard enough to sink: the cap is met although they are solved densely first."""
+    influence = Influence(Grid(12, 9, 1.0, 1.0), 1.0)
+    interference = surface((12, 9), 2.0, 5) + 0.5
+    elastic = solve(influence, interference)
+    assert elastic.method == "dense"
+    assert not elastic.plastic_displacement.any()
+    capped = solve(influence, interference, hardness_pa=0.5 * elastic.pressure.max())
+    assert capped.pressure.max() == 0.5 * elastic.pressure.max()
+    assert capped.plastic_displacement.max() > 0
+    same = solve(influence, interference, hardness_pa=elastic.pressure.max())
+    np.testing.assert_array_equal(same.pressure, elastic.pressure)

@@ -85,7 +85,7 @@ def test_the_peak_of_memory_is_that_of_temporaries():
     size = 2**20
     traced, resident = measure.peak_memory(lambda: np.add(np.ones(size), np.ones(size)))
     assert traced == pytest.approx(3 * 8 * size, rel=0.01)
-    assert resident is None or resident == pytest.approx(3 * 8 * size, rel=0.3)  # pages, and what else runs
+    assert resident is None or 0.5 < resident / (3 * 8 * size) < 2  # whole pages, freed ones used again, what else runs
 
 
 # The file.

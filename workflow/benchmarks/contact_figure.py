@@ -12,7 +12,7 @@ import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures import _canvas, _title, save
+from roughslip.figures import head, panels, save
 from workflow.benchmarks.measure import OURS, Row, fields, ratios
 
 LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -34,7 +34,7 @@ MEDIAN = "surface=gauss level=50 tolerance=1e-10"
 
 def figure(rows: Sequence[Row]) -> Figure:
     """Work and precision on one mesh; time at the median plane, 1e-10, against the mesh, with the ratio to Tamaas."""
-    canvas, (precision, growth) = _canvas(2, 1, 5.2)
+    canvas, (precision, growth) = panels(2, 1, 5.2)
     _precision(precision, [row for row in rows if "quantity" in fields(row["case"])])
     _growth(growth, [row for row in rows if row["case"].endswith(MEDIAN)])
     handles = {label: line for axes in (precision, growth) for line, label in zip(*_lines(axes), strict=True)}
@@ -57,7 +57,7 @@ def _precision(axes: Axes, rows: Sequence[Row]) -> None:
                 [1e3 * row["seconds"] for row in of_method], [row["error"] for row in of_method], label=label, **look
             )
     axes.set(xscale="log", yscale="log", xlabel="time of a solve [ms]", ylabel="relative error of the pressure")
-    _title(axes, "a", f"work and precision, {n} x {n}, median plane")
+    head(axes, "a", f"work and precision, {n} x {n}, median plane")
 
 
 def _growth(axes: Axes, rows: Sequence[Row]) -> None:
@@ -75,7 +75,7 @@ def _growth(axes: Axes, rows: Sequence[Row]) -> None:
     axes.set_xticks(meshes, [f"{n}" for n in meshes])
     axes.minorticks_off()
     axes.margins(x=0.08, y=0.15)
-    _title(axes, "b", "residual 1e-10, median plane" + "; times faster than Tamaas" * bool(compared))
+    head(axes, "b", "residual 1e-10, median plane" + "; times faster than Tamaas" * bool(compared))
 
 
 def main() -> None:

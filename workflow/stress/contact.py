@@ -1,6 +1,6 @@
 """Random contact problems, and bad input: every answer is judged, every failure is told by its number.
 
-`python -m workflow.stress.contact -j 2 --output results/stress/contact.json` runs the campaign, `--only 17` one problem.
+`python -m workflow.stress.contact -j 2 --output results/stress/contact.json` runs the campaign, `--only 17` one of it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from workflow.stress.contact_refusals import REFUSED
 from workflow.stress.outcomes import Row, Verdict
 
 STAGE = "contact"
-CLASSES = ("control", "cap", "surface")
+LEAST_HARDNESS = 1.02  # mean pressures; at 1 all nodes yield
+CLASSES = ("control", "material", "surface")
 
 
 def rows_of(seed: int, number: int) -> list[Row]:
@@ -30,7 +31,10 @@ def rows_of(seed: int, number: int) -> list[Row]:
 
 def refused() -> list[Row]:
     """A row for each kind of bad input."""
-    return [outcomes.refusal_row(STAGE, case(bad_input=name.replace(" ", "-")), call) for name, call in REFUSED.items()]
+    return [
+        outcomes.refusal_row(STAGE, case(control="refused", input=name.replace(" ", "-")), call)
+        for name, call in REFUSED.items()
+    ]
 
 
 def case_of(problem: Problem) -> str:
@@ -42,7 +46,8 @@ def case_of(problem: Problem) -> str:
         aspect=f"{grid.dx / grid.dy:.3g}",
         surface=problem.surface,
         control=problem.control,
-        cap="none" if math.isinf(problem.cap) else f"{problem.cap:.2g}",
+        material="elastic" if math.isinf(problem.cap) else "capped",
+        cap=f"{problem.cap:.2g}",
         cell=f"{min(grid.dx, grid.dy):.3g}",
         modulus=f"{problem.modulus:.3g}",
         **problem.labels,
@@ -54,8 +59,9 @@ def judged(problem: Problem) -> Verdict:
     """The problem solved; of a sweep the worst plane."""
     displacement = Displacement(problem.grid, problem.modulus, problem.periodic)
     hardness, found = solutions(problem)
+    asked = problem.planes if problem.load is None else (None,)
     verdicts = [
-        judge(problem, displacement, solution, plane, hardness) for plane, solution in zip(_asked(problem), found, strict=True)
+        judge(problem, displacement, solution, plane, hardness) for plane, solution in zip(asked, found, strict=True)
     ]
     broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
     return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
@@ -66,14 +72,9 @@ def solutions(problem: Problem) -> tuple[float, list[ContactSolution]]:
     influence = Influence(problem.grid, problem.modulus, periodic=problem.periodic)
     hardness = math.inf
     if math.isfinite(problem.cap):
-        peak = max(float(s.pressure.max()) for s in _solve(problem, influence, 1e-3, math.inf))
-        least = 1.02 * problem.load if problem.load is not None else problem.modulus
-        hardness = max(problem.cap * peak, least if problem.load is not None or peak == 0 else 0.0)
+        peak = max(float(elastic.pressure.max()) for elastic in _solve(problem, influence, 1e-3, math.inf))
+        hardness = max(problem.cap * peak, LEAST_HARDNESS * (problem.load or 0.0)) or problem.modulus
     return hardness, list(_solve(problem, influence, problem.tolerance, hardness))
-
-
-def _asked(problem: Problem) -> tuple[float | None, ...]:
-    return problem.planes if problem.load is None else (None,)
 
 
 def _solve(problem: Problem, influence: Influence, tolerance: float, hardness: float) -> Iterator[ContactSolution]:

@@ -1,11 +1,11 @@
 """The judge of contact solutions: displacements by its own formulas in extended precision, and every condition.
 
-Free half-space: Love's coefficients as in Johnson, Contact Mechanics, section 3.5, with logarithms at the corners of the
-cell in long doubles, and from four long edges of a cell on, where these cancel, Gauss's quadrature of 1/r. Products as a
-plain sum on small meshes, by a padded transform in long doubles on larger ones.
+Free half-space: Love's coefficients as in Johnson, Contact Mechanics, section 3.5, with logarithms at the corners of
+the cell in long doubles, and from four long edges of a cell on, where these cancel, Gauss's quadrature of 1/r. Products
+as a plain sum on small meshes, by a padded transform in long doubles on larger ones.
 
-Periodic cell: Ewald's method (Ann. Phys. 369 (1921) 253), 1/r = erfc(s r)/r + erf(s r)/r: the first summed over the images
-that it reaches, the second over the waves that it carries.
+Periodic cell: Ewald's method (Ann. Phys. 369 (1921) 253), 1/r = erfc(s r)/r + erf(s r)/r: the first summed over the
+images that it reaches, the second over the waves that it carries.
 
 Where long doubles are doubles (some ARM and Windows machines) ROUNDING is too small for cells of large aspect.
 """
@@ -21,8 +21,8 @@ from scipy.special import erf, erfc
 
 from roughslip.contact.solve import ContactSolution
 from roughslip.grid import Grid
-from workflow.stress.outcomes import Verdict
 from workflow.stress.contact_problem import Problem
+from workflow.stress.outcomes import Verdict
 
 # Displacements are right to so many units of rounding of a double at a node: coefficients and z - plane.
 ROUNDING = 8 * np.finfo(np.float64).eps
@@ -79,8 +79,8 @@ class Displacement:
         self.torus = (2 * grid.nx, 2 * grid.ny)
         if grid.size > SUMMED:
             k, m = (np.minimum(np.arange(2 * n), 2 * n - np.arange(2 * n)) for n in grid.shape)
-            reached = (k < grid.nx)[:, None] & (m < grid.ny)
-            kernel = self.coefficients[np.minimum(k, grid.nx - 1)][:, np.minimum(m, grid.ny - 1)] * reached
+            # The offset n, in the middle of the padding, is never used: any number will do.
+            kernel = self.coefficients[np.minimum(k, grid.nx - 1)][:, np.minimum(m, grid.ny - 1)]
             self.symbol = fft.fft2(kernel).real
 
     def __call__(self, pressure: np.ndarray) -> np.ndarray:
@@ -134,7 +134,8 @@ def judge(
 
     plane : [m] where it was asked for; None under a load, where it is the solution's
 
-    All lengths are compared with tolerance ||max(u_bar, 0)|| and the rounding of the judge.
+    All lengths are compared with tolerance ||max(u_bar, 0)||, in a periodic cell with tolerance B_00 ||p|| where that
+    is more, and the rounding of the judge.
     """
     height = solution.plane if plane is None else plane
     p, plastic = solution.pressure, solution.plastic_displacement
@@ -147,13 +148,12 @@ def judge(
     gap = elastic + plastic
     lift, highest = displacement.diagonal * p, displacement.diagonal * np.longdouble(hardness)
     unmet = lift - np.clip(lift - elastic, 0, highest)
-    reach = np.sqrt((np.maximum(u_bar, 0) ** 2).sum())
+    reach = _norm(np.maximum(u_bar, 0))
+    if displacement.periodic:  # a mean pressure has no displacement there, and u_bar may be nothing beside B_00 p
+        reach = max(reach, _norm(lift))
     node_rounding = ROUNDING * (np.abs(lifted) + np.abs(u_bar) + (abs(height) if plane is None else 0.0))
-    floor = np.sqrt((node_rounding[unmet != 0] ** 2).sum())
-    if displacement.periodic:
-        floor += ROUNDING * np.sqrt((lift**2).sum())
-    allowed = problem.tolerance * reach + floor
-    size = np.sqrt((unmet**2).sum())
+    allowed = problem.tolerance * reach + _norm(np.where(unmet != 0, node_rounding, 0))
+    size = _norm(unmet)
     residual = 0.0 if size == 0 else math.inf if reach == 0 else float(size / reach)
     met = {
         "the residual": (size, allowed),
@@ -168,5 +168,9 @@ def judge(
     }
     if problem.load is not None:
         met["the load"] = (abs(p.astype(np.longdouble).mean() / problem.load - 1), LOAD_ROUNDING)
-    broken = (f"{name}: {float(value):.3e} for {float(limit):.3e}" for name, (value, limit) in met.items() if not value <= limit)
-    return Verdict(residual, tuple(broken))
+    broken = [(name, float(value), float(limit)) for name, (value, limit) in met.items() if not value <= limit]
+    return Verdict(residual, tuple(f"{name}: {value:.3e} for {limit:.3e}" for name, value, limit in broken))
+
+
+def _norm(field: np.ndarray) -> np.longdouble:
+    return np.sqrt((field**2).sum())

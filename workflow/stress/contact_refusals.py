@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +32,7 @@ def _with(value: float) -> np.ndarray:
     return heights
 
 
-def _not_a_field() -> dict[str, object]:
+def _not_a_field() -> dict[str, Any]:
     """What is no field on the mesh, by name."""
     return {
         **{name: _with(value) for name, value in NOT_FINITE.items()},
@@ -53,43 +55,44 @@ def _refused() -> dict[str, Callable[[], object]]:
     free, cell = Influence(GRID, MODULUS), Influence(GRID, MODULUS, periodic=True)
     z = _heights()
     calls: dict[str, Callable[[], object]] = {}
+    bad: Any  # of the wrong type as well
     for name, bad in _not_a_field().items():
         calls |= {
-            f"solve interference {name}": lambda bad=bad: solve(free, bad),
-            f"solve initial pressure {name}": lambda bad=bad: solve(free, z, initial_pressure=bad),
-            f"load heights {name}": lambda bad=bad: solve_load(free, bad, 1e6),
-            f"load initial pressure {name}": lambda bad=bad: solve_load(free, z, 1e6, initial_pressure=bad),
-            f"periodic load heights {name}": lambda bad=bad: solve_load(cell, bad, 1e6),
-            f"sweep heights {name}": lambda bad=bad: sweep(free, bad, [0.0]),
+            f"solve interference {name}": partial(solve, free, bad),
+            f"solve initial pressure {name}": partial(solve, free, z, initial_pressure=bad),
+            f"load heights {name}": partial(solve_load, free, bad, 1e6),
+            f"load initial pressure {name}": partial(solve_load, free, z, 1e6, initial_pressure=bad),
+            f"periodic load heights {name}": partial(solve_load, cell, bad, 1e6),
+            f"sweep heights {name}": partial(sweep, free, bad, [0.0]),
         }
     del calls["solve initial pressure none"], calls["load initial pressure none"]  # none is none
-    for name, bad in {**NOT_POSITIVE, "text": "hard", "none": None}.items():
+    for name, bad in {**NOT_POSITIVE, "text": "hard"}.items():
         calls |= {
-            f"solve hardness {name}": lambda bad=bad: solve(free, z, hardness_pa=bad),
-            f"load hardness {name}": lambda bad=bad: solve_load(free, z, 1e6, hardness_pa=bad),
-            f"sweep hardness {name}": lambda bad=bad: sweep(free, z, [0.0], hardness_pa=bad),
+            f"solve hardness {name}": partial(solve, free, z, hardness_pa=bad),
+            f"load hardness {name}": partial(solve_load, free, z, 1e6, hardness_pa=bad),
+            f"sweep hardness {name}": partial(sweep, free, z, [0.0], hardness_pa=bad),
         }
-    for name, bad in {**NOT_POSITIVE, "infinite": INFINITY, "text": "much", "none": None}.items():
+    for name, bad in {**NOT_POSITIVE, "infinite": INFINITY, "text": "much"}.items():
         calls |= {
-            f"load {name}": lambda bad=bad: solve_load(free, z, bad),
-            f"periodic load {name}": lambda bad=bad: solve_load(cell, z, bad),
-            f"modulus {name}": lambda bad=bad: Influence(GRID, bad),
-            f"periodic modulus {name}": lambda bad=bad: Influence(GRID, bad, periodic=True),
-            f"Young's modulus {name}": lambda bad=bad: Material(bad, 0.3),
-            f"cell edge {name}": lambda bad=bad: Grid(4, 3, bad, 1e-6),
+            f"load {name}": partial(solve_load, free, z, bad),
+            f"periodic load {name}": partial(solve_load, cell, z, bad),
+            f"modulus {name}": partial(Influence, GRID, bad),
+            f"periodic modulus {name}": partial(Influence, GRID, bad, periodic=True),
+            f"Young's modulus {name}": partial(Material, bad, 0.3),
+            f"cell edge {name}": partial(Grid, 4, 3, bad, 1e-6),
         }
     for name, bad in {**NOT_POSITIVE, "one": 1.0, "text": "tight"}.items():
         calls |= {
-            f"solve tolerance {name}": lambda bad=bad: solve(free, z, bad),
-            f"load tolerance {name}": lambda bad=bad: solve_load(free, z, 1e6, bad),
-            f"sweep tolerance {name}": lambda bad=bad: sweep(free, z, [0.0], bad),
+            f"solve tolerance {name}": partial(solve, free, z, bad),
+            f"load tolerance {name}": partial(solve_load, free, z, 1e6, bad),
+            f"sweep tolerance {name}": partial(sweep, free, z, [0.0], bad),
         }
-    for name, bad in {**NOT_FINITE, "text": "low", "none": None}.items():
-        calls[f"sweep plane {name}"] = lambda bad=bad: sweep(free, z, [0.0, bad])
+    for name, bad in {**NOT_FINITE, "text": "low"}.items():
+        calls[f"sweep plane {name}"] = partial(sweep, free, z, [0.0, bad])
     for name, bad in {"-1": -1.0, "-2": -2.0, "0.51": 0.51, "nan": NAN, "infinite": INFINITY, "text": "soft"}.items():
-        calls[f"Poisson's ratio {name}"] = lambda bad=bad: Material(MODULUS, bad)
+        calls[f"Poisson's ratio {name}"] = partial(Material, MODULUS, bad)
     for name, bad in {"0": 0, "-1": -1, "2.5": 2.5, "nan": NAN, "text": "four"}.items():
-        calls[f"nodes {name}"] = lambda bad=bad: Grid(bad, 3, 1e-6, 1e-6)
+        calls[f"nodes {name}"] = partial(Grid, bad, 3, 1e-6, 1e-6)
     return calls | {
         "solve on a periodic cell": lambda: solve(cell, z),
         "sweep on a periodic cell": lambda: sweep(cell, z, [0.0]),

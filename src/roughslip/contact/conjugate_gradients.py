@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -41,13 +42,19 @@ class Problem:
         mean, between = fields.mean_between(gap, pressure, self.cap)
         if between:
             return -mean
-        pressed = pressure > 0  # all of them at the cap: any plane will do that reaches them and leaves the others
+        pressed = pressure > 0  # all at the cap, with the sum asked for: any plane that reaches these and no others
         return -float(gap[pressed].max() if pressed.all() else (gap[pressed].max() + gap[~pressed].min()) / 2)
 
     def reach(self, pressure: np.ndarray, plane: float) -> float:
         """||max(u_bar, 0)||, or B_00 ||p|| if that is more [m]: what residuals are relative to."""
+        if self.force is None:  # the second is never more at the solution
+            return self._reach_of_the_given_plane
         lift = self.influence.diagonal * math.sqrt(fields.inner(pressure, pressure))
         return max(math.sqrt(fields.positive_square(self.interference, plane)), lift)
+
+    @cached_property
+    def _reach_of_the_given_plane(self) -> float:
+        return math.sqrt(fields.positive_square(self.interference, 0.0))
 
 
 @dataclass(frozen=True)
@@ -67,14 +74,14 @@ class Solution:
 
 
 class _Products:
-    """B p, counted."""
+    """B p, counted; written into the result where one is given, since a new array costs the more the larger it is."""
 
     def __init__(self, influence: Influence) -> None:
         self.influence, self.count = influence, 0
 
-    def __call__(self, pressure: np.ndarray) -> np.ndarray:
+    def __call__(self, pressure: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         self.count += 1
-        return self.influence.apply(pressure)
+        return self.influence.apply(pressure, result)
 
 
 def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -> Solution:
@@ -95,47 +102,62 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
     influence, cap, force = problem.influence, problem.cap, problem.force
     multiply = _Products(influence)
     pressure, gap = _start(problem, guess, multiply)
-    new_pressure, new_gap, misfit, descent, direction, excess = (np.zeros_like(gap) for _ in range(6))
-    product, curvature, wanted = direction, 0.0, tolerance
+    new_pressure, new_gap, misfit, descent, direction, product, excess = (np.zeros_like(gap) for _ in range(7))
+    free = np.zeros(gap.shape, dtype=np.bool_)
+    curvature, wanted = 0.0, tolerance
     while True:
-        plane, residual = _assess(problem, pressure, gap, misfit)
+        plane, residual = _assess(problem, pressure, gap, misfit, free)
         if residual <= wanted:
-            _settle(problem, pressure, gap + plane)
-            gap = multiply(pressure) - problem.interference
-            plane, residual = _assess(problem, pressure, gap, misfit)
-            if residual <= tolerance:
-                return Solution(pressure, gap + plane, plane, residual, multiply.count)
+            settled = _settled(problem, pressure, gap + plane)
             wanted, curvature = wanted / 2, 0.0
+            if settled is not None:
+                pressure, gap = settled, multiply(settled) - problem.interference
+                plane, residual = _assess(problem, pressure, gap, misfit, free)
+                if residual <= tolerance:
+                    return Solution(pressure, gap + plane, plane, residual, multiply.count)
         if multiply.count >= PRODUCT_LIMIT or not math.isfinite(residual):
-            raise ConvergenceError(
-                f"the contact pressures did not reach the relative residual {tolerance:.1e}; try a larger tolerance"
-                " (rounding allows about 1e-14), or cells nearer to square",
-                residual,
-                multiply.count,
-            )
+            raise _failure(tolerance, residual, multiply.count)
 
-        fields.stencil_product(influence.approximate_inverse, misfit, misfit, descent)
+        fields.stencil_product(influence.approximate_inverse, misfit, free, descent)
         if force is not None:
-            lift = np.zeros_like(misfit)
-            fields.stencil_product(influence.approximate_inverse, (misfit != 0).astype(np.float64), misfit, lift)
+            lift = np.empty_like(misfit)
+            fields.stencil_product(influence.approximate_inverse, free.astype(np.float64), free, lift)
             fields.balance(descent, lift)
         factor = max(0.0, -fields.inner(descent, product) / curvature) if curvature > 0 else 0.0
-        slope = fields.conjugate(descent, factor, direction, misfit)
+        slope = fields.conjugate(descent, factor, direction, misfit, free)
         if force is not None:
             fields.balance(direction, lift)
             slope = fields.inner(misfit, direction)
         if slope <= 0:
-            slope = fields.conjugate(descent, 0.0, direction, misfit)
-        product = multiply(direction)
+            slope = fields.conjugate(descent, 0.0, direction, misfit, free)
+        multiply(direction, product)
         curvature = fields.inner(direction, product)
-        length = slope / curvature if curvature > 0 else math.nan
+        if not curvature > 0:
+            raise _failure(tolerance, residual, multiply.count)
+        length = slope / curvature
 
-        shift = 0.0 if force is None else fields.shift_to_sum(pressure, length, direction, cap, force, False)
-        if fields.advance(pressure, gap, length, direction, product, cap, shift, new_pressure, new_gap, excess):
+        shift, met = 0.0, True
+        if force is not None:
+            shift, met = fields.shift_to_sum(pressure, length, direction, cap, force, free, False)
+        if not met:  # the free nodes cannot carry the force, so the next to touch must help
+            new_pressure[:] = _nearest(problem, pressure - gap / influence.diagonal)
+            new_gap[:] = multiply(new_pressure) - problem.interference
+            curvature = 0.0
+        elif fields.advance(pressure, gap, length, direction, product, cap, shift, free, new_pressure, new_gap):
+            fields.clipped(pressure, length, direction, new_pressure, excess)
             new_gap += multiply(excess)
             if multiply.count > PATIENCE:
                 _hold_energy(problem, (pressure, gap), (new_pressure, new_gap), multiply)
         pressure, new_pressure, gap, new_gap = new_pressure, pressure, new_gap, gap
+
+
+def _failure(tolerance: float, residual: float, products: int) -> ConvergenceError:
+    return ConvergenceError(
+        f"the contact pressures did not reach the relative residual {tolerance:.1e}; try a larger tolerance (rounding"
+        " allows about 1e-14), or cells nearer to square",
+        residual,
+        products,
+    )
 
 
 def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> tuple[np.ndarray, np.ndarray]:
@@ -145,10 +167,10 @@ def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> t
         if force is None:
             return np.zeros_like(u_bar), -u_bar
         guess = np.full_like(u_bar, force / u_bar.size)
-    pressure = np.array(guess)
+    pressure = np.minimum(np.maximum(guess, 0.0), cap)
     if force is not None:
-        pressure += np.where(pressure > 0, fields.shift_to_sum(pressure, 0.0, pressure, cap, force, False), 0.0)
-    pressure = np.minimum(np.maximum(pressure, 0.0), cap)
+        shifted = _shifted(pressure, pressure > 0, cap, force)
+        pressure = _nearest(problem, pressure) if shifted is None else shifted
     displacement = multiply(pressure)
     energy = fields.inner(pressure, displacement)
     if force is None and energy > 0:
@@ -158,24 +180,40 @@ def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> t
     return pressure, displacement - u_bar
 
 
-def _assess(problem: Problem, pressure: np.ndarray, gap: np.ndarray, misfit: np.ndarray) -> tuple[float, float]:
-    """The plane and the relative residual; writes the misfit."""
+def _assess(
+    problem: Problem, pressure: np.ndarray, gap: np.ndarray, misfit: np.ndarray, free: np.ndarray
+) -> tuple[float, float]:
+    """The plane and the relative residual; writes the misfit and which nodes are free."""
     plane = problem.plane(pressure, gap)
-    square = fields.assess(pressure, gap, plane, problem.influence.diagonal, problem.cap, misfit)
+    square = fields.assess(pressure, gap, plane, problem.influence.diagonal, problem.cap, misfit, free)
     reach = problem.reach(pressure, plane)
     return plane, math.sqrt(square) / reach if reach > 0 else math.nan
 
 
-def _settle(problem: Problem, pressure: np.ndarray, gap: np.ndarray) -> None:
-    """Put nodes that are on their way to a bound on it, so that pressures tell what is in contact and at the cap."""
-    cap, target = problem.cap, pressure - gap / problem.influence.diagonal
-    pressure[target <= 0] = 0.0
-    pressure[target >= cap] = cap
+def _settled(problem: Problem, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray | None:
+    """The pressures, with nodes that are on their way to a bound put on it: they tell what is in contact and yields.
+    None if no node is left between the bounds that could carry the rest of the force."""
+    cap, force = problem.cap, problem.force
+    target = pressure - gap / problem.influence.diagonal
+    settled = np.where(target <= 0, 0.0, np.where(target >= cap, cap, pressure))
+    if force is None:
+        return settled
+    return _shifted(settled, (settled > 0) & (settled < cap), cap, force)
+
+
+def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, force: float) -> np.ndarray | None:
+    """Pressures shifted at the nodes until their sum is the force; None where these nodes cannot carry it."""
+    shift, met = fields.shift_to_sum(pressure, 0.0, pressure, cap, force, nodes, False)
+    return np.where(nodes, np.minimum(np.maximum(pressure + shift, 0.0), cap), pressure) if met else None
+
+
+def _nearest(problem: Problem, trial: np.ndarray) -> np.ndarray:
+    """The allowed pressures nearest to a trial."""
+    shift = 0.0
     if problem.force is not None:
-        between = (pressure > 0) & (pressure < cap)
-        missing = problem.force - fields.total(pressure)
-        pressure[between] += missing / max(1, int(np.count_nonzero(between)))
-        np.minimum(np.maximum(pressure, 0.0), cap, out=pressure)
+        nodes = np.ones(trial.shape, dtype=np.bool_)
+        shift, _ = fields.shift_to_sum(trial, 0.0, trial, problem.cap, problem.force, nodes, True)
+    return np.minimum(np.maximum(trial + shift, 0.0), problem.cap)
 
 
 def _hold_energy(
@@ -196,8 +234,5 @@ def _hold_energy(
         new[0][:] = pressure + fraction * change
         new[1][:] = gap + fraction * lift
         return
-    length, shift = -1 / problem.influence.largest_eigenvalue, 0.0
-    if problem.force is not None:
-        shift = fields.shift_to_sum(pressure, length, gap, problem.cap, problem.force, True)
-    new[0][:] = np.minimum(np.maximum(pressure + length * gap + shift, 0.0), problem.cap)
+    new[0][:] = _nearest(problem, pressure - gap / problem.influence.largest_eigenvalue)
     new[1][:] = multiply(new[0]) - problem.interference

@@ -41,11 +41,10 @@ class Convolution:
         whole = len(self._parts) == 1
         self._spectrum = block[: shape[0]] if whole else np.empty((shape[0], columns), dtype=np.complex128)
 
-    def __call__(self, field: np.ndarray) -> np.ndarray:
-        """B applied to a field (nx, ny); returns a new array (nx, ny)."""
+    def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
+        """Writes B applied to a field (nx, ny) into the result (nx, ny)."""
         (nx, ny), n = self.shape, self.torus[1]
-        self._rows[:, :ny] = field
-        self._rows[:, ny:] = 0.0
+        _padded(field, self._rows)
         fft.r2c(self._rows, axes=(1,), out=self._spectrum)
         for part, symbol, block in self._parts:
             if len(self._parts) > 1:
@@ -57,12 +56,21 @@ class Convolution:
             if len(self._parts) > 1:
                 self._spectrum[:, part] = block[:nx]
         fft.c2r(self._spectrum, axes=(1,), lastsize=n, forward=False, out=self._rows)
-        return np.ascontiguousarray(self._rows[:, :ny])
+        result[:] = self._rows[:, :ny]
 
 
 def fast_length(nodes: int) -> int:
     """The least length from `nodes` on whose transform is fast."""
     return int(fft.good_size(nodes, True))
+
+
+@njit(cache=True)
+def _padded(field: np.ndarray, rows: np.ndarray) -> None:
+    """Writes the field, followed by zeros, into the rows."""
+    nx, ny = field.shape
+    for i in range(nx):
+        rows[i, :ny] = field[i]
+        rows[i, ny:] = 0.0
 
 
 @njit(cache=True)

@@ -11,6 +11,17 @@ from numba import njit
 
 
 @njit(cache=True)
+def all_finite(a: np.ndarray) -> bool:
+    """Whether no value is infinite or not a number."""
+    nx, ny = a.shape
+    fine = True
+    for i in range(nx):
+        for j in range(ny):
+            fine &= np.isfinite(a[i, j])
+    return fine
+
+
+@njit(cache=True)
 def inner(a: np.ndarray, b: np.ndarray) -> float:
     """Sum of a b."""
     nx, ny = a.shape
@@ -49,9 +60,15 @@ def mean_between(values: np.ndarray, pressure: np.ndarray, cap: float) -> tuple[
 
 @njit(cache=True)
 def assess(
-    pressure: np.ndarray, gap: np.ndarray, offset: float, diagonal: float, cap: float, misfit: np.ndarray
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    offset: float,
+    diagonal: float,
+    cap: float,
+    misfit: np.ndarray,
+    free: np.ndarray,
 ) -> float:
-    """Squared residual; writes the misfit, -gap of the free nodes, zero elsewhere.
+    """Squared residual; writes which nodes are free, and the misfit, their -gap, zero elsewhere.
 
     A node is free if a step along its misfit stays within 0 <= p <= cap at first. The gap is gap + offset. The residual
     B_00 p - clip(B_00 p - gap, 0, B_00 cap) is min(B_00 p, gap) without a cap.
@@ -66,22 +83,22 @@ def assess(
             lift = diagonal * p
             target = min(max(lift - w, 0.0), highest)
             partial[j] += (lift - target) * (lift - target)
-            free = ((p > 0) | (w < 0)) & ((p < cap) | (w > 0))
-            misfit[i, j] = -w if free else 0.0
+            may_move = ((p > 0) | (w < 0)) & ((p < cap) | (w > 0))
+            free[i, j] = may_move
+            misfit[i, j] = -w if may_move else 0.0
     return partial.sum()
 
 
 @njit(cache=True)
-def conjugate(descent: np.ndarray, factor: float, direction: np.ndarray, misfit: np.ndarray) -> float:
-    """direction <- descent + factor direction where the misfit is not zero; returns inner(misfit, direction)."""
+def conjugate(descent: np.ndarray, factor: float, direction: np.ndarray, misfit: np.ndarray, free: np.ndarray) -> float:
+    """direction <- descent + factor direction on the free nodes, zero elsewhere; returns inner(misfit, direction)."""
     nx, ny = descent.shape
     partial = np.zeros(ny)
     for i in range(nx):
         for j in range(ny):
-            m = misfit[i, j]
-            d = descent[i, j] + factor * direction[i, j] if m != 0 else 0.0
+            d = descent[i, j] + factor * direction[i, j] if free[i, j] else 0.0
             direction[i, j] = d
-            partial[j] += m * d
+            partial[j] += misfit[i, j] * d
     return partial.sum()
 
 
@@ -104,70 +121,86 @@ def advance(
     product: np.ndarray,
     cap: float,
     shift: float,
+    free: np.ndarray,
     new_pressure: np.ndarray,
     new_gap: np.ndarray,
-    excess: np.ndarray,
 ) -> int:
-    """Writes p + length d, plus the shift where d moves a positive pressure, clipped to [0, cap]; gap + length B d; and
-    what shift and clip added to the pressure. Returns at how many nodes they did."""
+    """Writes p + length d, plus the shift where that is positive and free, clipped to [0, cap]; and gap + length B d.
+    Returns at how many nodes shift and clip changed the pressure."""
     nx, ny = pressure.shape
     count = np.zeros(ny, dtype=np.int64)
     for i in range(nx):
         for j in range(ny):
-            d = direction[i, j]
-            trial = pressure[i, j] + length * d
-            moved = trial + shift if (d != 0) & (trial > 0) else trial
+            trial = pressure[i, j] + length * direction[i, j]
+            moved = trial + shift if free[i, j] & (trial > 0) else trial
             allowed = min(max(moved, 0.0), cap)
             new_pressure[i, j] = allowed
-            excess[i, j] = allowed - trial
-        for j in range(ny):  # apart: loops over more arrays do not vectorise
+            count[j] += allowed != trial
+        for j in range(ny):  # apart: a loop over more arrays does not vectorise
             new_gap[i, j] = gap[i, j] + length * product[i, j]
-        for j in range(ny):
-            count[j] += excess[i, j] != 0
     return count.sum()
 
 
 @njit(cache=True)
+def clipped(
+    pressure: np.ndarray, length: float, direction: np.ndarray, new_pressure: np.ndarray, excess: np.ndarray
+) -> None:
+    """Writes what shift and clip added: exactly zero where they did nothing."""
+    nx, ny = pressure.shape
+    for i in range(nx):
+        for j in range(ny):
+            excess[i, j] = new_pressure[i, j] - (pressure[i, j] + length * direction[i, j])
+
+
+@njit(cache=True)
 def shift_to_sum(
-    pressure: np.ndarray, length: float, direction: np.ndarray, cap: float, force: float, everywhere: bool
-) -> float:
-    """The shift for which clip(p + length d + shift, 0, cap) has the sum `force`, shifting all nodes if `everywhere`,
-    else those where d moves a positive pressure.
+    pressure: np.ndarray,
+    length: float,
+    direction: np.ndarray,
+    cap: float,
+    force: float,
+    free: np.ndarray,
+    everywhere: bool,
+) -> tuple[float, bool]:
+    """The shift for which clip(p + length d + shift, 0, cap) has the sum `force`, and whether there is one. It moves
+    the free nodes of positive p + length d, or all nodes.
 
     The sum is piecewise linear in the shift and never falls: Newton's method, held to a bracket that halves.
-    Without enough nodes for the force the largest shift is that at which all are at the cap.
     """
     nx, ny = pressure.shape
     shift, low, high = 0.0, -np.inf, np.inf
     for _ in range(200):
-        sum_, slope, top, bottom = 0.0, 0, -np.inf, np.inf
+        sum_, between, top, bottom = 0.0, 0, -np.inf, np.inf
         for i in range(nx):
             for j in range(ny):
                 trial = pressure[i, j] + length * direction[i, j]
-                if everywhere or (trial > 0 and direction[i, j] != 0):
+                if everywhere | (free[i, j] & (trial > 0)):
                     value = trial + shift
                     top, bottom = max(top, trial), min(bottom, trial)
                     sum_ += min(max(value, 0.0), cap)
-                    slope += (value > 0) & (value < cap)
+                    between += (value > 0) & (value < cap)
                 else:
                     sum_ += min(max(trial, 0.0), cap)
         missing = force - sum_
         if abs(missing) <= 4e-16 * force:
-            break
+            return shift, True
         if missing > 0:
             low = shift
         else:
             high = shift
-        step = missing / slope if slope > 0 else np.inf
+        step = missing / between if between > 0 else np.inf
         if low < shift + step < high:
             shift += step
         elif np.isfinite(low) and np.isfinite(high):
             shift = (low + high) / 2
-        else:
-            shift = cap - bottom if missing > 0 else -top
-        if shift in (low, high):
+        elif missing < 0:
+            shift = -top  # all at zero
+        else:  # all at the cap, or without one the highest with the whole force
+            shift = cap - bottom if np.isfinite(cap) else force - top
+        if not (low < shift < high):
             break
-    return shift
+    rounding = 1e-15 * between * max(abs(top), abs(bottom))
+    return shift, abs(missing) <= 1e-12 * force + rounding
 
 
 @njit(cache=True)
@@ -184,8 +217,8 @@ def positive_square(interference: np.ndarray, plane: float) -> float:
 
 @njit(cache=True)
 def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, result: np.ndarray) -> None:
-    """Writes a stencil of 7 x 7 nodes, even on both axes, applied to a field where `nodes` is not zero, and zero
-    elsewhere; there is no field off the mesh."""
+    """Writes a stencil of 7 x 7 nodes, even on both axes, applied to a field at the given nodes, and zero elsewhere;
+    there is no field off the mesh."""
     nx, ny = field.shape
     pair = np.zeros(ny + 6)
     for i in range(nx):
@@ -194,13 +227,16 @@ def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, r
         if not np.any(wanted):
             continue
         for far in range(4):  # rows at equal distances are added before they are weighed
-            pair[:] = 0.0
-            if i >= far:
+            before, after = i >= far, far > 0 and i + far < nx
+            if before and after:
                 for j in range(ny):
-                    pair[j + 3] = field[i - far, j]
-            if far > 0 and i + far < nx:
+                    pair[j + 3] = field[i - far, j] + field[i + far, j]
+            elif before or after:
+                one = field[i - far if before else i + far]
                 for j in range(ny):
-                    pair[j + 3] += field[i + far, j]
+                    pair[j + 3] = one[j]
+            else:
+                continue
             w0, w1, w2, w3 = stencil[3 + far, 3], stencil[3 + far, 4], stencil[3 + far, 5], stencil[3 + far, 6]
             for j in range(ny):
                 row[j] += (
@@ -210,4 +246,4 @@ def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, r
                     + w3 * (pair[j] + pair[j + 6])
                 )
         for j in range(ny):
-            row[j] = row[j] if wanted[j] != 0 else 0.0
+            row[j] = row[j] if wanted[j] else 0.0

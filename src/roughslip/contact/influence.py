@@ -19,7 +19,7 @@ from numba import njit
 
 from roughslip.contact.convolution import Convolution, fast_length
 from roughslip.contact.periodic import periodic_symbol
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
 
 # A patch of 5 x 5 cells. Convolutions of the iterative solver on 24 rough surfaces, relative to those without any
@@ -81,10 +81,13 @@ class Influence:
         others still. B^-1 decays as 1/r^3, so that these 49 carry most of it. On cells of all aspects tried those off
         the centre are negative and as a stencil all are diagonally dominant: positive definite on any set of nodes.
 
-    Raises ParameterError for a modulus that is not positive and finite.
+    Raises ParameterError for a modulus that is not positive and finite, and for a periodic cell of one node.
     """
 
     def __init__(self, grid: Grid, plane_strain_modulus_pa: float, periodic: bool = False) -> None:
+        real("the plane-strain modulus", plane_strain_modulus_pa)
+        if periodic and grid.size == 1:
+            raise ParameterError("a periodic cell of one node is a rigid flat: it needs two nodes at least")
         self.periodic = periodic
         self._modulus = plane_strain_modulus_pa
         self._whole: Influence | None = None
@@ -136,10 +139,11 @@ class Influence:
         )
         return part
 
-    def apply(self, pressure: np.ndarray) -> np.ndarray:
+    def apply(self, pressure: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
         """Displacement u = B p.
 
         pressure : (nx, ny) [Pa]
+        result : (nx, ny) where to write it; else a new array
 
         Returns (nx, ny) [m], by direct summation when few nodes are loaded, else by a convolution.
         Raises ParameterError for a wrong shape.
@@ -147,8 +151,13 @@ class Influence:
         if pressure.shape != self.grid.shape:
             raise ParameterError(f"pressures have the shape {pressure.shape}, the mesh has {self.grid.shape}")
         pressure = np.ascontiguousarray(pressure)
+        result = np.empty(pressure.shape) if result is None else result
         loaded, few = _loaded(pressure, DIRECT_SUM_LIMIT)
-        return _direct_sum(self._mirrored, loaded, pressure) if few else self._convolution(pressure)
+        if few:
+            _direct_sum(self._mirrored, loaded, pressure, result)
+        else:
+            self._convolution(pressure, result)
+        return result
 
     def matrix(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """B between the nodes (i_k, j_k).
@@ -160,7 +169,7 @@ class Influence:
         i, j = np.asarray(i, dtype=np.int64), np.asarray(j, dtype=np.int64)
         if i.ndim != 1 or i.shape != j.shape or not _on_mesh(i, j, self.grid.nx, self.grid.ny):
             raise ParameterError(f"positions of nodes must be two equally long lists on the mesh of {self.grid.shape}")
-        return _gather(self.coefficients, i, j)
+        return gathered(self.coefficients, i, j)
 
 
 def _lifting_pressures(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
@@ -168,7 +177,7 @@ def _lifting_pressures(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray
     patch = Grid(width, width, grid.dx, grid.dy)
     i, j = np.divmod(np.arange(patch.size), width)
     lift = (np.arange(patch.size) == patch.size // 2).astype(np.float64)
-    matrix = _gather(love_coefficients(patch, plane_strain_modulus_pa), i, j)
+    matrix = gathered(love_coefficients(patch, plane_strain_modulus_pa), i, j)
     return np.linalg.solve(matrix, lift).reshape(patch.shape)
 
 
@@ -198,9 +207,9 @@ def _loaded(pressure: np.ndarray, limit: int) -> tuple[np.ndarray, bool]:
 
 
 @njit(cache=True)
-def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) -> None:
     nx, ny = pressure.shape
-    displacement = np.zeros((nx, ny))
+    displacement[:] = 0.0
     for node in loaded:
         k, m = divmod(node, ny)
         load = pressure[k, m]
@@ -209,7 +218,6 @@ def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray) 
             influence = mirrored[abs(i - k), ny - 1 - m : 2 * ny - 1 - m]
             for j in range(ny):
                 row[j] += influence[j] * load
-    return displacement
 
 
 @njit(cache=True)
@@ -221,7 +229,8 @@ def _on_mesh(i: np.ndarray, j: np.ndarray, nx: int, ny: int) -> bool:
 
 
 @njit(cache=True)
-def _gather(coefficients: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+def gathered(coefficients: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """B between the nodes (i_k, j_k), from the coefficients by offset."""
     n = i.size
     matrix = np.empty((n, n))
     for row in range(n):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,8 @@ class Material:
     poisson_ratio: float
 
     def __post_init__(self) -> None:
+        real("Young's modulus", self.young_modulus_pa)
+        real("Poisson's ratio", self.poisson_ratio)
         if not (math.isfinite(self.young_modulus_pa) and self.young_modulus_pa > 0):
             raise ParameterError(f"Young's modulus must be positive and finite, not {self.young_modulus_pa} Pa")
         if not -1 < self.poisson_ratio <= 0.5:

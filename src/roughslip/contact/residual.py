@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 
 
 def relative_residual(
@@ -25,8 +26,25 @@ def relative_residual(
     Relative to B_00 ||p|| where that is more: so in a periodic cell, whose mean pressure has no displacement. On a free
     half-space it never is, since u_bar = B p + u_plastic >= B_00 p in contact.
     """
-    lift, reach = diagonal * pressure, np.maximum(interference, 0.0)
-    unmet = lift - np.clip(lift - gap, 0.0, diagonal * hardness_pa)
-    scale = float(max(reach.max(), lift.max()))  # so that squares neither overflow nor vanish
-    norm = np.linalg.norm
-    return float(norm(unmet / scale) / max(norm(reach / scale), norm(lift / scale)))
+    return math.sqrt(_square_ratio(gap, pressure, diagonal, interference, hardness_pa))
+
+
+@njit(cache=True, error_model="numpy")
+def _square_ratio(
+    gap: np.ndarray, pressure: np.ndarray, diagonal: float, interference: np.ndarray, hardness: float
+) -> float:
+    nx, ny = pressure.shape
+    largest = 0.0  # scaled by it, squares neither overflow nor vanish
+    for i in range(nx):
+        for j in range(ny):
+            largest = max(largest, interference[i, j], diagonal * pressure[i, j])
+    unmet, reach, lifts = np.zeros(ny), np.zeros(ny), np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            lift = diagonal * pressure[i, j]
+            step = (lift - min(max(lift - gap[i, j], 0.0), diagonal * hardness)) / largest
+            height = max(interference[i, j], 0.0) / largest
+            unmet[j] += step * step
+            reach[j] += height * height
+            lifts[j] += (lift / largest) ** 2
+    return unmet.sum() / max(reach.sum(), lifts.sum())

@@ -11,7 +11,7 @@ from roughslip.errors import ConvergenceError
 
 # Projected Gauss-Seidel sweeps before the first factor. Starting from all nodes instead takes 8 to 20 times as long
 # at 90 to 200 nodes, as the first factors are then of far too many.
-SWEEPS = 5
+SWEEPS = 8
 
 # Exchanges of all violating nodes that may fail to lower their number before they are exchanged one by one.
 PATIENCE = 10

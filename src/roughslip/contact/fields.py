@@ -220,30 +220,36 @@ def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, r
     """Writes a stencil of 7 x 7 nodes, even on both axes, applied to a field at the given nodes, and zero elsewhere;
     there is no field off the mesh."""
     nx, ny = field.shape
-    pair = np.zeros(ny + 6)
+    pair = np.zeros(ny + 6)  # a row between three zeros on either side
     for i in range(nx):
-        row, wanted = result[i], nodes[i]
+        row, wanted, end = result[i], nodes[i], 0
         row[:] = 0.0
-        if not np.any(wanted):
-            continue
-        for far in range(4):  # rows at equal distances are added before they are weighed
-            before, after = i >= far, far > 0 and i + far < nx
-            if before and after:
-                for j in range(ny):
-                    pair[j + 3] = field[i - far, j] + field[i + far, j]
-            elif before or after:
-                one = field[i - far if before else i + far]
-                for j in range(ny):
-                    pair[j + 3] = one[j]
-            else:
-                continue
-            w0, w1, w2, w3 = stencil[3 + far, 3], stencil[3 + far, 4], stencil[3 + far, 5], stencil[3 + far, 6]
-            for j in range(ny):
-                row[j] += (
-                    w0 * pair[j + 3]
-                    + w1 * (pair[j + 2] + pair[j + 4])
-                    + w2 * (pair[j + 1] + pair[j + 5])
-                    + w3 * (pair[j] + pair[j + 6])
-                )
-        for j in range(ny):
-            row[j] = row[j] if wanted[j] else 0.0
+        while end < ny:
+            first = end
+            while first < ny and not wanted[first]:
+                first += 1
+            end = first
+            while end < ny and wanted[end]:
+                end += 1
+            if first == end:
+                break
+            low, high = max(0, first - 3), min(ny, end + 3)
+            near, around, run = pair[low + 3 : high + 3], pair[first : end + 6], row[first:end]
+            for far in range(4):  # rows at equal distances are added before they are weighed
+                before, after = i >= far, far > 0 and i + far < nx
+                if before and after:
+                    one, other = field[i - far, low:high], field[i + far, low:high]
+                    for j in range(near.size):
+                        near[j] = one[j] + other[j]
+                elif before or after:
+                    near[:] = field[i - far if before else i + far, low:high]
+                else:
+                    continue
+                w0, w1, w2, w3 = stencil[3 + far, 3], stencil[3 + far, 4], stencil[3 + far, 5], stencil[3 + far, 6]
+                for j in range(run.size):
+                    run[j] += (
+                        w0 * around[j + 3]
+                        + w1 * (around[j + 2] + around[j + 4])
+                        + w2 * (around[j + 1] + around[j + 5])
+                        + w3 * (around[j] + around[j + 6])
+                    )

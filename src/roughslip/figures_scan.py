@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from roughslip.figures import INTERVAL, Arrays, _canvas, _legend_above, _title, _with_interval
+from roughslip.figures import INTERVAL, Arrays, _legend_above, _with_interval, head, panels
 
 # Numbers in the last panel: label, factor to the unit shown, unit.
 NUMBERS = {
@@ -37,20 +37,20 @@ OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies f
 
 def figure_scan(result: Arrays) -> Figure:
     """Maps, density of heights, autocorrelation, spectrum and numbers of a scan and of its twins."""
-    figure, grid = _canvas(3, 2, 4.3)
+    figure, grid = panels(3, 2, 4.3)
     scale = 2.5e6 * float(result["rms_height"])
     for axes, name, letter, text in ((grid[0, 0], "map", "a", "scan"), (grid[0, 1], "twin_map", "b", "a sampled twin")):
         image = _map(axes, result, name, scale)
-        _title(axes, letter, text)
+        head(axes, letter, text)
     figure.colorbar(image, ax=grid[0, 1], label="height [µm]", extend="both")
     _density(grid[0, 2], result)
     _correlation(grid[1, 0], result)
     _spectrum(grid[1, 1], result)
     _numbers(grid[1, 2], result)
-    _title(grid[0, 2], "c", "density of heights")
-    _title(grid[1, 0], "d", "autocorrelation")
-    _title(grid[1, 1], "e", "power spectrum")
-    _title(grid[1, 2], "f", "numbers" if result["sufficient"] else "numbers (scan small for intervals)")
+    head(grid[0, 2], "c", "density of heights")
+    head(grid[1, 0], "d", "autocorrelation")
+    head(grid[1, 1], "e", "power spectrum")
+    head(grid[1, 2], "f", "numbers" if result["sufficient"] else "numbers (scan small for intervals)")
     for axes in grid.ravel()[2:]:
         axes.spines[["top", "right"]].set_visible(False)
     return figure

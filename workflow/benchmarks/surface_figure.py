@@ -29,18 +29,20 @@ GENERATORS: dict[str, tuple[str, dict[str, Any]]] = {
     "gstools/fourier": ("GSTools Fourier, waves an axis", {"color": "C1", "linestyle": "-."}),
 }
 MARKERS = ("s", "^", "v")
+SAMPLED = "exponential"  # the one whose spectrum falls slowly
 
 
 def figure(rows: Sequence[Row]) -> Figure:
-    """Times beside the limits, variance left out against time, and covariance error against time for two fields."""
-    canvas, ((limits, modes), (smooth, rough)) = panels(2, 2, 5.6)
+    """Times beside the limits, variance left out against time, and covariance error against time on two meshes."""
+    canvas, ((limits, modes), meshes) = panels(2, 2, 5.6)
+    canvas.set_figheight(9.0)
     _limits(limits, [row for row in rows if "limit" in row])
     _expansions(modes, [row for row in rows if fields(row["case"]).get("quantity") == "uncaptured_variance"])
     compared = [row for row in rows if fields(row["case"]).get("quantity") == "covariance"]
-    n = max(int(fields(row["case"])["n"]) for row in compared)
-    for letter, axes, name in (("c", smooth, "gaussian"), ("d", rough, "exponential")):
-        _samples(axes, [row for row in compared if row["case"] == f"n={n} covariance={name} quantity=covariance"])
-        head(axes, letter, f"samples, {n} x {n}, {name}")
+    sizes = sorted({int(fields(row["case"])["n"]) for row in compared})
+    for letter, axes, n in zip("cd", meshes, (sizes[0], sizes[-1]), strict=True):
+        _samples(axes, [row for row in compared if row["case"] == f"n={n} covariance={SAMPLED} quantity=covariance"])
+        head(axes, letter, f"samples, {n} x {n}, {SAMPLED}")
     sns.despine(canvas)
     return canvas
 
@@ -71,7 +73,7 @@ def _expansions(axes: Axes, rows: Sequence[Row]) -> None:
                     text = f"{name}, {label}" + f", {n} x {n}" * (n < meshes[-1])
                     axes.plot(*_work_precision(of_method), color=colour, label=text, **look)
     axes.set(xscale="log", yscale="log", xlabel="time [s]", ylabel="variance left out [-]")
-    axes.legend(fontsize="x-small")
+    axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.42, -0.18), ncols=2, columnspacing=1.0)
     orders = [row["setting"] for row in rows]
     head(axes, "b", f"{min(orders)} to {max(orders)} modes, {meshes[-1]} x {meshes[-1]}")
 
@@ -87,7 +89,7 @@ def _samples(axes: Axes, rows: Sequence[Row]) -> None:
     floor = [row["seconds"] for row in ours], [row["floor"] for row in ours]
     axes.plot(*floor, color="C3", linestyle=":", linewidth=2.0, zorder=3, label="expected of exact samples")
     axes.set(xscale="log", yscale="log", xlabel="time of all samples [s]", ylabel="RMS error of the covariance / Sq²")
-    axes.legend(fontsize="x-small")
+    axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.42, -0.18), ncols=2, columnspacing=1.0)
 
 
 def _work_precision(rows: Sequence[Row]) -> tuple[list[float], list[float]]:

@@ -7,9 +7,9 @@
 import itertools
 
 from workflow.benchmarks.key import benchmark_key
+from workflow.lib.scenes import BENCHMARKS
 from workflow.stress.key import stress_key
 
-BENCHMARKS = ("contact",)
 STRESSED = ("contact",)
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
 BENCHMARK_LOCK = ROOT / "requirements-peers.lock" if "peers" in BENCHMARK_OPTIONS else LOCK
@@ -24,33 +24,41 @@ rule benchmark:
         [f"results/benchmarks/{stage}.{kind}" for stage, kind in itertools.product(BENCHMARKS, ("json", "png", "svg"))],
 
 
-rule benchmark_contact:
-    input:
-        key=lambda wildcards: benchmark_key("contact", ROOT, BENCHMARK_LOCK, options=BENCHMARK_OPTIONS),
-    output:
-        result="results/benchmarks/contact.json",
-    log:
-        "results/benchmarks/logs/contact.log",
-    threads: 1
-    params:
-        options=" ".join(f"--{name}" for name in BENCHMARK_OPTIONS),
-    shell:
-        EVIDENCE + ".benchmarks.contact {params.options} --output {output.result:q} 2> {log:q}"
+for stage in BENCHMARKS:
 
+    rule:
+        name:
+            f"benchmark_{stage}"
+        input:
+            key=lambda wildcards, stage=stage: benchmark_key(stage, ROOT, BENCHMARK_LOCK, options=BENCHMARK_OPTIONS),
+        output:
+            result=f"results/benchmarks/{stage}.json",
+        log:
+            f"results/benchmarks/logs/{stage}.log",
+        threads: 1
+        params:
+            module=stage,
+            options=" ".join(f"--{name}" for name in BENCHMARK_OPTIONS),
+        shell:
+            EVIDENCE + ".benchmarks.{params.module} {params.options} --output {output.result:q} 2> {log:q}"
 
-rule benchmark_contact_figure:
-    input:
-        key=lambda wildcards: benchmark_key("contact_figure", ROOT, LOCK),
-        result=rules.benchmark_contact.output.result,
-    output:
-        png="results/benchmarks/contact.png",
-        svg="results/benchmarks/contact.svg",
-    log:
-        "results/benchmarks/logs/contact_figure.log",
-    threads: 1
-    shell:
-        EVIDENCE
-        + ".benchmarks.contact_figure --benchmark {input.result:q} --output {output.png:q} {output.svg:q} 2> {log:q}"
+    rule:
+        name:
+            f"benchmark_{stage}_figure"
+        input:
+            key=lambda wildcards, stage=stage: benchmark_key(f"{stage}_figure", ROOT, LOCK),
+            result=f"results/benchmarks/{stage}.json",
+        output:
+            png=f"results/benchmarks/{stage}.png",
+            svg=f"results/benchmarks/{stage}.svg",
+        log:
+            f"results/benchmarks/logs/{stage}_figure.log",
+        threads: 1
+        params:
+            module=f"{stage}_figure",
+        shell:
+            EVIDENCE
+            + ".benchmarks.{params.module} --benchmark {input.result:q} --output {output.png:q} {output.svg:q} 2> {log:q}"
 
 
 rule stress:

@@ -1,0 +1,160 @@
+"""The fields of the benchmark, and judges of their modes and samples that share no code with the solvers.
+
+Heights are in units of Sq and lengths in units of the edge of the mesh: neither changes a time or an error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from roughslip.grid import Grid
+from roughslip.surface.covariance import Covariance, StationaryCovariance, self_affine
+from roughslip.surface.karhunen_loeve import KarhunenLoeve
+
+LENGTH = 0.1
+LAY = 0.5
+LAGS = 0.3  # RMS errors are over lags up to three correlation lengths on each axis
+LAGS_A_SIDE = 32  # lags on an edge: the same ones on every mesh
+
+SEPARABLE = ("gaussian", "separable_exponential")
+OTHERS = ("exponential", "matern", "rotated", "self_affine")
+
+
+def square(n: int) -> Grid:
+    """The mesh of n x n cells."""
+    return Grid(n, n, 1 / n, 1 / n)
+
+
+def covariance_of(name: str, grid: Grid) -> Covariance:
+    """The field of that name; the waves of the self-affine one end where those of the mesh do."""
+    if name == "matern":
+        return Covariance("matern", 1.0, LENGTH, smoothness=1.5)
+    if name == "rotated":
+        return Covariance("exponential", 1.0, 2 * LENGTH, LENGTH / 2, LAY)
+    if name == "self_affine":
+        return self_affine(1.0, 0.8, 0.5, 2 * max(grid.dx, grid.dy))
+    return Covariance(name, 1.0, LENGTH)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class General:
+    """A covariance that does not say that it is separable: for it the general method is taken."""
+
+    covariance: StationaryCovariance
+    separable: bool = False
+
+    @property
+    def rms_height_m(self) -> float:
+        return self.covariance.rms_height_m
+
+    @property
+    def mirror_symmetric(self) -> bool:
+        return self.covariance.mirror_symmetric
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        return self.covariance.reach_m
+
+    def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
+        return self.covariance(x, y)
+
+
+class Convolution:
+    """C z for the covariance matrix C of the nodes: every lag evaluated, transforms padded to twice the mesh."""
+
+    def __init__(self, covariance: StationaryCovariance, grid: Grid) -> None:
+        self.shape, self.padded = grid.shape, (2 * grid.nx, 2 * grid.ny)
+        x, y = (fft.fftfreq(2 * n, 1 / (2 * n)) for n in grid.shape)
+        reached = (np.abs(x) < grid.nx)[:, None] & (np.abs(y) < grid.ny)  # lags of n nodes do not occur
+        lags = np.where(reached, covariance((x * grid.dx)[:, None], (y * grid.dy)[None, :]), 0.0)
+        self.symbol = fft.rfft2(lags)
+
+    def __call__(self, field: np.ndarray) -> np.ndarray:
+        """(nx, ny) of a field (nx, ny)."""
+        nx, ny = self.shape
+        return fft.irfft2(fft.rfft2(field, self.padded) * self.symbol, self.padded)[:nx, :ny]
+
+
+def residual(covariance: StationaryCovariance, found: KarhunenLoeve) -> float:
+    """Largest |C phi - lambda phi| / lambda_1 of the modes, with phi of unit norm."""
+    product, worst = Convolution(covariance, found.grid), 0.0
+    for eigenvalue, mode in zip(found.eigenvalues, found.modes, strict=True):
+        difference = np.linalg.norm(product(mode) - eigenvalue * mode) / np.linalg.norm(mode)
+        worst = max(worst, float(difference / found.eigenvalues[0]))
+    return worst
+
+
+@dataclass(frozen=True)
+class Lags:
+    """The lags at which sample covariances are compared: a half plane, since C(-l) = C(l).
+
+    grid : the mesh
+    i, j : (lags,) in nodes, i >= 0, j of both signs
+    """
+
+    grid: Grid
+    i: np.ndarray
+    j: np.ndarray
+
+    @classmethod
+    def of(cls, grid: Grid) -> Lags:
+        step = max(1, grid.nx // LAGS_A_SIDE), max(1, grid.ny // LAGS_A_SIDE)
+        most = int(LAGS * grid.nx) // step[0], int(LAGS * grid.ny) // step[1]
+        i, j = np.meshgrid(np.arange(most[0] + 1), np.arange(-most[1], most[1] + 1), indexing="ij")
+        kept = ((i > 0) | (j >= 0)).ravel()
+        return cls(grid, step[0] * i.ravel()[kept], step[1] * j.ravel()[kept])
+
+    @property
+    def x(self) -> np.ndarray:
+        """(lags,) along x."""
+        return self.i * self.grid.dx
+
+    @property
+    def y(self) -> np.ndarray:
+        """(lags,) along y."""
+        return self.j * self.grid.dy
+
+    @property
+    def pairs(self) -> np.ndarray:
+        """(lags,) pairs of nodes that far apart."""
+        return (self.grid.nx - self.i) * (self.grid.ny - np.abs(self.j))
+
+    def covariance(self, heights: np.ndarray) -> np.ndarray:
+        """(lags,) mean of z(x) z(x + l) over the pairs of one sample : (nx, ny), whose mean is known to be zero."""
+        padded = tuple(
+            fft.next_fast_len(int(n + lag.max()), real=True)
+            for n, lag in zip(heights.shape, (self.i, self.j), strict=True)
+        )
+        sums = fft.irfft2(np.abs(fft.rfft2(heights, padded)) ** 2, padded)
+        return sums[self.i, self.j] / self.pairs
+
+    def floor(self, covariance: StationaryCovariance) -> float:
+        """RMS error over the lags of the covariance of one exact sample; of N samples it is less by sqrt(N).
+
+        Var C^(l) = P^-2 sum_d w(d) (C(d)^2 + C(d + l) C(d - l)) over the differences d of the P pairs, w(d) of them
+        each, for a Gaussian field (M. S. Bartlett, J. R. Stat. Soc. Suppl. 8, 1946, 27).
+        """
+        reach = self.grid.nx - 1 + int(self.i.max()), self.grid.ny - 1 + int(self.j.max())
+        x, y = (np.arange(-r, r + 1) * d for r, d in zip(reach, (self.grid.dx, self.grid.dy), strict=True))
+        table = covariance(x[:, None], y[None, :])
+        total = 0.0
+        for i, j, pairs in zip(self.i, self.j, self.pairs, strict=True):
+            far = self.grid.nx - 1 - i, self.grid.ny - 1 - abs(j)  # the largest difference of pairs on each axis
+
+            def lags(di: int, dj: int, far: tuple[int, int] = far) -> np.ndarray:
+                first = reach[0] + di - far[0], reach[1] + dj - far[1]
+                return table[first[0] : first[0] + 2 * far[0] + 1, first[1] : first[1] + 2 * far[1] + 1]
+
+            weight_x, weight_y = (f + 1.0 - np.abs(np.arange(-f, f + 1)) for f in far)
+            terms = lags(0, 0) ** 2 + lags(i, j) * lags(-i, -j)
+            total += float(weight_x @ terms @ weight_y) / float(pairs) ** 2
+        return math.sqrt(total / len(self.i)) / covariance.rms_height_m**2
+
+
+def root_mean_square(difference: np.ndarray) -> float:
+    """Over all entries."""
+    return math.sqrt(float(np.mean(difference**2)))

@@ -55,6 +55,7 @@ PAPER_BETA = (2.1, 5.0)
 
 
 def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
+    """A figure in the style of the study with its panels, each `width` inches wide."""
     sns.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)
     mpl.rcParams.update({"svg.hashsalt": "roughslip", "savefig.dpi": 160, "legend.frameon": False})
     figure = Figure(figsize=(width * columns, 3.5 * rows), layout="constrained")
@@ -67,6 +68,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def head(axes: Axes, letter: str, text: str) -> None:
+    """The letter and the title of a panel, above its left edge."""
     axes.set_title(f"({letter}) {text}", loc="left", fontsize="medium")
 
 

@@ -15,11 +15,12 @@ import pytest
 
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
+from roughslip.figures import save
 from roughslip.grid import Grid
 from workflow.benchmarks import contact, contact_figure, contact_problem, measure, tuning
 from workflow.benchmarks.contact_peers import PEERS, PolonskyKeer
-from workflow.benchmarks.key import benchmark_key
 from workflow.lib.closure import absolute_imports
+from workflow.lib.evidence import evidence_key
 
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = sorted((ROOT / "workflow" / "benchmarks").glob("*.py"))
@@ -289,7 +290,7 @@ def test_pressure_errors_fall_with_the_setting(benchmark):
 
 def test_its_figure_is_the_same_at_every_drawing(benchmark, tmp_path):
     for name in ("one.svg", "two.svg"):
-        contact_figure.save(contact_figure.figure(benchmark["rows"]), tmp_path / name)
+        save(contact_figure.figure(benchmark["rows"]), tmp_path / name)
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
 
 
@@ -308,7 +309,7 @@ def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch):
     monkeypatch.chdir(project.folder)
 
     def key(**configuration):
-        path = benchmark_key("contact", project.folder, project.path("requirements.lock"), **configuration)
+        path = evidence_key("benchmarks", "contact", project.folder, project.path("requirements.lock"), **configuration)
         return project.path(path).read_text()
 
     first = key(options=[])

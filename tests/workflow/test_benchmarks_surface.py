@@ -14,14 +14,15 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
+from roughslip.figures import save
 from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.benchmarks import measure, surface, surface_figure, surface_problem
-from workflow.benchmarks.key import benchmark_key
 from workflow.benchmarks.surface_peers import SAMPLERS, Embedded, covariance_of_waves
 from workflow.benchmarks.surface_problem import Convolution, Lags, covariance_of, residual, square
 from workflow.benchmarks.surface_summary import summary
+from workflow.lib.evidence import evidence_key
 
 ROOT = Path(__file__).resolve().parents[2]
 TINY = surface.Campaign((34, 5), 32, (12, 16), 12, (3, 9), (24,), most_samples=64, budget=1.0, quick=True)
@@ -249,7 +250,7 @@ def test_exact_samples_err_as_they_should(benchmark):
 
 def test_its_figure_is_the_same_at_every_drawing(benchmark, tmp_path):
     for name in ("one.svg", "two.svg"):
-        surface_figure.save(surface_figure.figure(benchmark["rows"]), tmp_path / name)
+        save(surface_figure.figure(benchmark["rows"]), tmp_path / name)
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
 
 
@@ -261,7 +262,9 @@ def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch):
     monkeypatch.chdir(project.folder)
 
     def key() -> str:
-        return project.path(benchmark_key("surface", project.folder, project.path("requirements.lock"))).read_text()
+        return project.path(
+            evidence_key("benchmarks", "surface", project.folder, project.path("requirements.lock"))
+        ).read_text()
 
     first = key()
     for file, changes in (

@@ -18,10 +18,10 @@ from roughslip.contact.solve import ContactSolution, solve, solve_load
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.grid import Grid
 from workflow.benchmarks.measure import fields
+from workflow.lib.evidence import evidence_key
 from workflow.stress import contact, contact_judge, outcomes
 from workflow.stress.contact_judge import Displacement, judge
 from workflow.stress.contact_problem import ADVERSARIAL, CONTROLS, RANDOM, Problem, random_problem
-from workflow.stress.key import stress_key
 from workflow.stress.outcomes import Verdict
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -319,7 +319,7 @@ def test_what_is_stressed_is_in_the_key(empty, tmp_path, monkeypatch):
 
     def key(**configuration) -> str:
         return project.path(
-            stress_key("contact", project.folder, project.path("requirements.lock"), **configuration)
+            evidence_key("stress", "contact", project.folder, project.path("requirements.lock"), **configuration)
         ).read_text()
 
     first = key(options={})

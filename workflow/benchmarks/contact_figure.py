@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures import head, panels, save
+from roughslip.figures import head, panels
+from workflow.benchmarks.draw import draw
 from workflow.benchmarks.measure import OURS, Row, fields, ratios
 
 LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -78,15 +76,5 @@ def _growth(axes: Axes, rows: Sequence[Row]) -> None:
     head(axes, "b", "residual 1e-10, median plane" + "; times faster than Tamaas" * bool(compared))
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--benchmark", type=Path, required=True, help="the JSON file")
-    parser.add_argument("--output", type=Path, nargs="+", required=True, help="pictures, PNG or SVG")
-    arguments = parser.parse_args()
-    drawn = figure(json.loads(arguments.benchmark.read_text(encoding="utf-8"))["rows"])
-    for path in arguments.output:
-        save(drawn, path)
-
-
 if __name__ == "__main__":
-    main()
+    draw(figure, __doc__)

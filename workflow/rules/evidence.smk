@@ -6,9 +6,8 @@
 #      its log tells which. `--config seed=today` for other problems, `--config problems=100` for fewer.
 import itertools
 
-from workflow.benchmarks.key import benchmark_key
+from workflow.lib.evidence import evidence_key
 from workflow.lib.scenes import BENCHMARKS
-from workflow.stress.key import stress_key
 
 STRESSED = ("contact",)
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
@@ -30,7 +29,9 @@ for stage in BENCHMARKS:
         name:
             f"benchmark_{stage}"
         input:
-            key=lambda wildcards, stage=stage: benchmark_key(stage, ROOT, BENCHMARK_LOCK, options=BENCHMARK_OPTIONS),
+            key=lambda wildcards, stage=stage: evidence_key(
+                "benchmarks", stage, ROOT, BENCHMARK_LOCK, options=BENCHMARK_OPTIONS
+            ),
         output:
             result=f"results/benchmarks/{stage}.json",
         log:
@@ -46,7 +47,7 @@ for stage in BENCHMARKS:
         name:
             f"benchmark_{stage}_figure"
         input:
-            key=lambda wildcards, stage=stage: benchmark_key(f"{stage}_figure", ROOT, LOCK),
+            key=lambda wildcards, stage=stage: evidence_key("benchmarks", f"{stage}_figure", ROOT, LOCK),
             result=f"results/benchmarks/{stage}.json",
         output:
             png=f"results/benchmarks/{stage}.png",
@@ -75,7 +76,7 @@ rule stress:
 
 rule stress_contact:
     input:
-        key=lambda wildcards: stress_key("contact", ROOT, LOCK, options=STRESS_OPTIONS),
+        key=lambda wildcards: evidence_key("stress", "contact", ROOT, LOCK, options=STRESS_OPTIONS),
     output:
         result="results/stress/contact.json",
     log:

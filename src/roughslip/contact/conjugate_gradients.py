@@ -12,7 +12,7 @@ from roughslip.contact import fields
 from roughslip.contact.influence import Influence
 from roughslip.errors import ConvergenceError
 
-# Ten times what the hardest of the random surfaces of the stress tests takes at a tolerance of 1e-10.
+# Nearly full contact of a rough surface of 512 x 512 nodes, the hardest of those measured, takes 134 at 1e-10.
 PRODUCT_LIMIT = 2000
 
 # Products after which the energy may no longer rise. It does so once to six times in a solve, and holding it from the

@@ -101,7 +101,7 @@ def solve(
             return _solution(influence, pressure, gap, interference, 0.0, hardness_pa, tolerance, work, "dense")
         initial_pressure = np.minimum(pressure, hardness_pa)
     box = _box(touching)
-    if np.empty(touching.shape, dtype=np.bool_)[box].size <= CROPPED_SHARE * touching.size:
+    if touching[box].size <= CROPPED_SHARE * touching.size:
         part = np.ascontiguousarray(interference[box])
         guess = None if initial_pressure is None else np.ascontiguousarray(initial_pressure[box])
         found = _iterate(Problem(influence.on(part.shape), part, hardness_pa), tolerance / 2, guess)

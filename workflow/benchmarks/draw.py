@@ -1,0 +1,24 @@
+"""The command of the figures of benchmarks."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from roughslip.figures import save
+from workflow.benchmarks.measure import Row
+
+
+def draw(figure: Callable[[Sequence[Row]], Figure], description: str | None) -> None:
+    """Read the rows of a benchmark and write their figure, as the command line says."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--benchmark", type=Path, required=True, help="the JSON file")
+    parser.add_argument("--output", type=Path, nargs="+", required=True, help="pictures, PNG or SVG")
+    arguments = parser.parse_args()
+    drawn = figure(json.loads(arguments.benchmark.read_text(encoding="utf-8"))["rows"])
+    for path in arguments.output:
+        save(drawn, path)

@@ -16,16 +16,18 @@ Scene = dict[str, Any]
 
 SOLVED_FRICTION = ("mean_at_median", "least_contact_fraction")
 GIVEN_FRICTION = "statistics"
+ORDER, SHARE = "square.modes", "square.variance_share"
 
 # In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
 REPLACES = {
     "friction": {GIVEN_FRICTION: SOLVED_FRICTION, **dict.fromkeys(SOLVED_FRICTION, (GIVEN_FRICTION,))},
+    "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
     **scene_roughness.REPLACES,
 }
 
 # What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
 # does not re-run the stage. Sample numbers and batches reach it as arguments, the results of other stages as inputs.
-_SQUARE = "square.edge_m square.nodes square.modes"
+_SQUARE = "square.edge_m square.nodes"
 _STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
 _TERMS = "expansion.variables expansion.degree"
 _WINDOWS = "strip.window_m strip.window_spacing_m"
@@ -35,8 +37,8 @@ SLICES = {
         "grinding": "seed roughness.scan.grinding",
         "scan": "roughness.scan",
         "twins": "seed",
-        "surface": f"roughness {_SQUARE}",
-        "design": "seed square.modes square.latin_hypercube_samples expansion.samples",
+        "surface": f"roughness {_SQUARE} {ORDER} {SHARE}",
+        "design": "seed square.latin_hypercube_samples expansion.samples",
         "contact_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance",
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
@@ -305,6 +307,8 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from _unmet_needs(scene, sound)
     if isinstance(scene.get("friction"), dict):
         yield from _wrong_form(scene["friction"])
+    if isinstance(scene.get("square"), dict):
+        yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):
         yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
@@ -356,3 +360,12 @@ def _wrong_form(friction: Scene) -> Iterator[Mistake]:
     elif len(solved) < len(SOLVED_FRICTION):
         (absent,) = set(SOLVED_FRICTION) - set(solved)
         yield Mistake((f"friction.{absent}", f"friction.{solved[0]}"), f"missing; goes with friction.{solved[0]}")
+
+
+def _wrong_truncation(scene: Scene) -> Iterator[Mistake]:
+    """The expansion of the square ends at an order or at a share of the variance, one of them."""
+    order, share = get(scene, ORDER), get(scene, SHARE)
+    if order is None and share is None:
+        yield Mistake((ORDER,), f"missing; give it, or {SHARE}")
+    elif order is not None and share is not None:
+        yield Mistake((SHARE, ORDER), f"{shown(share)} is not allowed beside {ORDER}; give one")

@@ -137,6 +137,11 @@ class Scenes:
         """The figures of the scene."""
         return [f"results/{name}/{figure}.png" for figure in scene_rules.figures(self.valid[name])]
 
+    def surfaces(self, name: str) -> list[str]:
+        """What is known of the surfaces of the scene: the modes of the square, the models of a scan."""
+        found = {"surface": "surface/modes.nc", "scan": "surface/scan.nc"}
+        return [f"results/{name}/{path}" for stage, path in found.items() if stage in self.stages(name)]
+
     def scan_file(self, name: str) -> str:
         """The scan that the scene reads: the user's, or the one that is made for it."""
         file = scene_rules.get(self.valid[name], "roughness.scan.file")

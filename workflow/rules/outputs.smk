@@ -127,6 +127,7 @@ rule scene_report:
         claims=rules.claims.output.result,
         costs=rules.costs.output.result,
         figures=lambda wildcards: scenes.figures(wildcards.scene),
+        surfaces=lambda wildcards: scenes.surfaces(wildcards.scene),
     output:
         result="results/{scene}/report.html",
         usage="results/{scene}/usage/report.json",

@@ -23,6 +23,7 @@ rule surface:
 rule design:
     input:
         key=scenes.key("design"),
+        surface=rules.surface.output.result,
     output:
         result="results/{scene}/surface/design.nc",
         usage="results/{scene}/usage/design.json",
@@ -30,7 +31,8 @@ rule design:
         "results/{scene}/logs/design.log",
     threads: 1
     shell:
-        STAGE + ".design --key {input.key:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        STAGE + ".design --key {input.key:q} --surface {input.surface:q}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 
 rule contact_square:

@@ -40,7 +40,7 @@ def work(job: Job) -> None:
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
             if design is None:
-                xi = monte_carlo([configuration["seed"], geometry.STREAM_MONTE_CARLO, number], square["modes"])
+                xi = monte_carlo([configuration["seed"], geometry.STREAM_MONTE_CARLO, number], len(modes))
             else:
                 xi = design[number]
             solution = solve(influence, model.heights(heights(modes, xi)) - plane, tolerance)

@@ -6,25 +6,50 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.designs import latin_hypercube
+from roughslip.errors import InputError
 from roughslip.stages import geometry
 from roughslip.stages.command import Job, execute
 
+# By the name of a design: the scene's key of its samples, and its random stream.
+DESIGNS = {
+    "latin_hypercube": ("square.latin_hypercube_samples", geometry.STREAM_LATIN_HYPERCUBE),
+    "expansion": ("expansion.samples", geometry.STREAM_EXPANSION_DESIGN),
+}
+MOST_NUMBERS = 100_000_000  # in one design: 0.8 GB
+
+
+def samples_of(configuration: geometry.Configuration, modes: int) -> dict[str, int]:
+    """Samples by the name of the design.
+
+    Raises InputError with a line for each design too large for memory: how many modes a share of the variance takes is
+    not known before stage surface, so the rules of scenes cannot tell.
+    """
+    found, lines = {}, []
+    for name, (key, _) in DESIGNS.items():
+        section, _, last = key.partition(".")
+        found[name] = configuration[section][last]
+        if found[name] * modes > MOST_NUMBERS:
+            lines.append(
+                f"{key}: {found[name]} is not allowed; samples times the {modes} modes of the square at most "
+                f"{MOST_NUMBERS} (0.8 GB of memory): fewer samples, or a lower square.variance_share"
+            )
+    if lines:
+        raise InputError(lines)
+    return found
+
 
 def work(job: Job) -> None:
-    """Write the design of the paper's fits and the smaller one of ours."""
-    seed, modes = job.configuration["seed"], job.configuration["square"]["modes"]
-    sizes = {
-        "latin_hypercube": (job.configuration["square"]["latin_hypercube_samples"], geometry.STREAM_LATIN_HYPERCUBE),
-        "expansion": (job.configuration["expansion"]["samples"], geometry.STREAM_EXPANSION_DESIGN),
-    }
+    """Write the design of the paper's fits and the smaller one of ours: a variable a mode of the square."""
+    modes = len(store.read(job.arguments.surface)["eigenvalue"])
     variables = {}
     with job.usage.core():
-        for name, (samples, stream) in sizes.items():
-            xi = latin_hypercube(np.random.default_rng([seed, stream]), samples, modes)
+        for name, samples in samples_of(job.configuration, modes).items():
+            generator = np.random.default_rng([job.configuration["seed"], DESIGNS[name][1]])
+            xi = latin_hypercube(generator, samples, modes)
             title = f"standard normal variables of the {name} design"
             variables[name] = store.Variable((f"{name}_sample", "mode"), xi, "1", title)
     store.write(job.arguments.output, variables, job.key)
 
 
 if __name__ == "__main__":
-    execute("design", work)
+    execute("design", work, files=("surface",))

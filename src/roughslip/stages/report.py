@@ -9,7 +9,10 @@ from typing import Any
 from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.report import SceneReport, page
+from roughslip.stages import geometry, surfaces
 from roughslip.stages.command import Job, execute
+from roughslip.surface.karhunen_loeve import representation
+from roughslip.surface.model import FractalModel
 
 
 def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
@@ -29,6 +32,41 @@ def picture(path: Path) -> bytes:
         raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
 
 
+def square_represented(modes: store.Result, configuration: dict[str, Any]) -> str:
+    """What the modes of the square carry, and why there are so many."""
+    share = configuration["square"].get("variance_share")
+    why = "as many as the scene asks for" if share is None else f"the fewest that carry {100 * share:g} %"
+    mean, centre, corner = (
+        f"{100 * float(modes[f'captured_{where}']):.1f} %" for where in ("variance", "at_centre", "at_corner")
+    )
+    return (
+        f"The square is expanded in {len(modes['eigenvalue'])} modes, {why}: they carry {mean} of the "
+        f"variance in the mean over the mesh, {centre} at the centre and {corner} at the corner."
+    )
+
+
+def strips_represented(configuration: dict[str, Any], scan: Path | None) -> str:
+    """How strips are sampled, and what an expansion with their whole variance would take."""
+    model = surfaces.surface_model(configuration, scan)
+    if isinstance(model, FractalModel):
+        return f"Strips are sums of {model.law.variables} plane waves with random phases, neither expanded nor embedded."
+    best = representation(model.covariance, geometry.strip_grid(configuration), share=1.0)
+    instead = "cost more" if best.method == "embedding" else "serve too"
+    return f"Strips are sampled exactly, by circulant embedding. An expansion would {instead}: {best.reason}."
+
+
+def represented(folder: Path, stages: list[str], configuration: dict[str, Any]) -> dict[str, str]:
+    """How the surfaces of a scene are represented, by the figure that shows it."""
+    found = {}
+    if "surface" in stages:
+        found["figure2"] = square_represented(store.read(folder / "surface" / "modes.nc"), configuration)
+    if "contact_strip" in stages:
+        figure = "figure3" if "figure3" in configuration["targets"] else "figure5"
+        scan = folder / "surface" / "scan.nc" if "scan" in stages else None
+        found[figure] = strips_represented(configuration, scan)
+    return found
+
+
 def read_scene(folder: Path) -> SceneReport:
     """What a scene left in its folder of results."""
     costs = store.read_json(folder / "costs.json")
@@ -39,6 +77,7 @@ def read_scene(folder: Path) -> SceneReport:
         name=folder.name,
         description=configuration["description"],
         figures={name: picture(folder / f"{name}.png") for name in dict.fromkeys((*scan, *configuration["targets"]))},
+        surfaces=represented(folder, stages, configuration),
         claims=store.read_json(folder / "claims.json"),
         costs=costs,
         configuration=json.dumps(configuration, indent=1, sort_keys=True),

@@ -3,13 +3,38 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.grid import Grid
 from roughslip.stages import geometry, surfaces
 from roughslip.stages.command import Job, execute
-from roughslip.surface.karhunen_loeve import karhunen_loeve
+from roughslip.surface.covariance import StationaryCovariance
+from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve, representation
 
 WELL_CAPTURED = 0.9  # share of the variance below which the log warns
+INSTEAD = (
+    "Figure 2 needs modes, so take a lower square.variance_share, or give their number as square.modes; "
+    "the strips of Figure 3 are embedded anyway"
+)
+
+
+def expanded(covariance: StationaryCovariance, grid: Grid, square: dict[str, Any]) -> KarhunenLoeve:
+    """The expansion up to the order of the scene, whatever it costs, or to its share of the variance.
+
+    Raises IllPosedError where a share takes so many modes that the field had better be embedded.
+    """
+    if "modes" in square:
+        return karhunen_loeve(covariance, grid, square["modes"])
+    share = square["variance_share"]
+    best = representation(covariance, grid, share=share)
+    if best.method == "embedding":
+        raise IllPosedError(f"{best.reason}. {INSTEAD}")
+    try:
+        return karhunen_loeve(covariance, grid, share=share)
+    except IllPosedError as error:  # the number of modes was predicted, and is a little larger
+        raise IllPosedError(f"{error}. {INSTEAD}") from error
 
 
 def work(job: Job) -> None:
@@ -17,7 +42,7 @@ def work(job: Job) -> None:
     model = surfaces.gaussian_model(job.configuration, job.arguments.scan)
     grid = geometry.square_grid(job.configuration)
     with job.usage.core():
-        expansion = karhunen_loeve(model.covariance, grid, job.configuration["square"]["modes"])
+        expansion = expanded(model.covariance, grid, job.configuration["square"])
     if expansion.captured_variance < WELL_CAPTURED:
         print(
             f"surface: {len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of the "
@@ -25,12 +50,18 @@ def work(job: Job) -> None:
             file=sys.stderr,
         )
     job.usage.count(modes=len(expansion.modes))
+    captured = {
+        "captured_variance": (expansion.captured_variance, "in the mean over the mesh"),
+        "captured_at_centre": (expansion.captured_at(grid.centre), "at the centre"),
+        "captured_at_corner": (expansion.captured_at((0, 0)), "at the corner"),
+    }
     variables = {
         "modes": store.Variable(("mode", "x", "y"), expansion.modes, "m", "modes times the root of their eigenvalues"),
         "eigenvalue": store.Variable(("mode",), expansion.eigenvalues, "m2", "eigenvalues of the covariance matrix"),
         "variance": store.Variable(("x", "y"), expansion.variance(), "m2", "variance of the truncated expansion"),
-        "captured_variance": store.Variable((), expansion.captured_variance, "1", "share of the variance captured"),
     }
+    for name, (share, where) in captured.items():
+        variables[name] = store.Variable((), share, "1", f"share of the variance that the modes carry, {where}")
     store.write(job.arguments.output, variables, job.key)
 
 

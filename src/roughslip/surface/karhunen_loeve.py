@@ -133,7 +133,7 @@ def representation(
     """
     _check_request(grid, order, share)
     carried = _predicted_shares(covariance, grid)
-    needed = order or _fewest(np.diff(carried, prepend=0.0), 1.0, share or 1.0)
+    needed = order or int(np.searchsorted(carried, (share or 1.0) - 1e-12)) + 1
     carries = float(carried[needed - 1])
     what = f"{needed} of {grid.size} modes, which carry about {carries:.3f} of the variance"
     if needed > max(1, grid.size // LANCZOS_SHARE):

@@ -73,6 +73,7 @@ def scene(**changes):
             "name": "mine",
             "description": "A scan of my own",
             "figures": dict.fromkeys(CAPTIONS, PICTURE),
+            "surfaces": {},
             "claims": [claim()],
             "costs": [cost(), cost(stage="all", did={"everything": 1})],
             "configuration": '{"seed": 1}',
@@ -145,6 +146,14 @@ def test_costs_and_the_platform_that_does_not_tell_its_memory():
     assert "80,400 convolutions, 3 solves without contact" in text
     assert "None" not in text
     assert "everything" not in text
+
+
+def test_how_a_surface_is_represented_stands_below_its_figure_as_text():
+    plain = parsed(scene()).text
+    content = parsed(scene(surfaces={"figure2": ["It has 7 modes.", NASTY]}))
+    (added,) = set(content.text) - set(plain)
+    assert added == f"{CAPTIONS['figure2']} It has 7 modes. {NASTY}"
+    assert content.all("script") == []
 
 
 @pytest.mark.parametrize("description", ["My scan", "My scan."])

@@ -294,6 +294,12 @@ MISTAKES = {
     "at most ensemble.realisations = 16",
     "ensemble: {damping_ratios: [0.2, 0.1]}": "ensemble.damping_ratios: [0.2, 0.1] is not allowed; "
     "strictly increasing damping ratios",
+    # the two ways to truncate the square
+    "square: {modes: 20, variance_share: 0.9}": "square.variance_share: 0.9 is not allowed beside square.modes; "
+    "give one",
+    "square: {modes: 0, variance_share: 0.9}": "square.modes: 0 is not allowed; a whole number >= 1 and <= 262144",
+    "square: {variance_share: 0}": "square.variance_share: 0 is not allowed; a number > 0 and <= 1",
+    "square: {variance_share: 1.01}": "square.variance_share: 1.01 is not allowed; a number > 0 and <= 1",
     # the two forms of friction
     "friction: {}\nextends: given\ntargets: [figure3]": "friction.mean_at_median: missing; needed for figure3, "
     "for which friction.statistics cannot stand in",
@@ -461,6 +467,22 @@ def test_friction_has_one_of_its_forms(mine):
     others = yaml.safe_dump({key: value for key, value in PAPER.items() if key != "friction"})
     for friction, line in forms.items():
         assert lines_of(mine, f"{others}friction: {friction}\n") == [f"scenes/mine.yaml: {line}"]
+
+
+def test_the_square_is_truncated_by_number_or_by_share(mine):
+    """What an overlay gives takes the place of what it inherits, either way; rules of the number need one."""
+    text = "extends: paper\nsquare: {variance_share: 1, nodes: 5}\nexpansion: {samples: 1000000, degree: 1}\n"
+    scene = mine(text)
+    assert scene["square"]["variance_share"] == 1.0
+    assert "modes" not in scene["square"]
+    assert slice_for(scene, "surface")["square"].keys() == {"edge_m", "nodes", "variance_share"}
+    back = mine("extends: base\nsquare: {modes: 20}\n", base=text)
+    assert back["square"]["modes"] == 20
+    assert "variance_share" not in back["square"]
+    others = PAPER | {"square": {key: value for key, value in PAPER["square"].items() if key != "modes"}}
+    assert lines_of(mine, yaml.safe_dump(others)) == [
+        "scenes/mine.yaml: square.modes: missing; give it, or square.variance_share"
+    ]
 
 
 def test_a_scene_that_lacks_what_its_targets_need(mine):

@@ -53,7 +53,7 @@ class SceneReport:
 
     name, description : of the scene
     figures : PNG bytes by the name of the figure
-    surfaces : how the surface behind a figure is represented and why, a sentence by the name of the figure
+    surfaces : how the surface behind a figure is represented and why, in sentences, by the name of the figure
     claims, costs : contents of claims.json and costs.json
     configuration : what the stages read of the scene
     """
@@ -61,7 +61,7 @@ class SceneReport:
     name: str
     description: str
     figures: Mapping[str, bytes]
-    surfaces: Mapping[str, str]
+    surfaces: Mapping[str, Sequence[str]]
     claims: Sequence[Mapping[str, Any]]
     costs: Sequence[Mapping[str, Any]]
     configuration: str
@@ -94,7 +94,7 @@ def _scene(scene: SceneReport) -> str:
     pictures = "".join(
         f'<figure><div class="wide"><img alt="{escape(name)} of the scene {escape(scene.name)}" '
         f'src="data:image/png;base64,{base64.b64encode(content).decode()}"></div>'
-        f"<figcaption>{escape(f'{CAPTIONS[name]} {scene.surfaces.get(name, "")}'.rstrip())}</figcaption></figure>"
+        f"<figcaption>{escape(' '.join((CAPTIONS[name], *scene.surfaces.get(name, ()))))}</figcaption></figure>"
         for name, content in scene.figures.items()
     )
     return f"""<h2 id="{escape(scene.name)}">Scene {escape(scene.name)}</h2>

@@ -19,7 +19,7 @@ GIVEN_FRICTION = "statistics"
 ORDER, SHARE = "square.modes", "square.variance_share"
 
 # In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
-REPLACES = {
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "friction": {GIVEN_FRICTION: SOLVED_FRICTION, **dict.fromkeys(SOLVED_FRICTION, (GIVEN_FRICTION,))},
     "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
     **scene_roughness.REPLACES,

@@ -1,12 +1,14 @@
-"""What the report reads of a scene: this run, not what older targets left in the folder."""
+"""What the report reads of a scene: this run, not what older targets left in the folder; how surfaces are made."""
 
 import json
 from copy import deepcopy
 
+import numpy as np
 import pytest
 
+from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.stages.report import merged, read_scene
+from roughslip.stages.report import merged, read_scene, represented
 
 
 def test_slices_of_several_stages_merge_at_every_depth():
@@ -60,3 +62,45 @@ def test_what_is_missing_is_named(scene, name):
     (scene / name).unlink()
     with pytest.raises(StoreError, match=name.partition("/")[2] or name):
         read_scene(scene)
+
+
+FIELD = {"covariance": "gaussian", "rms_height_m": 1e-7, "correlation_length_m": 1e-7}
+STRIP = {"length_m": 2.0e-4, "margin_m": 0.0, "width_m": 4e-5, "cell_m": 1e-6}
+FRACTAL = {"rms_height_m": 1e-7, "fractal": {"hurst": 0.8, "azimuths": 8, "gamma": 1.5}}
+
+
+def strips(folder, roughness, targets=("figure2", "figure3")):
+    configuration = {"roughness": roughness, "strip": STRIP, "targets": targets}
+    return represented(folder, ["contact_strip"], configuration)
+
+
+def test_why_strips_are_not_expanded_is_told_below_the_figure_they_lead_to(tmp_path):
+    """Independent heights take all modes; of a Gaussian spectrum with seven cells a length the rest is rounding."""
+    (rough,) = strips(tmp_path, FIELD).values()
+    assert rough[0] == "Strips are sampled by circulant embedding, exact and stationary."
+    assert rough[1].startswith("An expansion would cost more: 8000 of 8000 modes, ")
+    assert rough[1].endswith("than a quarter of all: the embedding carries the whole variance at less cost.")
+    (smooth,) = strips(tmp_path, FIELD | {"correlation_length_m": 7e-6}).values()
+    assert smooth[0] == rough[0]
+    assert smooth[1].startswith("An expansion would serve too: ")
+    (fractal,) = strips(tmp_path, FRACTAL).values()
+    assert fractal == ["Strips are sums of plane waves with random phases, neither expanded nor embedded."]
+    assert strips(tmp_path, FIELD).keys() == {"figure3"}
+    assert strips(tmp_path, FIELD, ("figure2", "figure5")).keys() == {"figure5"}
+    assert represented(tmp_path, ["cycles"], {"targets": ["figure5"]}) == {}
+
+
+def test_what_the_modes_of_the_square_carry_is_told_below_figure_2(tmp_path):
+    shares = {"captured_variance": 0.9502, "captured_at_centre": 0.9571, "captured_at_corner": 0.7184}
+    variables = {name: store.Variable((), share, "1", name) for name, share in shares.items()}
+    variables["eigenvalue"] = store.Variable(("mode",), np.ones(101), "m2", "eigenvalues")
+    store.write(tmp_path / "surface" / "modes.nc", variables, store.Key({}, "abc"))
+    carried = (
+        "They carry 95.0 % of the variance in the mean over the mesh, 95.7 % at the centre and 71.8 % at the corner."
+    )
+    for square, why in (
+        ({"modes": 101}, "as many as the scene asks for"),
+        ({"variance_share": 0.95}, "the fewest that carry 95 %"),
+    ):
+        found = represented(tmp_path, ["surface"], {"square": square, "targets": ["figure2"]})
+        assert found == {"figure2": [f"The square is expanded in 101 modes, {why}.", carried]}

@@ -62,6 +62,7 @@ def test_a_ground_surface_goes_from_its_scan_to_figure_3(ground):
     page = (results / "report.html").read_text()
     assert "figure_scan of the scene ground" in page
     assert "figure3 of the scene ground" in page
+    assert "Strips are sampled by circulant embedding" in page
 
 
 @needs_library

@@ -12,7 +12,7 @@ from roughslip.report import SceneReport, page
 from roughslip.stages import geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.surface.karhunen_loeve import representation
-from roughslip.surface.model import FractalModel
+from roughslip.surface.model import GaussianModel
 
 
 def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
@@ -32,31 +32,33 @@ def picture(path: Path) -> bytes:
         raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
 
 
-def square_represented(modes: store.Result, configuration: dict[str, Any]) -> str:
-    """What the modes of the square carry, and why there are so many."""
+def square_represented(modes: store.Result, configuration: dict[str, Any]) -> list[str]:
+    """How many modes the square has and why, and what they carry."""
     share = configuration["square"].get("variance_share")
     why = "as many as the scene asks for" if share is None else f"the fewest that carry {100 * share:g} %"
-    mean, centre, corner = (
-        f"{100 * float(modes[f'captured_{where}']):.1f} %" for where in ("variance", "at_centre", "at_corner")
-    )
-    return (
-        f"The square is expanded in {len(modes['eigenvalue'])} modes, {why}: they carry {mean} of the "
-        f"variance in the mean over the mesh, {centre} at the centre and {corner} at the corner."
-    )
+    mean, centre, corner = (100 * modes[f"captured_{where}"] for where in ("variance", "at_centre", "at_corner"))
+    return [
+        f"The square is expanded in {len(modes['eigenvalue'])} modes, {why}.",
+        f"They carry {mean:.1f} % of the variance in the mean over the mesh, {centre:.1f} % at the centre and "
+        f"{corner:.1f} % at the corner.",
+    ]
 
 
-def strips_represented(configuration: dict[str, Any], scan: Path | None) -> str:
-    """How strips are sampled, and what an expansion with their whole variance would take."""
+def strips_represented(configuration: dict[str, Any], scan: Path | None) -> list[str]:
+    """How strips are sampled, and why they are not expanded."""
     model = surfaces.surface_model(configuration, scan)
-    if isinstance(model, FractalModel):
-        return f"Strips are sums of {model.law.variables} plane waves with random phases, neither expanded nor embedded."
-    best = representation(model.covariance, geometry.strip_grid(configuration), share=1.0)
-    instead = "cost more" if best.method == "embedding" else "serve too"
-    return f"Strips are sampled exactly, by circulant embedding. An expansion would {instead}: {best.reason}."
+    if not isinstance(model, GaussianModel):
+        return ["Strips are sums of plane waves with random phases, neither expanded nor embedded."]
+    whole = representation(model.covariance, geometry.strip_grid(configuration), share=1.0)
+    would = "cost more" if whole.method == "embedding" else "serve too"
+    return [
+        "Strips are sampled by circulant embedding, exact and stationary.",
+        f"An expansion would {would}: {whole.reason}.",
+    ]
 
 
-def represented(folder: Path, stages: list[str], configuration: dict[str, Any]) -> dict[str, str]:
-    """How the surfaces of a scene are represented, by the figure that shows it."""
+def represented(folder: Path, stages: list[str], configuration: dict[str, Any]) -> dict[str, list[str]]:
+    """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     found = {}
     if "surface" in stages:
         found["figure2"] = square_represented(store.read(folder / "surface" / "modes.nc"), configuration)

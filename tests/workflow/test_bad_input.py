@@ -154,6 +154,8 @@ def test_a_result_that_got_lost_is_made_again(project):
     assert project.plan("tiny") == {"figure2": 1, "figure3": 1, "costs": 1, "scene_report": 1, "tiny": 1}
     project.path("results/tiny/summary.csv").unlink()
     assert "friction" in project.plan("tiny")
+    project.path("results/tiny/surface/modes.nc").unlink()  # the report reads it
+    assert "surface" in project.plan("tiny")
 
 
 @pytest.mark.parametrize("kind", ["missing", "truncated"])

@@ -7,22 +7,13 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
 from roughslip.contact.solve import solve
-from roughslip.grid import Grid
-from roughslip.stages import elastic, geometry, surfaces
+from roughslip.stages import elastic, expansion, geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.surface.karhunen_loeve import heights
 
 
-def central_nodes(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
-    """The centre, and on an even mesh the three nodes that are its mirror images."""
-    i = sorted({grid.nx // 2, (grid.nx - 1) // 2}, reverse=True)
-    j = sorted({grid.ny // 2, (grid.ny - 1) // 2}, reverse=True)
-    x, y = np.meshgrid(i, j, indexing="ij")
-    return x.ravel(), y.ravel()
-
-
 def work(job: Job) -> None:
-    """Write pressure and gap at the central nodes, area fraction, mean pressure and residual of every sample."""
+    """Write pressure and gap at the nodes that its design is for, area fraction, mean pressure and residual of every sample."""
     configuration, arguments = job.configuration, job.arguments
     square = configuration["square"]
     grid = geometry.square_grid(configuration)
@@ -32,9 +23,10 @@ def work(job: Job) -> None:
     plane = float(model.plane_height(square["penetration_percentile"]))
     influence = elastic.influence(configuration, grid)
     tolerance = configuration["numerics"]["contact_tolerance"]
-    centre = central_nodes(grid)
+    nodes = (expansion.training_nodes if arguments.design_name == "expansion" else expansion.central_nodes)(model, grid)
+    kept = nodes.x, nodes.y
     count = arguments.last - arguments.first
-    pressure, gap = np.empty((count, len(centre[0]))), np.empty((count, len(centre[0])))
+    pressure, gap = np.empty((count, len(nodes.x))), np.empty((count, len(nodes.x)))
     area, mean_pressure, residual = np.empty(count), np.empty(count), np.empty(count)
     effort = np.empty(count, dtype=np.int32)
     with job.usage.core():
@@ -44,15 +36,15 @@ def work(job: Job) -> None:
             else:
                 xi = design[number]
             solution = solve(influence, model.heights(heights(modes, xi)) - plane, tolerance)
-            pressure[row], gap[row] = solution.pressure[centre], solution.gap[centre]
+            pressure[row], gap[row] = solution.pressure[kept], solution.gap[kept]
             area[row] = np.count_nonzero(solution.pressure) / grid.size
             mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual
             effort[row] = solution.work
             job.usage.progress(row + 1, count)
     job.usage.count(solves=count, solves_without_contact=int(np.sum(area == 0)))
     variables = {
-        "pressure": store.Variable(("sample", "node"), pressure, "Pa", "contact pressure at the central nodes"),
-        "gap": store.Variable(("sample", "node"), gap, "m", "gap at the central nodes"),
+        "pressure": store.Variable(("sample", "node"), pressure, "Pa", "contact pressure at nodes around the centre"),
+        "gap": store.Variable(("sample", "node"), gap, "m", "gap at nodes around the centre"),
         "area_fraction": store.Variable(("sample",), area, "1", "share of the nodes in contact"),
         "mean_pressure": store.Variable(("sample",), mean_pressure, "Pa", "mean pressure on the square"),
         "residual": store.Variable(("sample",), residual, "1", "relative residual of the complementarity"),

@@ -1,0 +1,86 @@
+"""What an expansion leaves unsaid: the law of a target given its predicted value.
+
+An expansion in 8 of 101 variables predicts a conditional mean. Where the true response bends, at first contact above
+all, a polynomial errs in a way that depends on the prediction s itself; and around it the target scatters, more at some s
+than at others. Both are read off predictions of samples that the fit has not seen:
+
+    target given s = m(s) + e,   m a cubic regression spline, e a residual of a sample with a prediction near s.
+
+Drawn so, the distribution keeps its width and its contact probability though most variables are left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from roughslip.errors import IllPosedError, ParameterError
+
+SPLINE_PIECES = 5  # of m(s), as many samples in each; 4 to 12 give distributions equal within their scatter
+NEIGHBOURS = 0.01  # share of the samples whose residuals serve at one s, and no fewer than LEAST_NEIGHBOURS
+LEAST_NEIGHBOURS = 40
+LEAST_SAMPLES = 100
+
+
+@dataclass(frozen=True)
+class ResidualScatter:
+    """The law of a target given its prediction.
+
+    mean : m(s); a straight line beyond the predictions that it was fitted to
+    predicted : (n,) predictions s of the samples, ascending
+    residual : (n,) their targets less m(s)
+    """
+
+    mean: BSpline
+    predicted: np.ndarray
+    residual: np.ndarray
+
+    def centre(self, predicted: np.ndarray) -> np.ndarray:
+        """m(s) : (...) at predictions : (...)."""
+        low, high = self.predicted[0], self.predicted[-1]
+        inside = np.clip(predicted, low, high)
+        slope = self.mean.derivative()
+        ends = np.where(predicted < low, slope(low), slope(high))
+        return np.asarray(self.mean(inside) + ends * (predicted - inside))
+
+    def draw(self, predicted: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+        """A target : (...) for each prediction : (...), its residual chosen by uniform : (...) in [0, 1)."""
+        n = len(self.predicted)
+        window = min(n, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * n)))
+        first = np.clip(np.searchsorted(self.predicted, predicted) - window // 2, 0, n - window)
+        return self.centre(predicted) + self.residual[first + (uniform * window).astype(np.int64)]
+
+
+def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatter:
+    """The law of a target given its prediction, from samples.
+
+    predicted : (n,) predictions, each made without its own sample
+    target : (n,) what came
+
+    Raises ParameterError for arrays that do not match or are not finite; IllPosedError for fewer than LEAST_SAMPLES
+    samples, or predictions that are all alike.
+
+    Method: least-squares cubic spline with knots at quantiles of s; residuals by nearest neighbours in s, which is the
+    local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1).
+    """
+    if predicted.shape != target.shape or predicted.ndim != 1:
+        raise ParameterError(f"a target for each prediction is needed, not {target.shape} for {predicted.shape}")
+    if not (np.isfinite(predicted).all() and np.isfinite(target).all()):
+        raise ParameterError("predictions and targets must be finite")
+    if len(predicted) < LEAST_SAMPLES:
+        raise IllPosedError(
+            f"{len(predicted)} samples in or near contact are too few to tell how the target scatters; {LEAST_SAMPLES} "
+            "are needed: take more samples or a deeper penetration"
+        )
+    order = np.argsort(predicted, kind="stable")
+    s, t = predicted[order], target[order]
+    knots = np.quantile(s, np.linspace(0, 1, SPLINE_PIECES + 1))
+    if not np.all(np.diff(knots) > 0):
+        raise IllPosedError("predictions are all alike: the expansion explains nothing; take other variables")
+    padded = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
+    design = BSpline.design_matrix(s, padded, 3).toarray()
+    coefficients = np.linalg.lstsq(design, t, rcond=None)[0]
+    mean = BSpline(padded, coefficients, 3)
+    return ResidualScatter(mean, s, t - mean(s))

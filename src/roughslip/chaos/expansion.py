@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.chaos.basis import Basis, Family, truncated
-from roughslip.chaos.regression import Fit, least_squares
+from roughslip.chaos.regression import Fit, checked, least_squares
 from roughslip.chaos.sparse import sparse_least_squares
 from roughslip.errors import IllPosedError, ParameterError
 
@@ -39,11 +39,12 @@ def expand(
     basis : all terms, or with `sparse` the candidates, of which there may be more than samples
     weights : (K,) [-] not negative, 1 if not given; only their ratios count
 
-    Raises ParameterError and IllPosedError as the basis and the regressions do.
+    Raises ParameterError and IllPosedError as the basis and the regressions do, IllPosedError also where fresh points
+    could show errors above LARGEST_ERROR.
     """
     values = basis(points)
     if not sparse:
-        return Expansion(basis, least_squares(values, target, weights))
+        return Expansion(basis, checked(least_squares(values, target, weights)))
     found = sparse_least_squares(values, target, weights)
     return Expansion(basis.subset(found.active), found.fit)
 
@@ -63,25 +64,27 @@ def expand_adaptively(
 
     points, target, weights, sparse : as in `expand`
     families : of each variable
-    degrees : to try, ascending; where the samples are too few for one, so they are for all that follow
+    degrees : to try, ascending; without `sparse` up to the last one that has fewer terms than there are samples
     norm, interaction : of the truncation at each degree
 
-    Returns the expansion and errors : (degrees,) corrected leave-one-out of each, infinite where samples are too few.
-    Raises as `expand` does, IllPosedError only where the first degree is refused.
+    Returns the expansion and errors : (degrees,) corrected leave-one-out of each, infinite where it was refused. Raises
+    ParameterError as `expand` does, IllPosedError where every degree is refused.
 
     Method: Blatman and Sudret, J. Comput. Phys. 230 (2011) 2345, section 4.
     """
     if len(degrees) == 0 or np.any(np.diff(degrees) <= 0):
         raise ParameterError(f"degrees to try must ascend, not {list(degrees)}")
-    tried: list[Expansion] = []
+    tried: dict[int, Expansion] = {}
+    refused: list[IllPosedError] = []
     for degree in degrees:
         basis = truncated(families, degree, norm=norm, interaction=interaction)
-        try:
-            tried.append(expand(points, target, basis, weights, sparse=sparse))
-        except IllPosedError:
-            if not tried:
-                raise
+        if tried and not sparse and len(basis.indices) >= len(points):
             break
-    errors = np.full(len(degrees), np.inf)
-    errors[: len(tried)] = [one.fit.corrected_leave_one_out for one in tried]
-    return tried[int(np.argmin(errors))], errors
+        try:
+            tried[degree] = expand(points, target, basis, weights, sparse=sparse)
+        except IllPosedError as error:
+            refused.append(error)
+    if not tried:
+        raise refused[0]
+    errors = np.array([tried[d].fit.corrected_leave_one_out if d in tried else np.inf for d in degrees])
+    return tried[degrees[int(np.argmin(errors))]], errors

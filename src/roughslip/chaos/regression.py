@@ -14,6 +14,7 @@ LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding and sa
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: what the rounding of its mean can leave
 
 FOLDS = 10
+LARGEST_ERROR = 10.0  # variances of the target that an expansion may err by at fresh samples, as far as is known
 
 REMEDY = "take more samples, fewer variables or a lower degree"
 
@@ -31,6 +32,9 @@ class Fit:
         is the honest R^2
     corrected_leave_one_out : [-] the same times `correction`: what fresh samples cost where terms are many for the
         samples. By it expansions of one target are chosen
+    least_eigenvalue : [-] of C = sum_k w_k psi_k psi_k' / sum_k w_k, which is the unit matrix for many samples of an
+        orthonormal basis: the variance that a polynomial of these terms shows at the samples is at least so many times
+        the one that it has. Errors may be as many times larger than the samples show
     cross_validation : [-] share that the residuals keep when each of 10 runs of neighbouring samples is predicted from
         the others; infinite where these do not determine the coefficients. Above leave_one_out where neighbours are
         alike
@@ -44,8 +48,18 @@ class Fit:
     r_squared: float
     leave_one_out: float
     corrected_leave_one_out: float
+    least_eigenvalue: float
     cross_validation: float
     scatter: float
+
+    @property
+    def error_bound(self) -> float:
+        """Share of the variance that fresh samples may cost: leave_one_out / least_eigenvalue.
+
+        Method: the norm of a polynomial is to that at its samples at most as 1 to the root of the least eigenvalue
+        (Cohen, Davenport and Leviatan, Found. Comput. Math. 13 (2013) 819).
+        """
+        return self.leave_one_out / self.least_eigenvalue if self.leave_one_out > 0 else 0.0
 
 
 def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None) -> Fit:
@@ -101,9 +115,20 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
         r_squared=float(1.0 - np.sum(residual**2) / weights.sum() / variance),
         leave_one_out=left_out / variance,
         corrected_leave_one_out=left_out / variance * correction(terms, effective, trace),
+        least_eigenvalue=float(scipy.linalg.svdvals(r * norms, check_finite=False)[-1] ** 2 / weights.sum()),
         cross_validation=float(folds / variance),
         scatter=float(np.sqrt(left_out)),
     )
+
+
+def checked(fit: Fit) -> Fit:
+    """The fit of an orthonormal basis; IllPosedError where fresh samples could show errors above LARGEST_ERROR."""
+    if not fit.error_bound <= LARGEST_ERROR:
+        raise IllPosedError(
+            f"{len(fit.coefficients)} terms could err by {fit.error_bound:.1e} variances of the target beyond their "
+            f"{fit.samples} samples: {REMEDY}"
+        )
+    return fit
 
 
 def correction(terms: int, effective: float, trace: float) -> float:

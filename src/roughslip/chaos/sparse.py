@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.chaos.regression import (
+    LARGEST_ERROR,
     LEAST_FREEDOM,
-    REMEDY,
     WORST_CONDITION,
     Fit,
+    checked,
     correction,
     distinct_samples,
     effective_samples,
@@ -22,7 +23,12 @@ from roughslip.errors import IllPosedError, ParameterError
 
 LEAST_INDEPENDENT = 1e-6  # norm that a unit column must keep beside the active ones: else it is their combination
 EXACT = 1e-13  # of the first correlation: what remains is rounding
-PATIENCE = 50  # terms beyond 1.5 times the best set, after which the path ends: LEAST_... measured below
+LEAST_SAMPLES = 20  # with fewer some set out of many fits by chance
+PATIENCE = 50  # terms beyond 1.5 times the best set, after which the path ends; whole paths never chose others
+# Leave-one-out errors are held for equal within so much of sqrt(2 / N), the standard error of a mean of N squares.
+# Of three functions with 70 to 400 samples errors at fresh points fell by up to 5 %; with 1 those of the least sparse
+# one rose by 5 %.
+ALIKE = 0.25
 
 
 @dataclass(frozen=True)
@@ -47,9 +53,11 @@ def sparse_least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndar
     target : (K,) what is expanded
     weights : (K,) [-] not negative, 1 if not given
 
-    Returns the fit of the set with the least corrected leave-one-out error on the path of least-angle regression. The
-    path ends where a set of half the size has been the best for long. Raises ParameterError for input that is not
-    finite, of the wrong shape or without a constant; IllPosedError as `least_squares`.
+    Returns the fit of the smallest set whose corrected leave-one-out error is hardly above the least on the path of
+    least-angle regression. The path ends where a set of two thirds of the size has been the best for long. Its cost is
+    a product of all candidates with a vector a step, and one QR of the columns that entered. Raises ParameterError for
+    input that is not finite, of the wrong shape or without a constant; IllPosedError as `least_squares` and `checked`,
+    and for fewer than LEAST_SAMPLES effective samples.
 
     Method: hybrid least-angle regression (Efron et al., Ann. Stat. 32 (2004) 407; Blatman and Sudret, J. Comput. Phys.
     230 (2011) 2345).
@@ -58,24 +66,25 @@ def sparse_least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndar
     if basis.shape[1] == 0 or not np.all(basis[:, 0] == 1):
         raise ParameterError("column 0 of the candidates must be the constant 1")
     effective = effective_samples(weights)
-    if effective <= 1:
-        raise IllPosedError(f"{effective:.1f} effective samples are too few for any coefficient: {REMEDY}")
+    if effective < LEAST_SAMPLES:
+        raise IllPosedError(f"{effective:.0f} effective samples are too few to choose terms by: take {LEAST_SAMPLES}")
     variance = variance_of_target(target, weights)
     active, errors, best = [], [], 0
     for column, left_out, trace in _path(basis, target, weights, int(np.ceil(effective)) - 1):
         active.append(column)
-        errors.append(left_out / variance * correction(len(active), effective, trace))
+        error = left_out / variance
+        trusted = error * (trace - len(active) + 1) <= LARGEST_ERROR  # 1 / the least eigenvalue, if the others are 1
+        errors.append(error * correction(len(active), effective, trace) if trusted else np.inf)
         if errors[-1] < errors[best]:
             best = len(errors) - 1
         if len(active) > 1.5 * best + PATIENCE:
             break
-    chosen = np.array(active[: best + 1])
-    return SparseFit(chosen, least_squares(basis[:, chosen], target, weights), np.array(errors))
+    enough = np.array(errors) <= errors[best] * (1.0 + ALIKE * np.sqrt(2.0 / effective))
+    chosen = np.array(active[: int(np.argmax(enough)) + 1])
+    return SparseFit(chosen, checked(least_squares(basis[:, chosen], target, weights)), np.array(errors))
 
 
-def _path(
-    basis: np.ndarray, target: np.ndarray, weights: np.ndarray, most: int
-) -> Iterator[tuple[int, float, float]]:
+def _path(basis: np.ndarray, target: np.ndarray, weights: np.ndarray, most: int) -> Iterator[tuple[int, float, float]]:
     """Terms in the order of least-angle regression, each with the figures of the least-squares fit up to it.
 
     Yields the column, the mean square of the leave-one-out residuals and tr(C^-1), as `regression.correction` takes it.

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from numpy.polynomial.hermite_e import hermegauss, hermeval
 
-from roughslip.chaos.hermite import hermite_basis, hermite_polynomials, multi_indices
+from roughslip.chaos.basis import hermite_polynomials
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.indices import multi_indices
 from roughslip.errors import ParameterError
 
 

@@ -1,13 +1,17 @@
 """Regression: exact where it can be, its figures of quality by brute force, and what it refuses."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from roughslip.chaos.hermite import hermite_basis, multi_indices
-from roughslip.chaos.regression import WORST_CONDITION, least_squares
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.regression import FOLDS, WORST_CONDITION, Fit, least_squares
 from roughslip.errors import IllPosedError, ParameterError
+
+QUALITY = [field.name for field in dataclasses.fields(Fit)]
 
 
 def noisy_problem(samples=30, terms=6):
@@ -54,6 +58,51 @@ def test_residuals_left_out_are_those_of_refits():
     assert fit.r_squared == pytest.approx(1 - unexplained, rel=1e-11)
 
 
+@pytest.mark.parametrize("samples", [30, 200])
+@pytest.mark.parametrize("weighted", [False, True])
+def test_folds_left_out_are_those_of_refits(samples, weighted):
+    """Folds of 3 samples are narrower than the 6 terms, folds of 20 wider: either of two formulae."""
+    basis, target, weights = noisy_problem(samples)
+    weights = weights if weighted else np.ones(samples)
+    fit = least_squares(basis, target, weights)
+    left_out = np.empty(samples)
+    for fold in np.array_split(np.arange(samples), FOLDS):
+        others = np.setdiff1d(np.arange(samples), fold)
+        left_out[fold] = target[fold] - basis[fold] @ weighted_solution(basis[others], target[others], weights[others])
+    variance = np.average((target - np.average(target, weights=weights)) ** 2, weights=weights)
+    expected = np.average(left_out**2, weights=weights) / variance
+    assert fit.cross_validation == pytest.approx(expected, rel=1e-11)
+
+
+def test_folds_see_that_neighbours_are_alike():
+    """Sixty groups of five samples that share most of their noise, as nodes of one strip do: leave-one-out predicts a
+    sample from its likes and is too low; the folds hold whole groups."""
+    rng = np.random.default_rng(6)
+    places, noise = rng.standard_normal((60, 2)), rng.standard_normal(60)
+    xi = np.repeat(places, 5, axis=0) + 1e-3 * rng.standard_normal((300, 2))
+    fit = least_squares(hermite_basis(xi, multi_indices(2, 6)), np.repeat(noise, 5) + 0.1 * rng.standard_normal(300))
+    assert fit.leave_one_out < 1 < fit.cross_validation
+
+
+def test_folds_that_leave_too_few_samples_have_no_bound():
+    basis, target, _ = noisy_problem(samples=15, terms=14)
+    assert least_squares(basis, target).cross_validation == math.inf
+
+
+def test_corrected_leave_one_out_by_its_formula():
+    """C from the plain sum over the samples; for equal weights the formula of Blatman and Sudret."""
+    basis, target, weights = noisy_problem()
+    basis = basis / 10.0 ** np.arange(6)
+    fit = least_squares(basis, target)
+    trace = np.trace(np.linalg.inv(basis.T @ basis / 30))
+    expected = fit.leave_one_out * 30 / 24 * (1 + trace / 30)
+    assert fit.corrected_leave_one_out == pytest.approx(expected, rel=1e-12)
+    fit = least_squares(basis, target, weights)
+    trace = np.trace(np.linalg.inv((basis.T * weights) @ basis / weights.sum()))
+    n = fit.effective_samples
+    assert fit.corrected_leave_one_out == pytest.approx(fit.leave_one_out * n / (n - 6) * (1 + trace / n), rel=1e-12)
+
+
 def test_quality_of_a_mean_in_closed_form():
     """A constant alone: a value left out is (y - mean) n / (n - 1) from the mean of the others."""
     target = np.random.default_rng(3).random(12)
@@ -64,16 +113,25 @@ def test_quality_of_a_mean_in_closed_form():
     assert fit.scatter == pytest.approx(target.std() * 12 / 11, rel=1e-13)
 
 
-def test_integer_weights_are_repeated_rows():
+def test_copies_of_a_sample_are_one_with_their_weights():
+    """Else a copy would predict its original, and leave-one-out would praise a fit that interpolates."""
     basis, target, _ = noisy_problem()
     times = np.random.default_rng(4).integers(1, 4, len(target))
     weighted = least_squares(basis, target, times.astype(float))
     repeated = least_squares(np.repeat(basis, times, axis=0), np.repeat(target, times))
-    np.testing.assert_allclose(weighted.coefficients, repeated.coefficients, rtol=1e-12)
-    assert weighted.condition_number == pytest.approx(repeated.condition_number, rel=1e-12)
-    assert weighted.r_squared == pytest.approx(repeated.r_squared, rel=1e-12)
+    for name in QUALITY:
+        np.testing.assert_allclose(getattr(repeated, name), getattr(weighted, name), rtol=1e-13, err_msg=name)
+    once, tiled = least_squares(basis, target), least_squares(np.tile(basis, (3, 1)), np.tile(target, 3))
+    for name in QUALITY:
+        np.testing.assert_allclose(getattr(tiled, name), getattr(once, name), rtol=1e-13, err_msg=name)
     assert weighted.effective_samples == pytest.approx(times.sum() ** 2 / np.sum(times**2), rel=1e-14)
-    assert repeated.effective_samples == times.sum()
+
+
+def test_equal_targets_at_other_points_are_no_copies():
+    basis = noisy_problem()[0]
+    target = np.repeat([0.0, 1.0], 15)
+    assert least_squares(basis, target).samples == 30
+    assert least_squares(np.ones((30, 1)), target).samples == 30
 
 
 def test_a_weight_of_zero_leaves_a_sample_out():
@@ -81,7 +139,7 @@ def test_a_weight_of_zero_leaves_a_sample_out():
     weights[[3, 17]] = 0.0
     kept = weights > 0
     fit, without = least_squares(basis, target, weights), least_squares(basis[kept], target[kept], weights[kept])
-    for name in ("coefficients", "condition_number", "effective_samples", "r_squared", "leave_one_out", "scatter"):
+    for name in QUALITY:
         np.testing.assert_allclose(getattr(fit, name), getattr(without, name), rtol=1e-12, err_msg=name)
 
 

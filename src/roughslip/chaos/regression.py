@@ -13,21 +13,32 @@ WORST_CONDITION = 1e8  # half the digits of the coefficients are rounding there
 LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding and says nothing about the sample left out
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: what the rounding of its mean can leave
 
+FOLDS = 10
+LARGEST_ERROR = 10.0  # variances of the target that an expansion may err by at fresh samples, as far as is known
+
 REMEDY = "take more samples, fewer variables or a lower degree"
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Coefficients of one regression and its quality.
+    """Coefficients of one regression and its quality. Shares are of the weighted variance of the target.
 
     coefficients : (P,) in the unit of the target
     condition_number : [-] ratio of the extreme singular values of the weighted basis with unit columns
-    samples : K, the samples that entered
+    samples : K, the distinct samples that entered
     effective_samples : [-] (sum w)^2 / sum w^2 (Kish 1965); equals K for equal weights
-    r_squared : [-] share of the weighted variance of the target that the expansion explains, in sample
-    leave_one_out : [-] share of the weighted variance that the residuals keep when each sample is predicted from the
-        others; 1 - leave_one_out is the honest R^2
-    scatter : root mean square of these residuals, weighted, in the unit of the target
+    r_squared : [-] share that the expansion explains, in sample
+    leave_one_out : [-] share that the residuals keep when each sample is predicted from the others; 1 - leave_one_out
+        is the honest R^2
+    corrected_leave_one_out : [-] the same times `correction`: what fresh samples cost where terms are many for the
+        samples. By it expansions of one target are chosen
+    least_eigenvalue : [-] of C = sum_k w_k psi_k psi_k' / sum_k w_k, which is the unit matrix for many samples of an
+        orthonormal basis: the variance that a polynomial of these terms shows at the samples is at least so many times
+        the one that it has. Errors may be as many times larger than the samples show
+    cross_validation : [-] share that the residuals keep when each of 10 runs of neighbouring samples is predicted from
+        the others; infinite where these do not determine the coefficients. Above leave_one_out where neighbours are
+        alike
+    scatter : root mean square of the leave-one-out residuals, weighted, in the unit of the target
     """
 
     coefficients: np.ndarray
@@ -36,26 +47,42 @@ class Fit:
     effective_samples: float
     r_squared: float
     leave_one_out: float
+    corrected_leave_one_out: float
+    least_eigenvalue: float
+    cross_validation: float
     scatter: float
+
+    @property
+    def error_bound(self) -> float:
+        """Share of the variance that fresh samples may cost: leave_one_out / least_eigenvalue.
+
+        Method: the norm of a polynomial is to that at its samples at most as 1 to the root of the least eigenvalue
+        (Cohen, Davenport and Leviatan, Found. Comput. Math. 13 (2013) 819).
+        """
+        return self.leave_one_out / self.least_eigenvalue if self.leave_one_out > 0 else 0.0
 
 
 def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None) -> Fit:
     """Coefficients that minimise the weighted sum of squares: eq. (10) with weights.
 
-    basis : (K, P) terms at the samples
+    basis : (K, P) terms at the samples; orthonormal under the law of the samples, which the corrected leave-one-out
+        error asks, and nothing else
     target : (K,) what is expanded
     weights : (K,) [-] not negative, 1 if not given; only their ratios count
+
+    Samples alike in all terms and in the target are one sample with the sum of their weights: a copy says nothing new.
 
     Returns the fit. Raises ParameterError for input that is not finite or of the wrong shape; IllPosedError where the
     effective samples are not more than the terms, where a column vanishes, where the condition number exceeds
     WORST_CONDITION, where a single sample determines a coefficient, or where the target does not vary.
 
-    Method: QR of the weighted basis with unit columns; leave-one-out residuals from the leverages, without refits
-    (PRESS: Allen, Technometrics 16 (1974) 125; for expansions Blatman and Sudret, J. Comput. Phys. 230 (2011) 2345).
+    Method: QR of the weighted basis with unit columns; residuals of samples and folds left out from the leverages,
+    without refits (PRESS: Allen, Technometrics 16 (1974) 125; for expansions Blatman and Sudret, J. Comput. Phys. 230
+    (2011) 2345).
     """
-    weights = _weights_of_samples(basis, target, weights)
+    basis, target, weights = distinct_samples(basis, target, weights)
     samples, terms = basis.shape
-    effective = float(weights.sum() ** 2 / np.sum(weights**2))
+    effective = effective_samples(weights)
     if min(samples, effective) <= terms:
         raise IllPosedError(
             f"{samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: {REMEDY}"
@@ -75,24 +102,68 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
     freedom = 1.0 - np.einsum("kp,kp->k", q, q)
     if np.min(freedom) < LEAST_FREEDOM:
         raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {REMEDY}")
-    mean = np.average(target, weights=weights)
-    variance = np.average((target - mean) ** 2, weights=weights)
-    if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
-        raise IllPosedError("the target is the same on every sample: there is nothing to expand")
-    kept = np.sum((residual / freedom) ** 2) / weights.sum()
+    variance = variance_of_target(target, weights)
+    inverse = scipy.linalg.solve_triangular(r, np.eye(terms), check_finite=False) / norms[:, None]
+    trace = float(weights.sum() * np.sum(inverse**2))
+    left_out = float(np.sum((residual / freedom) ** 2) / weights.sum())
+    folds = np.sum(_folds_left_out(q, residual) ** 2) / weights.sum()
     return Fit(
         coefficients=scipy.linalg.solve_triangular(r, projected, check_finite=False) / norms,
         condition_number=condition,
         samples=samples,
         effective_samples=effective,
         r_squared=float(1.0 - np.sum(residual**2) / weights.sum() / variance),
-        leave_one_out=float(kept / variance),
-        scatter=float(np.sqrt(kept)),
+        leave_one_out=left_out / variance,
+        corrected_leave_one_out=left_out / variance * correction(terms, effective, trace),
+        least_eigenvalue=float(scipy.linalg.svdvals(r * norms, check_finite=False)[-1] ** 2 / weights.sum()),
+        cross_validation=float(folds / variance),
+        scatter=float(np.sqrt(left_out)),
     )
 
 
-def _weights_of_samples(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
-    """The weights with the largest 1, after a check of all input."""
+def checked(fit: Fit) -> Fit:
+    """The fit of an orthonormal basis; IllPosedError where fresh samples could show errors above LARGEST_ERROR."""
+    if not fit.error_bound <= LARGEST_ERROR:
+        raise IllPosedError(
+            f"{len(fit.coefficients)} terms could err by {fit.error_bound:.1e} variances of the target beyond their "
+            f"{fit.samples} samples: {REMEDY}"
+        )
+    return fit
+
+
+def correction(terms: int, effective: float, trace: float) -> float:
+    """T(P, N) = N / (N - P) (1 + tr(C^-1) / N), by which leave-one-out errors are too small for the choice of a model.
+
+    terms, effective : P and N > P, the effective samples
+    trace : of the inverse of C = sum_k w_k psi_k psi_k' / sum_k w_k; near P for many samples of an orthonormal basis
+
+    Method: Chapelle, Vapnik and Bengio, Machine Learning 48 (2002) 9; Blatman and Sudret (2011), eq. 23.
+    """
+    return effective / (effective - terms) * (1.0 + trace / effective)
+
+
+def effective_samples(weights: np.ndarray) -> float:
+    """(sum w)^2 / sum w^2 (Kish 1965) of weights : (K,)."""
+    return float(weights.sum() ** 2 / np.sum(weights**2))
+
+
+def variance_of_target(target: np.ndarray, weights: np.ndarray) -> float:
+    """Weighted variance of target : (K,). Raises IllPosedError where that is rounding of its magnitude."""
+    variance = float(np.average((target - np.average(target, weights=weights)) ** 2, weights=weights))
+    if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
+        raise IllPosedError("the target is the same on every sample: there is nothing to expand")
+    return variance
+
+
+def distinct_samples(
+    basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The samples that count, after a check of all input: copies as one, none without weight, the largest weight 1.
+
+    basis, target, weights : as in `least_squares`
+
+    Returns them in their order. Raises ParameterError for input that is not finite or of the wrong shape.
+    """
     if basis.ndim != 2 or target.shape != basis.shape[:1]:
         raise ParameterError(f"a regression needs a target for each row of its basis: {target.shape}, {basis.shape}")
     weights = np.ones(len(basis)) if weights is None else weights
@@ -102,7 +173,35 @@ def _weights_of_samples(basis: np.ndarray, target: np.ndarray, weights: np.ndarr
         raise ParameterError("basis, target and weights of a regression must be finite")
     if np.any(weights < 0) or not np.any(weights > 0):
         raise ParameterError("weights of a regression must be non-negative and not all zero")
-    return weights / weights.max()
+    weights = weights / weights.max()
+    if basis.shape[1] > 1 and len(np.unique(target)) < len(target):  # a constant alone tells no samples apart
+        seen: dict[tuple[float, bytes], int] = {}
+        first = [seen.setdefault((y, row.tobytes()), k) for k, (y, row) in enumerate(zip(target, basis, strict=True))]
+        weights = np.bincount(first, weights, len(weights))
+    kept = weights > 0
+    return basis[kept], target[kept], weights[kept] / weights.max()
+
+
+def _folds_left_out(q: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """(K,) residuals of each fold of neighbouring samples when the others are fitted, from those of the whole fit.
+
+    Method: (I - H)^-1 r with H = Q Q' the hat matrix of the fold (Cook and Weisberg, Residuals and Influence, 1982, eq.
+    2.2.23), by the smaller of I - Q Q' and I - Q' Q.
+    """
+    left_out = np.full(residual.shape, np.inf)
+    for fold in np.array_split(np.arange(len(q)), min(FOLDS, len(q))):
+        block, wide = q[fold], len(fold) <= q.shape[1]
+        gram = block @ block.T if wide else block.T @ block
+        try:
+            factor = scipy.linalg.cholesky(np.eye(len(gram)) - gram, lower=True, check_finite=False)
+        except np.linalg.LinAlgError:
+            continue
+        if np.min(np.diag(factor)) ** 2 < LEAST_FREEDOM:
+            continue
+        right = residual[fold] if wide else block.T @ residual[fold]
+        solved = scipy.linalg.cho_solve((factor, True), right, check_finite=False)
+        left_out[fold] = solved if wide else residual[fold] + block @ solved
+    return left_out
 
 
 def wild_coefficients(basis: np.ndarray, values: np.ndarray, weights: np.ndarray, signs: np.ndarray) -> np.ndarray:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.chaos.functionals import Stencil, local_functionals, whitening
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.errors import IllPosedError, ParameterError
 

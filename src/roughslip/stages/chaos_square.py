@@ -10,7 +10,8 @@ from roughslip import store
 from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.distribution import kolmogorov_distance, quantile_levels
 from roughslip.chaos.functionals import local_functionals, orthonormal_directions
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.chaos.regression import Fit
 from roughslip.errors import IllPosedError

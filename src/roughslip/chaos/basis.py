@@ -1,0 +1,107 @@
+"""Orthonormal polynomials of independent variables, each standard normal or uniform on [-1, 1]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from roughslip.chaos.indices import multi_indices
+from roughslip.errors import ParameterError
+
+Family = Literal["hermite", "legendre"]
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Products of one-dimensional polynomials (Ghanem and Spanos, Stochastic Finite Elements, 1991, ch. 2).
+
+    indices : (P, variables) exponents, from `multi_indices`
+    families : of each variable, "hermite" for a standard normal one, "legendre" for one uniform on [-1, 1]
+
+    Raises ParameterError for an unknown family or as many families as there are not variables.
+    """
+
+    indices: np.ndarray
+    families: tuple[Family, ...]
+
+    def __post_init__(self) -> None:
+        if self.indices.ndim != 2 or self.indices.shape[1] != len(self.families):
+            raise ParameterError(
+                f"exponents {self.indices.shape} must have a column for each of {len(self.families)} families"
+            )
+        if unknown := set(self.families) - set(get_args(Family)):
+            raise ParameterError(f"families {sorted(unknown)} are not known: hermite or legendre")
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Every term at every point.
+
+        points : (K, variables) [-]
+
+        Returns values : (K, P). Raises ParameterError where the variables do not match, or a point is not finite or
+        outside the interval of a uniform variable.
+        """
+        if points.ndim != 2 or points.shape[1] != len(self.families):
+            raise ParameterError(f"points {points.shape} must be a table of {len(self.families)} variables")
+        if not np.isfinite(points).all():
+            raise ParameterError("samples of the variables must be finite")
+        values = [
+            POLYNOMIALS[family](np.ascontiguousarray(x), int(highest))
+            for family, x, highest in zip(self.families, points.T, self.indices.max(axis=0, initial=0), strict=True)
+        ]
+        table = np.ones((len(self.indices), len(points)))
+        for term, exponents in zip(table, self.indices, strict=True):
+            for variable in np.flatnonzero(exponents):
+                term *= values[variable][exponents[variable]]
+        return np.ascontiguousarray(table.T)
+
+    def subset(self, terms: np.ndarray) -> Basis:
+        """The basis of these terms alone, by their row numbers."""
+        return Basis(self.indices[terms], self.families)
+
+
+def truncated(families: Sequence[Family], degree: int, *, norm: float = 1.0, interaction: int | None = None) -> Basis:
+    """The basis of a truncation, as `multi_indices` describes it. Raises ParameterError as that and Basis do."""
+    return Basis(multi_indices(len(families), degree, norm=norm, interaction=interaction), tuple(families))
+
+
+def hermite_polynomials(x: np.ndarray, degree: int) -> np.ndarray:
+    """He_n(x) / sqrt(n!) by three-term recurrence.
+
+    x : (...) [-] points
+
+    Returns values : (degree + 1, ...), n = 0 ... degree.
+    """
+    values = np.empty((degree + 1, *np.shape(x)))
+    values[0] = 1.0
+    if degree >= 1:
+        values[1] = x
+    for n in range(1, degree):
+        values[n + 1] = (x * values[n] - np.sqrt(n) * values[n - 1]) / np.sqrt(n + 1)
+    return values
+
+
+def legendre_polynomials(x: np.ndarray, degree: int) -> np.ndarray:
+    """sqrt(2 n + 1) P_n(x) by three-term recurrence: orthonormal under the uniform law on [-1, 1].
+
+    x : (...) [-] points in [-1, 1]
+
+    Returns values : (degree + 1, ...), n = 0 ... degree. Raises ParameterError for points outside.
+    """
+    if np.any(np.abs(x) > 1):
+        raise ParameterError("a uniform variable must lie in [-1, 1]: map its interval to that")
+    values = np.empty((degree + 1, *np.shape(x)))
+    values[0] = 1.0
+    if degree >= 1:
+        values[1] = x
+    for n in range(1, degree):
+        values[n + 1] = ((2 * n + 1) * x * values[n] - n * values[n - 1]) / (n + 1)
+    return values * np.sqrt(2 * np.arange(degree + 1) + 1.0).reshape(-1, *(1,) * np.ndim(x))
+
+
+POLYNOMIALS: dict[Family, Callable[[np.ndarray, int], np.ndarray]] = {
+    "hermite": hermite_polynomials,
+    "legendre": legendre_polynomials,
+}

@@ -119,6 +119,14 @@ def test_a_fit_that_the_samples_do_not_hold_is_refused():
     assert np.isinf(errors[10])
 
 
+def test_degrees_that_the_samples_cannot_reach_are_not_built():
+    """Degree 2 has 231 terms for 100 samples, degree 15 more than any computer holds."""
+    points = np.random.default_rng(7).standard_normal((100, 20))
+    found, errors = expand_adaptively(points, points[:, 0] + 0.1 * points[:, 1] ** 2, ("hermite",) * 20, range(1, 16))
+    assert len(found.basis.indices) == 21
+    assert np.isinf(errors[1:]).all()
+
+
 def test_adaptive_sparse_expansion_takes_the_degree_that_is_there():
     rng = np.random.default_rng(3)
     points = rng.uniform(-1, 1, (120, 6))

@@ -30,6 +30,8 @@ def test_the_set_is_that_of_the_definition(variables, degree, norm, interaction)
 def test_terms_on_the_edge_of_the_norm_are_in():
     assert [1, 1] in multi_indices(2, 4, norm=0.5).tolist()
     assert [1, 1] not in multi_indices(2, 3, norm=0.5).tolist()
+    assert 64 ** (1 / 3) < 4  # rounded, and yet 2 + 2 belongs
+    assert [8, 8] in multi_indices(2, 64, norm=1 / 3).tolist()
 
 
 def test_terms_come_by_total_degree_and_high_powers_of_early_variables_first():

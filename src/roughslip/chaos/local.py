@@ -1,9 +1,9 @@
 """The pressure at the centre as an expansion in local variables, trained at several nodes of every solved surface.
 
-What a surface does around a node gives the pressure there in nearly the same way at all nodes around the centre, so one
-contact solve yields a sample at each of them. The variables are local functionals of the heights, orthonormal at every node
-by itself, so that they are standard normal at each. How the response drifts with the distance d from the centre of the
-mesh (a border is nearer, the elastic half-space less depressed) is a term in d^2, by symmetry the lowest:
+What a surface does around a node gives the pressure there in nearly the same way at all nodes near the centre, so one
+contact solve yields a sample at each of them. The variables are local functionals of the heights, orthonormal at every
+node by itself, so that they are standard normal at each. How the response drifts with the distance d from the centre of
+the mesh (a border is nearer, the elastic half-space less depressed) is a term in d^2, by symmetry the lowest:
 
     target = sum_a c_a psi_a(u) + b (d^2 - d_centre^2) + scatter (see `scatter`),   pressure from target^+.
 
@@ -18,7 +18,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg
 
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.chaos.scatter import ResidualScatter, residual_scatter

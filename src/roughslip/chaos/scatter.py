@@ -1,10 +1,10 @@
 """What an expansion leaves unsaid: the law of a target given its predicted value.
 
 An expansion in 8 of 101 variables predicts a conditional mean. Where the true response bends, at first contact above
-all, a polynomial errs in a way that depends on the prediction s itself; and around it the target scatters, more at some s
-than at others. Both are read off predictions of samples that the fit has not seen:
+all, a polynomial errs in a way that depends on the prediction s itself; and around it the target scatters, more at some
+s than at others. Both are read off predictions of samples that the fit has not seen:
 
-    target given s = m(s) + e,   m a cubic regression spline, e a residual of a sample with a prediction near s.
+    target given s = m(s) + e,   m a cubic regression spline, e distributed as residuals of predictions near s.
 
 Drawn so, the distribution keeps its width and its contact probability though most variables are left out.
 """
@@ -19,8 +19,10 @@ from scipy.interpolate import BSpline
 from roughslip.errors import IllPosedError, ParameterError
 
 SPLINE_PIECES = 5  # of m(s), as many samples in each; 4 to 12 give distributions equal within their scatter
-NEIGHBOURS = 0.01  # share of the samples whose residuals serve at one s, and no fewer than LEAST_NEIGHBOURS
+PLACES = 50  # s at which the law of e is taken, as many samples from one to the next
+NEIGHBOURS = 0.04  # share of the samples that serve at each, and no fewer than LEAST_NEIGHBOURS
 LEAST_NEIGHBOURS = 40
+QUANTILES = 201  # of e that are kept, from its least to its largest value
 LEAST_SAMPLES = 100
 
 
@@ -29,28 +31,35 @@ class ResidualScatter:
     """The law of a target given its prediction.
 
     mean : m(s); a straight line beyond the predictions that it was fitted to
-    predicted : (n,) predictions s of the samples, ascending
-    residual : (n,) their targets less m(s)
+    low, high : the least and the largest of these
+    places : (PLACES,) s, ascending
+    quantiles : (PLACES, QUANTILES) of e at each
     """
 
     mean: BSpline
-    predicted: np.ndarray
-    residual: np.ndarray
+    low: float
+    high: float
+    places: np.ndarray
+    quantiles: np.ndarray
 
     def centre(self, predicted: np.ndarray) -> np.ndarray:
         """m(s) : (...) at predictions : (...)."""
-        low, high = self.predicted[0], self.predicted[-1]
-        inside = np.clip(predicted, low, high)
+        inside = np.clip(predicted, self.low, self.high)
         slope = self.mean.derivative()
-        ends = np.where(predicted < low, slope(low), slope(high))
+        ends = np.where(predicted < self.low, slope(self.low), slope(self.high))
         return np.asarray(self.mean(inside) + ends * (predicted - inside))
 
     def draw(self, predicted: np.ndarray, uniform: np.ndarray) -> np.ndarray:
-        """A target : (...) for each prediction : (...), its residual chosen by uniform : (...) in [0, 1)."""
-        n = len(self.predicted)
-        window = min(n, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * n)))
-        first = np.clip(np.searchsorted(self.predicted, predicted) - window // 2, 0, n - window)
-        return self.centre(predicted) + self.residual[first + (uniform * window).astype(np.int64)]
+        """A target : (...) for each prediction : (...), at the quantile uniform : (...) in [0, 1) of its law.
+
+        Continuous in `uniform` and in the samples, so that the same draws tell two laws apart without noise.
+        """
+        between = 0.5 * (self.places[1:] + self.places[:-1])
+        place = np.searchsorted(between, predicted)
+        rank, share = np.divmod(uniform * (QUANTILES - 1), 1.0)
+        below = rank.astype(np.int64)
+        e = (1 - share) * self.quantiles[place, below] + share * self.quantiles[place, below + 1]
+        return self.centre(predicted) + e
 
 
 def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatter:
@@ -62,7 +71,7 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     Raises ParameterError for arrays that do not match or are not finite; IllPosedError for fewer than LEAST_SAMPLES
     samples, or predictions that are all alike.
 
-    Method: least-squares cubic spline with knots at quantiles of s; residuals by nearest neighbours in s, which is the
+    Method: least-squares cubic spline with knots at quantiles of s; residuals of nearest neighbours in s, as in the
     local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1).
     """
     if predicted.shape != target.shape or predicted.ndim != 1:
@@ -83,4 +92,11 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     design = BSpline.design_matrix(s, padded, 3).toarray()
     coefficients = np.linalg.lstsq(design, t, rcond=None)[0]
     mean = BSpline(padded, coefficients, 3)
-    return ResidualScatter(mean, s, t - mean(s))
+    residual = t - mean(s)
+    n = len(s)
+    window = min(n, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * n)))
+    middle = (np.arange(PLACES) + 0.5) / PLACES * n
+    first = np.clip(middle.astype(np.int64) - window // 2, 0, n - window)
+    probabilities = np.linspace(0, 1, QUANTILES)
+    quantiles = np.stack([np.quantile(residual[i : i + window], probabilities) for i in first])
+    return ResidualScatter(mean, float(s[0]), float(s[-1]), s[middle.astype(np.int64)], quantiles)

@@ -15,7 +15,8 @@ import numpy as np
 
 from roughslip.chaos.distribution import NORMAL_95, cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.pressure import PressureTarget, fit_all_samples, fit_in_contact
+from roughslip.chaos.local import LocalExpansion, jackknife_deviations
+from roughslip.chaos.pressure import fit_in_contact
 from roughslip.chaos.regression import Fit, wild_coefficients
 from roughslip.errors import IllPosedError
 
@@ -41,33 +42,25 @@ Row = tuple[Any, Any, Any]  # value, low, high
 
 @dataclass(frozen=True)
 class Expansion:
-    """One expansion of the pressure at the centre and the samples behind it.
+    """Eq. (8) or (9) of the pressure at the centre, and the samples behind it.
 
-    method : "equation_8", "equation_9" or "roughslip"
+    method : "equation_8" or "equation_9"
     basis : (K, P) terms at its samples
-    pressure, gap : (K,) [Pa], [m] at the centre
-    target : the smooth variable of roughslip
+    pressure : (K,) [Pa] at the centre
     indices : (P, variables) exponents
     """
 
     method: str
     basis: np.ndarray
     pressure: np.ndarray
-    gap: np.ndarray
-    target: PressureTarget
     indices: np.ndarray
 
     def fit(self) -> Fit:
         """Coefficients. Raises IllPosedError as the regression does."""
-        if self.method == "roughslip":
-            return fit_all_samples(self.basis, self.target.values(self.pressure, self.gap), self.target)
         return fit_in_contact(self.basis, self.pressure, logarithm=self.method == "equation_9")
 
     def regression(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """basis, target and weights of the samples that enter the fit."""
-        if self.method == "roughslip":
-            values = self.target.values(self.pressure, self.gap)
-            return self.basis, values, self.target.weights(values)
         contact = self.pressure > 0
         values = self.pressure[contact]
         return self.basis[contact], np.log(values) if self.method == "equation_9" else values, np.ones(len(values))
@@ -77,7 +70,7 @@ class Expansion:
         values = basis @ coefficients
         if self.method == "equation_9":
             return np.exp(np.clip(values, -LARGEST_LOGARITHM, LARGEST_LOGARITHM))
-        return np.maximum(values, 0.0) if self.method == "equation_8" else self.target.pressure(values)
+        return np.maximum(values, 0.0)
 
 
 def draw(expansion: Expansion, coefficients: np.ndarray, count: int, seed: list[int]) -> np.ndarray:
@@ -95,13 +88,11 @@ def _block(indices: np.ndarray, seed: list[int], number: int) -> np.ndarray:
     return hermite_basis(draws, indices)
 
 
-def refits(
-    expansion: Expansion, fit: Fit, levels: np.ndarray, seed: list[int], signs_seed: list[int]
-) -> tuple[np.ndarray, np.ndarray]:
+def refits(expansion: Expansion, fit: Fit, levels: np.ndarray, seed: list[int], signs_seed: list[int]) -> np.ndarray:
     """What the scatter of its samples does to an expansion: refits less the fit, on the same draws.
 
-    Returns the distribution given contact (R, levels) and the contact probability (R,). Expansions with the same
-    samples and signs_seed have the same signs. Raises IllPosedError where a refit is never in contact.
+    Returns the distribution given contact (R, levels). Expansions with the same samples and signs_seed have the same
+    signs. Raises IllPosedError where a refit is never in contact.
     """
     basis, values, weights = expansion.regression()
     signs = np.random.default_rng(signs_seed).choice([-1.0, 1.0], (len(values), REPLICATES))
@@ -115,8 +106,34 @@ def refits(
             below[row] += np.searchsorted(pressure, levels, side="right") - out_of_contact[row]
     if not contacts.all():
         raise IllPosedError(f"{expansion.method}: a refit is never in contact; take more samples")
-    curves, shares = below / contacts[:, None], contacts / (REFIT_BLOCKS * BLOCK)
-    return curves[1:] - curves[0], shares[1:] - shares[0]
+    curves = below / contacts[:, None]
+    return curves[1:] - curves[0]
+
+
+def draw_local(expansion: LocalExpansion, count: int, seed: list[int]) -> np.ndarray:
+    """p : (count,) [Pa] of the local expansion, block by block."""
+    blocks = range(-(-count // BLOCK))
+    return np.concatenate([expansion.draw(np.random.default_rng([*seed, n]), BLOCK) for n in blocks])[:count]
+
+
+def moved_local(expansion: LocalExpansion, levels: np.ndarray, seed: list[int]) -> tuple[np.ndarray, float]:
+    """What the scatter of its samples does to the local expansion.
+
+    Returns the distribution given contact of REPLICATES imagined refits less that of the fit (R, levels), and the
+    standard error of its contact probability: from the jackknife, groups multiplied by normal numbers (Kline and
+    Santos, J. Econom. Methods 1 (2012) 23).
+    Raises IllPosedError where it is never in contact without one of the groups.
+    """
+    pressures = np.hstack(
+        [
+            expansion.draw(np.random.default_rng([*seed, block]), BLOCK, left_out=True)[1:]
+            for block in range(REFIT_BLOCKS)
+        ]
+    )
+    curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
+    multipliers = np.random.default_rng([*seed, REFIT_BLOCKS]).standard_normal((REPLICATES, len(pressures)))
+    shares = jackknife_deviations(np.mean(pressures > 0, axis=1))
+    return multipliers @ jackknife_deviations(curves), float(np.sqrt(np.sum(shares**2)))
 
 
 @dataclass(frozen=True)

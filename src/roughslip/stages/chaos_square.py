@@ -8,11 +8,11 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
-from roughslip.chaos.distribution import kolmogorov_distance, quantile_levels
-from roughslip.chaos.functionals import local_functionals, orthonormal_directions
+from roughslip.chaos.distribution import NORMAL_95, kolmogorov_distance, quantile_levels
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.pressure import PressureTarget, fit_all_samples
+from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import Fit
 from roughslip.errors import IllPosedError
 from roughslip.stages import expansion, geometry, surfaces
@@ -26,14 +26,15 @@ from roughslip.stages.centre_distribution import (
     Row,
     apart,
     draw,
+    draw_local,
     expanded_rows,
+    moved_local,
     refits,
     refused_rows,
     sampled_rows,
 )
 from roughslip.stages.command import Job, execute
 
-DESIGN = {"equation_8": "latin_hypercube", "equation_9": "latin_hypercube", "roughslip": "expansion"}
 KNOWN = 20_000  # Monte Carlo samples drawn again for the expansions at samples known to be in contact
 FITS = {
     "condition_number": "condition number of the basis",
@@ -43,35 +44,24 @@ FITS = {
 }
 
 
-def variables_at_centre(
-    modes: np.ndarray, xi: np.ndarray, target_values: np.ndarray, target: PressureTarget, job: Job
-) -> np.ndarray:
-    """directions : (variables, modes) the regression direction of the target, then local functionals at the centre."""
-    grid = geometry.square_grid(job.configuration)
-    linear = fit_all_samples(np.column_stack([np.ones(len(xi)), xi]), target_values, target).coefficients[1:]
-    stencil = expansion.stencil(surfaces.gaussian_model(job.configuration, job.arguments.scan), grid)
-    functionals = local_functionals(modes, stencil)[:, :, grid.centre[0], grid.centre[1]]
-    return orthonormal_directions(np.vstack([linear, functionals]), job.configuration["expansion"]["variables"])
-
-
-def expansions(batches: list[store.Result], modes: np.ndarray, job: Job) -> tuple[dict[str, Expansion], np.ndarray]:
-    """The three expansions before their fit, and the directions of their variables."""
-    design = store.read(job.arguments.design)
-    model = surfaces.gaussian_model(job.configuration, job.arguments.scan)
-    target = expansion.target(job.configuration, model, geometry.square_grid(job.configuration))
-    pressure, gap = (
-        {name: samples_of(batches, name, quantity)[:, 0] for name in set(DESIGN.values())}
-        for quantity in ("pressure", "gap")
-    )
-    values = target.values(pressure["expansion"], gap["expansion"])
-    directions = variables_at_centre(modes, design["expansion"], values, target, job)
+def expansions(batches: list[store.Result], directions: np.ndarray, job: Job) -> dict[str, Expansion]:
+    """Eqs. (8) and (9) before their fit, in the variables : (variables, modes) of the centre."""
+    xi = store.read(job.arguments.design)["latin_hypercube"]
     indices = multi_indices(len(directions), job.configuration["expansion"]["degree"])
-    basis = {name: hermite_basis(design[name] @ directions.T, indices) for name in pressure}
-    found = {
-        method: Expansion(method, basis[name], pressure[name], gap[name], target, indices)
-        for method, name in DESIGN.items()
-    }
-    return found, directions
+    basis = hermite_basis(xi @ directions.T, indices)
+    pressure = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
+    return {method: Expansion(method, basis, pressure, indices) for method in EXPANDED[:2]}
+
+
+def local_expansion(
+    batches: list[store.Result], directions: np.ndarray, nodes: expansion.Nodes, target: PressureTarget, job: Job
+) -> LocalExpansion:
+    """Ours, from every training node of its design."""
+    xi = store.read(job.arguments.design)["expansion"]
+    variables = np.einsum("km,nvm->knv", xi, directions)
+    pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
+    samples = Samples(variables, nodes.distance2, pressure, gap)
+    return fit_local(samples, job.configuration["expansion"]["degree"], target)
 
 
 def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarray:
@@ -81,10 +71,10 @@ def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarra
 
 def fits_of(found: dict[str, Expansion]) -> dict[str, Fit]:
     """Fits by method. The paper's may be ill-posed (K <= P): they are then left out, and the log says why."""
-    fits = {"roughslip": found["roughslip"].fit()}
-    for method in EXPANDED[:2]:
+    fits = {}
+    for method, one in found.items():
         try:
-            fits[method] = found[method].fit()
+            fits[method] = one.fit()
         except IllPosedError as error:
             print(f"chaos_square: {method}: {error}; its distribution is stored as NaN", file=sys.stderr)
     return fits
@@ -103,44 +93,60 @@ def contacts_of_monte_carlo(pressure: np.ndarray, directions: np.ndarray, job: J
 def work(job: Job) -> None:
     """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with Monte Carlo."""
     batches = store.read_all(job.arguments.contact)
-    draws, seed = job.configuration["expansion"]["draws"], job.configuration["seed"]
+    draws, drawing = job.configuration["expansion"]["draws"], [job.configuration["seed"], geometry.STREAM_DRAWS]
     nodes = samples_of(batches, "monte_carlo", "pressure")
     surface = store.read(job.arguments.surface)
+    model, grid = (
+        surfaces.gaussian_model(job.configuration, job.arguments.scan),
+        geometry.square_grid(job.configuration),
+    )
+    places, variables = expansion.training_nodes(model, grid), job.configuration["expansion"]["variables"]
     with job.usage.core():
-        found, directions = expansions(batches, surface["modes"], job)
+        directions = expansion.directions(model, grid, surface["modes"], places, variables)
+        local = local_expansion(batches, directions, places, expansion.target(job.configuration, model, grid), job)
+        found = expansions(batches, directions[0], job)
         fits = fits_of(found)
-        pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": found["equation_8"].pressure}
+        sampled = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
+        pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
         reference = Reference(pressure["monte_carlo"], len(nodes), quantile_levels(pressure["monte_carlo"]))
         rows = {
             "monte_carlo": sampled_rows(pressure["monte_carlo"], len(nodes), reference),
-            "latin_hypercube": sampled_rows(pressure["latin_hypercube"], len(pressure["latin_hypercube"]), reference),
+            "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
         }
+        known = contacts_of_monte_carlo(nodes[:KNOWN, 0], directions[0], job)
         moved: dict[str, np.ndarray] = {}
-        known = contacts_of_monte_carlo(nodes[:KNOWN, 0], directions, job)
         at_contact: dict[str, float] = {}
         for method, fit in fits.items():
-            one, drawing = found[method], [seed, geometry.STREAM_DRAWS]
+            one, signs = found[method], [job.configuration["seed"], geometry.STREAM_BOOTSTRAP]
             at_contact[method] = reference.distance(one.at(hermite_basis(known, one.indices), fit.coefficients))
             pressure[method] = draw(one, fit.coefficients, draws, drawing)
-            signs = [seed, geometry.STREAM_BOOTSTRAP, sorted(set(DESIGN.values())).index(DESIGN[method])]
-            moved[method], shares = refits(one, fit, reference.levels, drawing, signs)
-            probability: Row = rows["latin_hypercube"]["contact_probability"]
-            if method == "roughslip":
-                share = np.mean(pressure[method] > 0)
-                probability = (share, *(share + np.quantile(shares, [0.025, 0.975])))
+            moved[method] = refits(one, fit, reference.levels, drawing, signs)
+            probability = rows["latin_hypercube"]["contact_probability"]
             rows[method] = expanded_rows(pressure[method], moved[method], probability, reference)
+        at_contact["roughslip"] = reference.distance(local.mean_pressure_at(known))
+        pressure["roughslip"] = draw_local(local, draws, drawing)
+        moved["roughslip"], error = moved_local(local, reference.levels, drawing)
+        share = float(np.mean(pressure["roughslip"] > 0))
+        probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)
+        rows["roughslip"] = expanded_rows(pressure["roughslip"], moved["roughslip"], probability, reference)
         between: Row = (np.nan, np.nan, np.nan)
-        if "equation_8" in fits and "equation_9" in fits:
+        if len(fits) == 2:
             between = apart(pressure["equation_8"], pressure["equation_9"], moved)
     for method in EXPANDED:
         rows.setdefault(method, refused_rows(reference.levels, rows["latin_hypercube"]["contact_probability"]))
-    job.usage.count(fits=len(fits) * (1 + REPLICATES), draws=draws * len(fits))
-    variables = table(rows, pressure, reference) | quality(fits, at_contact, pressure)
+    job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + local.groups, draws=draws * (1 + len(fits)))
+    results = table(rows, pressure, reference) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
-    variables |= store.with_interval("distance_between_variants", (), between, "1", title)
-    variables["captured_variance"] = surface.variable("captured_variance")
-    variables["direction"] = store.Variable(("variable", "mode"), directions, "1", "variables in terms of the modes")
-    store.write(job.arguments.output, variables, job.key)
+    results |= store.with_interval("distance_between_variants", (), between, "1", title)
+    title = "share of the variance of its target that our expansion misses at surfaces left out of its fit"
+    results["cross_validated"] = store.Variable((), local.cross_validated, "1", title)
+    title = "stiffness of the gap in the target of our expansion"
+    unit = "Pa m-1" if local.target.kind == "trial_pressure" else "Pa2 m-1"
+    results["gap_stiffness"] = store.Variable((), local.target.gap_stiffness, unit, title)
+    results["captured_variance"] = surface.variable("captured_variance")
+    title = "variables at the centre in terms of the modes"
+    results["direction"] = store.Variable(("variable", "mode"), directions[0], "1", title)
+    store.write(job.arguments.output, results, job.key)
 
 
 def table(

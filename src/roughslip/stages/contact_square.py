@@ -13,7 +13,7 @@ from roughslip.surface.karhunen_loeve import heights
 
 
 def work(job: Job) -> None:
-    """Write pressure and gap at the nodes that its design is for, area fraction, mean pressure and residual of every sample."""
+    """Write pressure and gap around the centre, area fraction, mean pressure and residual of every sample."""
     configuration, arguments = job.configuration, job.arguments
     square = configuration["square"]
     grid = geometry.square_grid(configuration)
@@ -23,7 +23,8 @@ def work(job: Job) -> None:
     plane = float(model.plane_height(square["penetration_percentile"]))
     influence = elastic.influence(configuration, grid)
     tolerance = configuration["numerics"]["contact_tolerance"]
-    nodes = (expansion.training_nodes if arguments.design_name == "expansion" else expansion.central_nodes)(model, grid)
+    wanted = expansion.training_nodes if arguments.design_name == "expansion" else expansion.central_nodes
+    nodes = wanted(model, grid)
     kept = nodes.x, nodes.y
     count = arguments.last - arguments.first
     pressure, gap = np.empty((count, len(nodes.x))), np.empty((count, len(nodes.x)))

@@ -13,8 +13,9 @@ from roughslip.grid import Grid
 from roughslip.stages import elastic, geometry
 from roughslip.surface.model import SurfaceModel
 
-
-APART = 0.5  # correlation lengths from the centre to the outer training nodes; of 0.5, 0.8 and 1.2 it has the least bias
+APART = (
+    0.5  # correlation lengths from the centre to the outer training nodes; of 0.5, 0.8 and 1.2 it has the least bias
+)
 
 
 class Nodes(NamedTuple):
@@ -40,7 +41,7 @@ def training_nodes(surface: SurfaceModel, grid: Grid) -> Nodes:
     for n, cell, length in zip(grid.shape, (grid.dx, grid.dy), surface.lengths_m, strict=True):
         central, far = _central(n), round(APART * length / cell)
         outer = [central[0] + far, central[-1] - far]
-        lines.append(central + outer if 2 <= far and 1 <= outer[1] else central)
+        lines.append(central + outer if far >= 2 and outer[1] >= 1 else central)
     return _nodes(surface, grid, lines)
 
 

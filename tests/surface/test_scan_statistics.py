@@ -14,8 +14,8 @@ from roughslip.surface.autocorrelation import _lag_sums as lag_sums
 from roughslip.surface.autocorrelation import autocorrelation, sub_areas_for
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
-from roughslip.surface.spectrum import _dimension_of_differences as dimension_of_differences
 from roughslip.surface.spectrum import LEAKAGE, fractal_dimension, power_law, rings, self_affine_band, spectrum
+from roughslip.surface.spectrum import _dimension_of_differences as dimension_of_differences
 from roughslip.surface.statistics import _moments as moments
 from roughslip.surface.statistics import height_density, scan_statistics
 from roughslip.surface.sub_areas import SubAreas, leave_one_out, sub_areas, widening

@@ -13,7 +13,7 @@ from roughslip.surface.scan_fit import fitted_covariances, fitted_marginal
 from roughslip.surface.statistics import scan_statistics
 from roughslip.surface.topography import remove_form
 
-FAR = 3.0  # standard errors by which a model misses its lags in the mean, from which the log warns
+FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which the log warns
 
 
 def work(job: Job) -> None:
@@ -27,12 +27,13 @@ def work(job: Job) -> None:
         rms = float(found.rms_height.value)
         if kind != "measured":
             kinds = KINDS if kind == "best" else (kind,)
-            (best, *_), refused = fitted_covariances(kinds, scan, found.autocorrelation, rms)
+            (best, *_), refused = fitted_covariances(kinds, scan, found)
             covariance = best.covariance
             for reason in refused:
                 say(f"not fitted: {reason}")
-            if best.misfit > FAR:
-                say(f"{covariance.kind} misses the autocorrelation by {best.misfit:.1f} standard errors: try measured")
+            for what, misfit in (("autocorrelation", best.misfit), ("spectrum", best.spectrum_misfit)):
+                if misfit > FAR:
+                    say(f"{covariance.kind} misses the {what} by {misfit:.1f} standard errors: try measured")
         marginal = fitted_marginal(wanted["marginal"], scan, rms)
     if not found.sub_areas.sufficient:
         say(f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths: intervals too narrow, scan a larger area")

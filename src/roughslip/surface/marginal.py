@@ -190,9 +190,9 @@ def _beta_shapes(skewness: float, excess: float) -> tuple[float, float]:
     if not square - 2.0 < excess < 1.5 * square:
         nearest = square - 2.0 if excess <= square - 2.0 else 1.5 * square
         raise IllPosedError(
-            f"no beta law has skewness {skewness:.3g} and excess kurtosis {excess:.3g}: with that skewness the kurtosis "
-            f"lies between {square - 2.0:.3g} and {1.5 * square:.3g}, nearest {nearest:.3g}; use an empirical law, which "
-            f"keeps both, or a lognormal or Weibull one, which keep the skewness"
+            f"no beta law has skewness {skewness:.3g} and excess kurtosis {excess:.3g}: with that skewness it "
+            f"lies between {square - 2.0:.3g} and {1.5 * square:.3g}, nearest {nearest:.3g}; use an empirical law, "
+            f"which keeps both, or a lognormal or Weibull one, which keep the skewness"
         )
     total = 3.0 * (excess - square + 2.0) / (1.5 * square - excess)
     pull = (total + 2.0) ** 2 * square
@@ -217,8 +217,8 @@ def _weibull_shape(skewness: float) -> float:
     least = FAMILIES["weibull"].limits[0]
     if excess(least) < 0.0:
         raise IllPosedError(
-            f"a skewness of {skewness:.3g} is beyond the Weibull laws, at most {_weibull_moments(least).skewness:.3g}; use "
-            f"an empirical law, or remove outliers from the heights"
+            f"a skewness of {skewness:.3g} is beyond the Weibull laws, at most {_weibull_moments(least).skewness:.3g}; "
+            f"use an empirical law, or remove outliers from the heights"
         )
     return SYMMETRIC_WEIBULL if excess(SYMMETRIC_WEIBULL) >= 0.0 else float(brentq(excess, least, SYMMETRIC_WEIBULL))
 

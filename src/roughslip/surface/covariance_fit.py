@@ -5,10 +5,11 @@ lengths, and the two components e cos(2 lay), e sin(2 lay) of half the logarithm
 where the surface is isotropic and the lay has no meaning. Estimates at neighbouring lags err together, so that the sum
 of squares alone would promise too small errors: a jackknife over parts of the scan gives the honest ones.
 
-Lags settle lengths and lay, but hardly how heights vary over a few points: all errors of lags grow together with that
-of the length, and a spectrum that is ten times too high at short waves still passes through them. So where they are
-given, powers over rings of the spectrum count beside the lags. Both sums of squares enter as those of their effective
-numbers of independent estimates.
+Lags settle lengths and lay, but hardly a smoothness or a Hurst exponent: all errors of lags grow together with that of
+the length, and a spectrum that is ten times too high at short waves still passes through them. Rings of the spectrum
+know that, but no directions, and pull lengths away where a model does not hold. So where rings are given, a shape is
+the best for both once lengths and lay are those of the lags at that shape, and kinds are compared by both. Both sums of
+squares enter as those of their effective numbers of independent estimates.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import OptimizeResult, least_squares, minimize_scalar
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.surface.covariance import SMOOTHEST, Covariance, Kind, self_affine
@@ -77,7 +78,7 @@ def fit_covariance(
     kind : of the model
     data : from `estimates`
     rms_height_m : Sq [m], not fitted: correlations do not hold it
-    rings : powers of the spectrum that the model is to have too
+    rings : powers of the spectrum that settle its shape and count in its criterion; need parts in `data`
     anisotropic : two lengths and a lay (separable_exponential: lengths along x and y), else one length
     cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
 
@@ -96,24 +97,24 @@ def fit_covariance(
         raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags or fit an isotropic model")
     number, number_of_rings = effective_number(data.errors), 0.0 if rings is None else effective_number(rings.errors)
     weight = math.sqrt(number / n)
-    weight_of_rings = 0.0 if rings is None else math.sqrt(number_of_rings / len(rings.power))
 
-    def residual(parameters: np.ndarray) -> np.ndarray:
-        model = build(parameters)
-        distance = (model(data.x, data.y) / rms_height_m**2 - data.correlation) / data.standard_error
+    def of_lags(parameters: np.ndarray) -> np.ndarray:
+        correlation = build(parameters)(data.x, data.y) / rms_height_m**2
+        return np.asarray(weight * (correlation - data.correlation) / data.standard_error)
+
+    def of_rings(parameters: np.ndarray) -> np.ndarray:
         if rings is None:
-            return np.asarray(weight * distance)
-        return np.concatenate((weight * distance, weight_of_rings * rings.distance(model)))
+            return np.zeros(0)
+        return math.sqrt(number_of_rings / len(rings.power)) * rings.distance(build(parameters))
 
-    solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
-    if not solution.success:
-        raise ConvergenceError(f"fit of {kind}: {solution.message}", float(solution.optimality), int(solution.nfev))
-    errors = weight * data.errors
-    if rings is not None:
-        errors = np.concatenate((errors, weight_of_rings * rings.errors), axis=1)
-    covariance = build(solution.x)
-    names, standard_errors, bound = _parameters(kind, solution, (low, high), covariance, anisotropic, errors)
-    squares, squares_of_rings = np.sum(solution.fun[:n] ** 2), np.sum(solution.fun[n:] ** 2)
+    solution = _solved(kind, of_lags, start, low, high)
+    x, spread, free = solution.x, *_spread(solution, low, high, weight * data.errors)
+    if rings is not None and kind in SHAPES:
+        errors = weight * data.errors, math.sqrt(number_of_rings / len(rings.power)) * rings.errors
+        x, spread, free = _profiled(kind, of_lags, of_rings, x, low, high, errors)
+    covariance = build(x)
+    names, standard_errors, bound = _parameters(kind, x, spread, free, covariance, anisotropic)
+    squares, squares_of_rings = np.sum(of_lags(x) ** 2), np.sum(of_rings(x) ** 2)
     return CovarianceFit(
         covariance,
         names,
@@ -219,20 +220,58 @@ def _start_and_bounds(kind: Kind, data: Estimates, anisotropic: bool) -> tuple[n
     return np.clip(parameters, bounds[0] + 1e-3, bounds[1] - 1e-3), *bounds
 
 
-def _parameters(
+def _solved(
+    kind: Kind, residual: Callable[[np.ndarray], np.ndarray], start: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> OptimizeResult:
+    solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    if not solution.success:
+        raise ConvergenceError(f"fit of {kind}: {solution.message}", float(solution.optimality), int(solution.nfev))
+    return solution
+
+
+def _profiled(
     kind: Kind,
-    solution: OptimizeResult,
-    bounds: tuple[np.ndarray, np.ndarray],
-    covariance: Covariance,
-    anisotropic: bool,
-    errors: np.ndarray,
+    of_lags: Callable[[np.ndarray], np.ndarray],
+    of_rings: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    errors: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parameters, their spread and which are free: the shape best for lags and rings, the others for lags at it."""
+
+    def at(shape: float) -> tuple[OptimizeResult, np.ndarray, np.ndarray]:
+        """Solution of the others, all parameters, all residuals."""
+        solution = _solved(kind, lambda others: of_lags(np.append(others, shape)), start[:-1], low[:-1], high[:-1])
+        x = np.append(solution.x, shape)
+        return solution, x, np.concatenate((of_lags(x), of_rings(x)))
+
+    def total(shape: float) -> float:
+        return float(np.sum(at(shape)[2] ** 2))
+
+    found = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
+    if not found.success:
+        raise ConvergenceError(f"fit of {kind} to rings: {found.message}", float(found.fun), int(found.nfev))
+    shape = min(float(found.x), float(low[-1]), float(high[-1]), key=total)  # the search stays off its bounds
+    solution, x, _ = at(shape)
+    spread, free = _spread(solution, low[:-1], high[:-1], errors[0])
+    inside = low[-1] < shape < high[-1]
+    of_shape = np.zeros(spread.shape[1])
+    if inside:
+        step = 1e-4 * min(shape - low[-1], high[-1] - shape, 1.0)
+        (_, before, residual_before), (_, after, residual_after) = at(shape - step), at(shape + step)
+        slope, residual_slope = (after - before) / (2 * step), (residual_after - residual_before) / (2 * step)
+        of_shape = np.concatenate(errors, axis=1) @ residual_slope / np.sum(residual_slope**2)
+        spread = spread + np.outer(slope[:-1], of_shape)  # the others follow the shape
+    return x, np.vstack((spread, of_shape)), np.append(free, inside)
+
+
+def _parameters(
+    kind: Kind, x: np.ndarray, spread: np.ndarray, free: np.ndarray, covariance: Covariance, anisotropic: bool
 ) -> tuple[dict[str, float], dict[str, float], tuple[str, ...]]:
-    """Named parameters, their standard errors, and the names of those at a bound. errors : (B, n) of the residuals."""
-    low, high = bounds
-    free = (solution.x > low + 1e-6 * (high - low)) & (solution.x < high - 1e-6 * (high - low))
-    spread = _spread(solution, free, errors)
+    """Named parameters, their standard errors, and the names of those at a bound."""
     names = _named(kind, covariance, anisotropic)
-    gradient = _gradient(kind, solution.x, covariance, anisotropic)
+    gradient = _gradient(kind, x, covariance, anisotropic)
     # a parameter's scatter in each part, or its standard deviation from each independent lag: squares add up
     scatter = np.sqrt(np.sum((gradient @ spread) ** 2, axis=1))
     bound = {name for name, row in zip(names, gradient, strict=True) if np.any(row[~free] != 0)}
@@ -242,11 +281,15 @@ def _parameters(
     return names, standard_errors, tuple(sorted(bound))
 
 
-def _spread(solution: OptimizeResult, free: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    """(p, B or p) of which the sum of squares is the variance of the parameters; zero for those at a bound.
+def _spread(
+    solution: OptimizeResult, low: np.ndarray, high: np.ndarray, errors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(p, B or p) of which the sum of squares is the variance of the parameters, and which are not at a bound.
 
-    With J = QR a jackknife gives R^-1 Q' times the errors of the lags; independent lags of unit error give R^-1.
+    With J = QR a jackknife gives R^-1 Q' times the errors of the residuals; independent ones of unit error give R^-1.
+    Those at a bound have no spread.
     """
+    free = (solution.x > low + 1e-6 * (high - low)) & (solution.x < high - 1e-6 * (high - low))
     jacobian = solution.jac[:, free]
     columns = jacobian.shape[1]
     norms = np.linalg.norm(jacobian, axis=0)
@@ -256,7 +299,7 @@ def _spread(solution: OptimizeResult, free: np.ndarray, errors: np.ndarray) -> n
     scatter = q.T @ errors.T if len(errors) else np.eye(columns)
     spread = np.zeros((len(free), scatter.shape[1]))
     spread[free] = np.linalg.solve(r, scatter) / norms[:, None]
-    return spread
+    return spread, free
 
 
 def _named(kind: Kind, covariance: Covariance, anisotropic: bool) -> dict[str, float]:

@@ -27,6 +27,7 @@ from roughslip.surface.fit_data import Estimates, RingPowers, effective_number
 
 MOST_ANISOTROPIC = 2.5  # bound of half the logarithm of the ratio of lengths: 1 to 150
 WORST_CONDITION = 1e7  # of the weighted Jacobian with unit columns
+NEAR_BOUND = 0.01  # share of the range of a shape
 NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
 
 # bounds of the shape parameters; nu is fitted through its logarithm
@@ -252,7 +253,10 @@ def _profiled(
     found = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
     if not found.success:
         raise ConvergenceError(f"fit of {kind} to rings: {found.message}", float(found.fun), int(found.nfev))
-    shape = min(float(found.x), float(low[-1]), float(high[-1]), key=total)  # the search stays off its bounds
+    shape = float(found.x)
+    bound = float(min(low[-1], high[-1], key=lambda end: abs(shape - end)))
+    if abs(shape - bound) < NEAR_BOUND * (high[-1] - low[-1]):  # the search never ends at one
+        shape = min(bound, shape, key=total)
     solution, x, _ = at(shape)
     spread, free = _spread(solution, low[:-1], high[:-1], errors[0])
     inside = low[-1] < shape < high[-1]
@@ -261,7 +265,11 @@ def _profiled(
         step = 1e-4 * min(shape - low[-1], high[-1] - shape, 1.0)
         (_, before, residual_before), (_, after, residual_after) = at(shape - step), at(shape + step)
         slope, residual_slope = (after - before) / (2 * step), (residual_after - residual_before) / (2 * step)
-        of_shape = np.concatenate(errors, axis=1) @ residual_slope / np.sum(residual_slope**2)
+        # errors of the data move the residuals, and with the others those of the rings too; the shape makes up for both
+        moves = 1e-5 * np.eye(len(x))[:-1]
+        by_others = np.stack([(of_rings(x + move) - of_rings(x - move)) / 2e-5 for move in moves], axis=1)
+        shift = np.concatenate((solution.jac @ spread - errors[0].T, by_others @ spread - errors[1].T))
+        of_shape = -residual_slope @ shift / np.sum(residual_slope**2)
         spread = spread + np.outer(slope[:-1], of_shape)  # the others follow the shape
     return x, np.vstack((spread, of_shape)), np.append(free, inside)
 

@@ -16,7 +16,7 @@ from roughslip.surface.empirical import EmpiricalMarginal, empirical_marginal
 from roughslip.surface.fit_data import Estimates, RingPowers, estimates
 from roughslip.surface.marginal import Marginal
 from roughslip.surface.marginal import fit as fit_marginal
-from roughslip.surface.spectrum import LEAKAGE, rings, straight_band
+from roughslip.surface.spectrum import HIGHEST, LEAKAGE, ROLL_OFF, rings
 from roughslip.surface.statistics import ScanStatistics
 from roughslip.surface.sub_areas import CONFIDENCE
 from roughslip.surface.topography import Topography
@@ -39,13 +39,13 @@ def lags_to_fit(found: Autocorrelation) -> Estimates:
 def rings_to_fit(scan: Topography, found: ScanStatistics) -> RingPowers | None:
     """Powers of the rings that lags hardly tell of; None where the scan has fewer than two of them.
 
-    From where a finite correlation no longer bends the spectrum to a quarter of the highest wavenumber, as for the
-    fractal dimension, and above the side lobes of the window.
+    From the wavenumber where a finite correlation no longer bends the spectrum to a quarter of the highest one, as for
+    the fractal dimension, and above the side lobes of the window.
     """
     parts, power = found.sub_areas, found.spectrum.power
-    low, high = straight_band(scan, parts)
     q = found.spectrum.wavenumber
-    kept = (q >= low) & (q <= high) & (power.value > LEAKAGE * power.value.max())
+    kept = (q >= ROLL_OFF / min(parts.extent)) & (q <= HIGHEST * math.pi / max(scan.dx, scan.dy))
+    kept &= power.value > LEAKAGE * power.value.max()
     if kept.sum() < 2:
         return None
     over = rings(scan.grid, parts)

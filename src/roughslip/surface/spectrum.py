@@ -164,15 +164,10 @@ def power_law(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Es
     return parts.interval(np.log(found.rows[:, inside]) @ (weight * x) / np.sum(weight * x**2))
 
 
-def straight_band(scan: Topography, parts: SubAreas) -> tuple[float, float]:
-    """Wavenumbers [1/m] between which neither a finite correlation nor the instrument should bend the spectrum."""
-    low = max(LOWEST * _fundamental(scan.grid, parts), ROLL_OFF / min(parts.extent))
-    return low, HIGHEST * math.pi / max(scan.dx, scan.dy)
-
-
 def self_affine_band(scan: Topography, parts: SubAreas) -> tuple[float, float] | None:
-    """`straight_band`, where the scan could show a power law in it; None where it spans less than an octave."""
-    low, high = straight_band(scan, parts)
+    """Wavenumbers [1/m] between which the scan could show a power law; None where they span less than an octave."""
+    low = max(LOWEST * _fundamental(scan.grid, parts), ROLL_OFF / min(parts.extent))
+    high = HIGHEST * math.pi / max(scan.dx, scan.dy)
     return (low, high) if high >= NARROWEST_BAND * low else None
 
 

@@ -65,17 +65,20 @@ def fitted_covariances(
 
     A self_affine spectrum goes on to the highest wavenumber of the scan. Raises IllPosedError where none can be.
     """
-    data, powers, fits, refused = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found), [], []
+    data, powers = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found)
+    fits: list[CovarianceFit] = []
+    refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
         cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if kind == "self_affine" else None
         try:
             fit = fit_covariance(kind, data, float(found.rms_height.value), rings=powers, cutoff_wavelength_m=cutoff)
             fits.append(fit)
         except (IllPosedError, ConvergenceError) as error:
-            refused.append(f"{kind}: {error}")
+            refused.setdefault(str(error), []).append(kind)
+    reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
     if not fits:
-        raise IllPosedError(f"no model fits the autocorrelation; take the measured one ({'; '.join(refused)})")
-    return sorted(fits, key=lambda one: one.criterion), refused
+        raise IllPosedError(f"no model fits the autocorrelation; take the measured one ({'; '.join(reasons)})")
+    return sorted(fits, key=lambda one: one.criterion), reasons
 
 
 def fitted_marginal(family: str, scan: Topography, rms_height_m: float) -> Marginal | EmpiricalMarginal | None:

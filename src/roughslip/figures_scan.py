@@ -72,7 +72,7 @@ def _band(
     scan: Sequence[np.ndarray],
     twins: np.ndarray,
     line: str = "-",
-    labels: tuple[str, str] = ("scan, 95 % interval", "twins, mean and range"),
+    labels: tuple[str, str] = ("scan (95 %)", "twins (range)"),
 ) -> None:
     """A curve of the scan with its interval, and the mean, the least and the largest of the twins (twin, ...)."""
     axes.fill_between(x, scan[1], scan[2], color=SCAN, alpha=0.2, linewidth=0)
@@ -136,5 +136,5 @@ def _numbers(axes: Axes, result: Arrays) -> None:
         axes.annotate(text, (0, -row), xytext=(0, 6), textcoords="offset points", ha="center", fontsize="x-small")
     axes.set_yticks(-np.arange(len(shown)), [NUMBERS[name][0] for name in shown])
     axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(shown), 0.8))
-    axes.set_xlabel("distance from the scan, in half 95 % intervals")
+    axes.set_xlabel("distance [half the 95 % interval]")
     _legend_above(axes)

@@ -148,3 +148,17 @@ def test_a_model_that_cannot_be_fitted_is_told_once(refused, tmp_path):
     line = refused(matrix(tmp_path / "noise.txt", noise), "take the measured one", **{**STATED, "covariance": "best"})
     assert line.count("give shorter lags") == 1
     assert "gaussian, exponential, separable_exponential, matern, self_affine: fewer than 3 lags" in line
+
+
+def test_the_log_says_what_a_model_misses(run, capsys, tmp_path, heights):
+    run(matrix(tmp_path / "scan.txt", heights), **STATED)
+    assert "misses" not in capsys.readouterr().err
+    x = np.arange(N) / N
+    waves = heights + 8e-8 * np.sin(2 * np.pi * (5 * x[:, None] + 4 * x))  # no exponential falls as they do
+    run(matrix(tmp_path / "waves.txt", waves), **STATED)
+    said = capsys.readouterr().err
+    assert "exponential misses the autocorrelation by" in said
+    assert "exponential misses the 1/e length along x" in said
+    long = embed(Covariance("exponential", 1e-7, 1.6e-5), Grid(256, 256, STEP, STEP)).sample(np.random.default_rng(43))
+    run(matrix(tmp_path / "long.txt", long), **{**STATED, "covariance": "gaussian"})
+    assert "gaussian misses the spectrum by" in capsys.readouterr().err  # it has no short waves

@@ -92,7 +92,8 @@ def test_the_stored_numbers_are_drawn():
     # twins spread to two half widths of the interval
     assert numbers.lines[1].get_xdata().max() == pytest.approx(2.0)
     assert [label.get_text() for label in numbers.get_yticklabels()] == [label for label, _, _ in NUMBERS.values()]
-    assert numbers.texts[0].get_text() == "0.3 µm (0.27 to 0.33)"
+    # of 19 equally spaced over -2 to 2, nine lie within -1 to 1
+    assert [text.get_text() for text in numbers.texts[:2]] == ["9 of 19", "0.3 µm (0.27 to 0.33)"]
 
 
 def test_far_twins_stay_in_the_picture_and_no_dimension_is_made_up():

@@ -169,7 +169,7 @@ def test_bad_instrument_files(tmp_path, scan):
     [
         ("", "does not give its unit of heights; state it"),
         ("# Width: 20 um\n# Height: 25.5 um\n", "does not give its unit of heights"),
-        ("# Width: 20 um\n# Height: 25.5 um\n# Value units: V\n", "unknown format, or damaged"),
+        ("# Width: 20 um\n# Height: 25.5 um\n# Value units: V\n", "no matrix of heights (CorruptFile"),
         ("# Value units: nm\n", "does not give its spacing; state it"),
     ],
 )

@@ -1,5 +1,6 @@
 import json
 
+import netCDF4
 import numpy as np
 import pytest
 
@@ -52,6 +53,34 @@ def test_an_altered_value_is_noticed(tmp_path):
     content = path.read_bytes()
     place = content.index(np.arange(6.0).tobytes())
     path.write_bytes(content[: place + 6] + bytes([content[place + 6] ^ 1]) + content[place + 7 :])
+    with pytest.raises(StoreError, match="checksum"):
+        store.read(path)
+
+
+@pytest.mark.parametrize("what", ["first", "model", "configuration", "code_hash", "units", "long_name"])
+def test_an_altered_attribute_is_noticed(tmp_path, what):
+    """Stages read some of them back, such as the model of a scan; none may change unnoticed."""
+    path = tmp_path / "a.nc"
+    store.write(path, example(), KEY, {"first": 4, "model": '{"marginal": null}'})
+    store.read(path)
+    with netCDF4.Dataset(path, "a") as file:
+        owner = file["pressure"] if what in ("units", "long_name") else file
+        value = owner.getncattr(what)
+        owner.setncattr(what, value.swapcase() if isinstance(value, str) else value + 1)
+        assert owner.getncattr(what) != value
+    with pytest.raises(StoreError, match="differ from its checksum; rebuild it with"):
+        store.read(path)
+
+
+@pytest.mark.parametrize("change", ["added", "removed"])
+def test_an_attribute_more_or_less_is_noticed(tmp_path, change):
+    path = tmp_path / "a.nc"
+    store.write(path, example(), KEY, {"first": 4})
+    with netCDF4.Dataset(path, "a") as file:
+        if change == "added":
+            file.setncattr("model", "{}")
+        else:
+            file.delncattr("first")
     with pytest.raises(StoreError, match="checksum"):
         store.read(path)
 

@@ -66,18 +66,25 @@ def _map(axes: Axes, result: Arrays, name: str, scale: float) -> AxesImage:
     return image
 
 
-def _band(axes: Axes, x: np.ndarray, scan: Sequence[np.ndarray], twins: np.ndarray, line: str, of: str = "") -> None:
+def _band(
+    axes: Axes,
+    x: np.ndarray,
+    scan: Sequence[np.ndarray],
+    twins: np.ndarray,
+    line: str = "-",
+    labels: tuple[str, str] = ("scan (95 %)", "twins (range)"),
+) -> None:
     """A curve of the scan with its interval, and the mean, the least and the largest of the twins (twin, ...)."""
     axes.fill_between(x, scan[1], scan[2], color=SCAN, alpha=0.2, linewidth=0)
-    axes.plot(x, scan[0], color=SCAN, lw=1.4, ls=line, label=f"scan{of}")
+    axes.plot(x, scan[0], color=SCAN, lw=1.4, ls=line, label=labels[0])
     axes.fill_between(x, twins.min(axis=0), twins.max(axis=0), color=TWIN, alpha=0.3, linewidth=0)
-    axes.plot(x, twins.mean(axis=0), color=TWIN, lw=1.2, ls=line, label=f"twins{of}")
+    axes.plot(x, twins.mean(axis=0), color=TWIN, lw=1.2, ls=line, label=labels[1])
 
 
 def _density(axes: Axes, result: Arrays) -> None:
     edges = 1e6 * result["density_edge"]
     scan = [1e-6 * result[f"density{end}"] for end in INTERVAL]
-    _band(axes, 0.5 * (edges[1:] + edges[:-1]), scan, 1e-6 * result["twin_density"], "-")
+    _band(axes, 0.5 * (edges[1:] + edges[:-1]), scan, 1e-6 * result["twin_density"])
     reach = 6e6 * float(result["rms_height"])
     axes.set(xlabel="height [µm]", ylabel="density [1/µm]", ylim=(0, None))
     axes.set_xlim(max(edges[0], -reach), min(edges[-1], reach))
@@ -91,7 +98,7 @@ def _correlation(axes: Axes, result: Arrays) -> None:
         lag = 1e6 * result[f"lag_{axis}"]
         twins = result[f"twin_correlation_{axis}"][:, len(lag) // 2 :]
         scan = [result[f"correlation{end}"][cut] for end in INTERVAL]
-        _band(axes, lag[len(lag) // 2 :], scan, twins, line, f", along {axis}")
+        _band(axes, lag[len(lag) // 2 :], scan, twins, line, (f"scan, along {axis}", f"twins, along {axis}"))
     for level in (0.0, np.exp(-1)):
         axes.axhline(level, color="0.6", lw=0.6)
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
@@ -101,7 +108,7 @@ def _correlation(axes: Axes, result: Arrays) -> None:
 def _spectrum(axes: Axes, result: Arrays) -> None:
     axes.set(xscale="log", yscale="log", xlabel="wavenumber [rad/µm]", ylabel="power spectrum [µm$^4$]")
     scan = [1e24 * result[f"power{end}"] for end in INTERVAL]
-    _band(axes, 1e-6 * result["wavenumber"], scan, 1e24 * result["twin_power"], "-")
+    _band(axes, 1e-6 * result["wavenumber"], scan, 1e24 * result["twin_power"])
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -109,7 +116,10 @@ def _spectrum(axes: Axes, result: Arrays) -> None:
 
 
 def _numbers(axes: Axes, result: Arrays) -> None:
-    """A row a number: the scan's interval goes from -1 to 1, and each twin lies where it does in units of it."""
+    """A row a number: the scan's interval goes from -1 to 1, and each twin lies where it does in units of it.
+
+    At the right, how many twins lie inside.
+    """
     shown = [name for name in NUMBERS if name != "fractal_dimension" or 2.0 <= result[name] <= 3.0]
     for row, name in enumerate(shown):
         value, low, high = (float(result[f"{name}{end}"]) for end in INTERVAL)
@@ -119,10 +129,12 @@ def _numbers(axes: Axes, result: Arrays) -> None:
         away = np.clip(np.where(away > 0, away / (high - value), away / (value - low)), -OUTSIDE, OUTSIDE)
         axes.plot([-1, 1], [-row, -row], "|-", color=SCAN, lw=1.4, label="scan" if row == 0 else None)
         axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label="twins" if row == 0 else None)
+        inside = f"{np.sum(np.abs(away) <= 1)} of {len(away)}"
+        axes.annotate(inside, (OUTSIDE + 0.2, -row), ha="right", va="center", fontsize="x-small")
         _, factor, unit = NUMBERS[name]
         text = f"{factor * value:.3g}{unit} ({factor * low:.3g} to {factor * high:.3g})"
         axes.annotate(text, (0, -row), xytext=(0, 6), textcoords="offset points", ha="center", fontsize="x-small")
     axes.set_yticks(-np.arange(len(shown)), [NUMBERS[name][0] for name in shown])
     axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(shown), 0.8))
-    axes.set_xlabel("distance over half the 95 % interval")
+    axes.set_xlabel("distance [half the 95 % interval]")
     _legend_above(axes)

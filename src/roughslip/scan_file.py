@@ -51,6 +51,8 @@ def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str 
         raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; known are {', '.join(METRES)}")
     if not path.is_file():
         raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
+    if path.stat().st_size == 0:
+        raise InputError(f"{path}: empty; export it again")
     if path.stat().st_size > MOST_BYTES:
         raise InputError(f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
     if path.suffix == ".nc":
@@ -125,6 +127,9 @@ def _metres(path: Path, unit: str) -> float:
 def _read_matrix(path: Path) -> np.ndarray:
     """(nx, ny) numbers of a text file, a row for each y; nan where there is none."""
     try:
+        with path.open(encoding="utf-8") as file:
+            if not any(line.partition("#")[0].strip() for line in file):
+                raise InputError(f"{path}: empty; a matrix has a row of numbers for each y")
         rows = np.loadtxt(path, ndmin=2, encoding="utf-8")
     except (ValueError, OSError) as error:
         raise InputError(
@@ -205,7 +210,7 @@ def _read_instrument(
     except InputError:
         raise
     except library.IO.CannotDetectFileFormat as error:
-        raise InputError(f"{path}: unknown format, or damaged; allowed are instrument files, .nc and .txt") from error
+        raise InputError(_unknown(library, path)) from error
     except Exception as error:
         reason = f"{type(error).__name__}: {_first_line(error)}"
         raise InputError(f"{path}: truncated or damaged ({reason}); export it again") from error
@@ -221,6 +226,19 @@ def _format(library: ModuleType, path: Path) -> str | None:
         start = file.read(512)
     proven = [r.format() for r in library.IO.readers if r.can_read(start) is library.IO.MagicMatch.YES]
     return proven[0] if len(proven) == 1 else None
+
+
+def _unknown(library: ModuleType, path: Path) -> str:
+    """Why no reader takes a file; of text, what the reader of text says, which the search for a reader hides."""
+    if path.suffix in (".txt", ".asc"):
+        try:
+            library.open_topography(path, format="asc").close()
+        except Exception as error:
+            return (
+                f"{path}: no matrix of heights ({type(error).__name__}: {_first_line(error)}); "
+                f"a header may give sizes, and heights in {', '.join(METRES)}"
+            )
+    return f"{path}: unknown format, or damaged; allowed are instrument files, .nc and .txt"
 
 
 def _found_spacing(channel: Any) -> tuple[float, float] | None:

@@ -106,8 +106,10 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def write(path: Path, variables: Mapping[str, Variable], key: Key, attributes: Mapping[str, Any] | None = None) -> None:
-    """Write arrays with units, the configuration, code hash, package versions, seed and a checksum of the contents.
+def write(
+    path: Path, variables: Mapping[str, Variable], key: Key, attributes: Mapping[str, str | int] | None = None
+) -> None:
+    """Write arrays with units, the configuration, code hash, package versions, seed and a checksum of all of it.
 
     The same arrays and key give the same bytes. Raises StoreError where a floating-point array holds an infinity, or
     where the file cannot be written. NaN marks a value that does not exist and is allowed.
@@ -126,8 +128,9 @@ def write(path: Path, variables: Mapping[str, Variable], key: Key, attributes: M
         "code_hash": key.code,
         "seed": str(key.configuration.get("seed", "none used")),
         "versions": json.dumps(versions(), sort_keys=True),
-        "checksum": _checksum({name: np.asarray(variable.values) for name, variable in data.items()}),
     }
+    stored = {name: _variable(variable) for name, variable in data.items()}
+    dataset.attrs["checksum"] = _checksum(stored, dataset.attrs)
     encoding = {name: {"_FillValue": None} for name in data}
     try:
         with replacing(path) as temporary:
@@ -147,7 +150,7 @@ def read(path: Path) -> Result:
             attributes = {str(name): value for name, value in dataset.attrs.items()}
     except (OSError, ValueError, RuntimeError, KeyError) as error:
         raise StoreError(f"{path}: truncated or not a result ({error}); {_rebuild(path)}") from error
-    if attributes.get("checksum") != _checksum({name: variable.values for name, variable in variables.items()}):
+    if attributes.pop("checksum", None) != _checksum(variables, attributes):
         raise StoreError(f"{path}: its contents differ from its checksum; {_rebuild(path)}")
     return Result(path, variables, attributes)
 
@@ -191,11 +194,16 @@ def _variable(stored: xr.Variable) -> Variable:
     return Variable(dimensions, np.asarray(stored.values), stored.attrs["units"], stored.attrs["long_name"])
 
 
-def _checksum(arrays: Mapping[str, np.ndarray]) -> str:
+def _checksum(variables: Mapping[str, Variable], attributes: Mapping[Any, Any]) -> str:
+    """Of everything that `read` returns: attributes, and arrays with their labels."""
     digest = hashlib.sha256()
-    for name in sorted(arrays):
-        values = np.ascontiguousarray(arrays[name])
-        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
+    for name in sorted(attributes):
+        digest.update(f"{name}\0{attributes[name]}\0".encode())
+    for name in sorted(variables):
+        variable = variables[name]
+        values = np.ascontiguousarray(variable.values)
+        labels = name, values.dtype.str, str(values.shape), *variable.dimensions, variable.units, variable.long_name
+        digest.update("\0".join(labels).encode())
         digest.update(values.tobytes() if values.dtype.kind != "O" else "\0".join(map(str, values.ravel())).encode())
     return digest.hexdigest()
 

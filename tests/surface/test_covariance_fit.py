@@ -7,8 +7,9 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface import covariance_fit
 from roughslip.surface.covariance import KINDS, Covariance, self_affine
-from roughslip.surface.covariance_fit import choose_covariance, estimates, fit_covariance
+from roughslip.surface.covariance_fit import choose_covariance, fit_covariance
 from roughslip.surface.embedding import embed
+from roughslip.surface.fit_data import estimates
 
 LAGS = np.arange(-12, 13) * 0.5
 X, Y = np.meshgrid(LAGS, LAGS, indexing="ij")

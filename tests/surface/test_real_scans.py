@@ -4,9 +4,13 @@ import importlib.util
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from roughslip.scan_file import read_scan
+from roughslip.surface.covariance import KINDS
+from roughslip.surface.scan_fit import fitted_covariances
+from roughslip.surface.spectrum import rings
 from roughslip.surface.statistics import scan_statistics
 from roughslip.surface.topography import remove_form
 
@@ -33,6 +37,25 @@ def test_a_nearly_gaussian_scan_of_focus_variation():
         assert length.low < 7.0e-6 < length.high
     assert found.skewness.low < 0.0 < found.skewness.high
     assert found.kurtosis.low < 3.0 < found.kurtosis.high
+
+
+def test_the_best_model_of_that_scan_has_its_spectrum_and_lengths():
+    """Lags alone give a Matern model with fifteen times the power at 1.7 rad/um. Instruments cut short waves off,
+    and above a quarter of the highest wavenumber no model follows it."""
+    scan = remove_form(read_scan(DATA / "al3d-1.al3d"), "quadratic")
+    found = scan_statistics(scan)
+    (best, *_), refused = fitted_covariances(KINDS, scan, found)
+    assert refused == []
+    assert max(best.misfit, best.spectrum_misfit) < 1.5
+    power, q = found.spectrum.power, found.spectrum.wavenumber
+    model = rings(scan.grid, found.sub_areas).expected(best.covariance.spectrum)
+    inside = q < 0.25 * math.pi / scan.dx
+    inside[0] = False  # takes the mean height along
+    assert inside.sum() >= 8
+    np.testing.assert_array_less(power.low[inside], model[inside])
+    np.testing.assert_array_less(model[inside], power.high[inside])
+    for length, axis in zip(best.covariance.axis_lengths_m, ("length_x", "length_y"), strict=True):
+        assert getattr(found.autocorrelation, axis).low < length < getattr(found.autocorrelation, axis).high
 
 
 def test_an_anisotropic_scan_whose_heights_are_phases():

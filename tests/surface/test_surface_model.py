@@ -92,7 +92,7 @@ def scan():
 def test_the_model_of_a_scan_is_found(scan):
     """Lengths within four of their errors of the truth, which translation changes by less than 1 %."""
     measured, found = scan
-    (best, *others), refused = fitted_covariances(KINDS, measured, found.autocorrelation, found.rms_height.value)
+    (best, *others), refused = fitted_covariances(KINDS, measured, found)
     assert refused == []
     assert best.covariance.kind in ("exponential", "matern")  # a matern of smoothness 1/2 is exponential
     assert best.criterion <= min(other.criterion for other in others)

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 
 from roughslip import store
 from roughslip.scan_file import read_scan
 from roughslip.stages import scan_model, scan_table
 from roughslip.stages.command import Job, execute
+from roughslip.surface.autocorrelation import Autocorrelation
 from roughslip.surface.covariance import KINDS
+from roughslip.surface.covariance_fit import CovarianceFit
 from roughslip.surface.scan_fit import fitted_covariances, fitted_marginal
 from roughslip.surface.statistics import scan_statistics
 from roughslip.surface.topography import remove_form
 
-FAR = 3.0  # standard errors by which a model misses its lags in the mean, from which the log warns
+FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which the log warns
 
 
 def work(job: Job) -> None:
@@ -27,12 +30,12 @@ def work(job: Job) -> None:
         rms = float(found.rms_height.value)
         if kind != "measured":
             kinds = KINDS if kind == "best" else (kind,)
-            (best, *_), refused = fitted_covariances(kinds, scan, found.autocorrelation, rms)
+            (best, *_), refused = fitted_covariances(kinds, scan, found)
             covariance = best.covariance
             for reason in refused:
                 say(f"not fitted: {reason}")
-            if best.misfit > FAR:
-                say(f"{covariance.kind} misses the autocorrelation by {best.misfit:.1f} standard errors: try measured")
+            for what in misses(best, found.autocorrelation):
+                say(f"{covariance.kind} misses the {what}: try measured")
         marginal = fitted_marginal(wanted["marginal"], scan, rms)
     if not found.sub_areas.sufficient:
         say(f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths: intervals too narrow, scan a larger area")
@@ -41,6 +44,16 @@ def work(job: Job) -> None:
     variables, attributes = scan_model.stored(covariance, marginal, correct, rms)
     variables |= scan_table.of_scan(scan, found)
     store.write(job.arguments.output, variables, job.key, attributes)
+
+
+def misses(fit: CovarianceFit, found: Autocorrelation) -> Iterator[str]:
+    """What of the scan a model does not have."""
+    for what, misfit in (("autocorrelation", fit.misfit), ("spectrum", fit.spectrum_misfit)):
+        if misfit > FAR:
+            yield f"{what} by {misfit:.1f} standard errors"
+    for axis, length, own in zip("xy", fit.covariance.axis_lengths_m, (found.length_x, found.length_y), strict=True):
+        if not own.low <= length <= own.high:
+            yield f"1/e length along {axis}, {own.low:.3g} to {own.high:.3g} m, with {length:.3g} m"
 
 
 def say(text: str) -> None:

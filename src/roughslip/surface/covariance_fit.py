@@ -1,9 +1,15 @@
-"""Covariance models fitted to an estimated autocorrelation by weighted least squares.
+"""Covariance models fitted to an estimated autocorrelation, and to the spectrum beside it, by weighted least squares.
 
 Parameters are free of bounds where that is natural: the logarithm of the geometric mean of the two correlation
 lengths, and the two components e cos(2 lay), e sin(2 lay) of half the logarithm e of their ratio, which stay smooth
 where the surface is isotropic and the lay has no meaning. Estimates at neighbouring lags err together, so that the sum
 of squares alone would promise too small errors: a jackknife over parts of the scan gives the honest ones.
+
+Lags settle lengths and lay, but hardly a smoothness or a Hurst exponent: all errors of lags grow together with that of
+the length, and a spectrum that is ten times too high at short waves still passes through them. Rings of the spectrum
+know that, but no directions, and pull lengths away where a model does not hold. So where rings are given, a shape is
+the best for both once lengths and lay are those of the lags at that shape, and kinds are compared by both. Both sums of
+squares enter as those of their effective numbers of independent estimates.
 """
 
 from __future__ import annotations
@@ -13,13 +19,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares
+from scipy.optimize import OptimizeResult, least_squares, minimize_scalar
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.surface.covariance import SMOOTHEST, Covariance, Kind, self_affine
+from roughslip.surface.fit_data import Estimates, RingPowers, effective_number
 
 MOST_ANISOTROPIC = 2.5  # bound of half the logarithm of the ratio of lengths: 1 to 150
 WORST_CONDITION = 1e7  # of the weighted Jacobian with unit columns
+NEAR_BOUND = 0.01  # share of the range of a shape
 NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
 
 # bounds of the shape parameters; nu is fitted through its logarithm
@@ -38,9 +46,11 @@ class CovarianceFit:
         determine the parameter: at a bound, or the lay of an isotropic surface
     at_bound : names of parameters that ended at a bound
     misfit : [-] root mean square of (estimate - model) / standard error over the lags; near 1 where the model holds
-    criterion : [-] n' misfit^2 + p ln n', the Bayesian information criterion of n' independent lags; smallest is best
+    spectrum_misfit : [-] the same of the logarithms of the powers of rings; zero without rings
+    criterion : [-] n' misfit^2 + m' spectrum_misfit^2 + p ln(n' + m'), the Bayesian information criterion of so many
+        independent estimates; smallest is best
     lags : n that entered
-    effective_lags : n' = (tr R)^2 / tr R^2 with R the correlation of the errors of the lags; n without a jackknife
+    effective_lags, effective_rings : n' and m'; n without a jackknife, zero without rings
     """
 
     covariance: Covariance
@@ -48,56 +58,11 @@ class CovarianceFit:
     standard_errors: dict[str, float]
     at_bound: tuple[str, ...]
     misfit: float
+    spectrum_misfit: float
     criterion: float
     lags: int
     effective_lags: float
-
-
-@dataclass(frozen=True)
-class Estimates:
-    """An estimated autocorrelation, a lag and its opposite once; made by `estimates`.
-
-    x, y : (n,) [m] lags
-    correlation : (n,) [-]
-    standard_error : (n,) [-] positive
-    without_part : (B, n) [-] the same estimated without each part of the scan; B = 0 if not known
-    """
-
-    x: np.ndarray
-    y: np.ndarray
-    correlation: np.ndarray
-    standard_error: np.ndarray
-    without_part: np.ndarray
-
-
-def estimates(
-    lag_x_m: np.ndarray,
-    lag_y_m: np.ndarray,
-    correlation: np.ndarray,
-    standard_error: np.ndarray,
-    without_part: np.ndarray | None = None,
-) -> Estimates:
-    """Estimates at the lags of one half plane; lag zero, where the correlation is 1 without error, is left out.
-
-    lag_x_m, lag_y_m : (...) [m] lags, broadcast to the shape of the correlation
-    correlation : (...) [-] estimates C / C(0)
-    standard_error : (...) [-] of each
-    without_part : (B, ...) [-] estimates without each of B >= 2 parts of the scan
-
-    Raises ParameterError for values that are not finite, errors that are not positive, and shapes that do not fit.
-    """
-    shape = correlation.shape
-    parts = np.empty((0, *shape)) if without_part is None else without_part
-    if standard_error.shape != shape or parts.shape[1:] != shape or len(parts) == 1:
-        raise ParameterError(f"errors {standard_error.shape} and parts {parts.shape} do not fit estimates {shape}")
-    x, y = np.broadcast_to(lag_x_m, shape), np.broadcast_to(lag_y_m, shape)
-    kept = (x > 0) | ((x == 0) & (y > 0))
-    fields = x[kept], y[kept], correlation[kept], standard_error[kept], parts[:, kept]
-    if not all(np.all(np.isfinite(field)) for field in fields):
-        raise ParameterError("lags, correlations and their errors must be finite: leave out lags without pairs")
-    if not np.all(fields[3] > 0):
-        raise ParameterError("standard errors of correlations off lag zero must be positive")
-    return Estimates(*fields)
+    effective_rings: float
 
 
 def fit_covariance(
@@ -105,6 +70,7 @@ def fit_covariance(
     data: Estimates,
     rms_height_m: float,
     *,
+    rings: RingPowers | None = None,
     anisotropic: bool = True,
     cutoff_wavelength_m: float | None = None,
 ) -> CovarianceFit:
@@ -113,6 +79,7 @@ def fit_covariance(
     kind : of the model
     data : from `estimates`
     rms_height_m : Sq [m], not fitted: correlations do not hold it
+    rings : powers of the spectrum that settle its shape and count in its criterion; need parts in `data`
     anisotropic : two lengths and a lay (separable_exponential: lengths along x and y), else one length
     cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
 
@@ -122,36 +89,44 @@ def fit_covariance(
     """
     if (kind == "self_affine") != (cutoff_wavelength_m is not None):
         raise ParameterError("a self_affine model, and no other, needs a cut-off wavelength")
+    if rings is not None and len(rings.without_part) != len(data.without_part):
+        raise ParameterError("rings and lags must be estimated without the same parts of the scan")
     build = _builder(kind, rms_height_m, anisotropic, cutoff_wavelength_m)
     start, low, high = _start_and_bounds(kind, data, anisotropic)
-
-    def residual(parameters: np.ndarray) -> np.ndarray:
-        model = build(parameters)(data.x, data.y) / rms_height_m**2
-        return np.asarray((model - data.correlation) / data.standard_error)
-
     n, p = len(data.x), len(start)
     if n <= p:
         raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags or fit an isotropic model")
-    solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
-    if not solution.success:
-        raise ConvergenceError(f"fit of {kind}: {solution.message}", float(solution.optimality), int(solution.nfev))
-    errors_of_lags = _jackknife_errors(data)
-    effective = _effective_lags(errors_of_lags, n)
-    free = (solution.x > low + 1e-6 * (high - low)) & (solution.x < high - 1e-6 * (high - low))
-    spread = _spread(solution, free, errors_of_lags)
-    covariance = build(solution.x)
-    names = _named(kind, covariance, anisotropic)
-    gradient = _gradient(kind, solution.x, covariance, anisotropic)
-    # a parameter's scatter in each part, or its standard deviation from each independent lag: squares add up
-    errors = np.sqrt(np.sum((gradient @ spread) ** 2, axis=1))
-    bound = {name for name, row in zip(names, gradient, strict=True) if np.any(row[~free] != 0)}
-    standard_errors = {
-        name: math.inf if name in bound else float(error) for name, error in zip(names, errors, strict=True)
-    }
-    misfit = math.sqrt(2 * solution.cost / n)
-    criterion = effective * misfit**2 + p * math.log(effective)
+    number, number_of_rings = effective_number(data.errors), 0.0 if rings is None else effective_number(rings.errors)
+    weight = math.sqrt(number / n)
+
+    def of_lags(parameters: np.ndarray) -> np.ndarray:
+        correlation = build(parameters)(data.x, data.y) / rms_height_m**2
+        return np.asarray(weight * (correlation - data.correlation) / data.standard_error)
+
+    def of_rings(parameters: np.ndarray) -> np.ndarray:
+        if rings is None:
+            return np.zeros(0)
+        return math.sqrt(number_of_rings / len(rings.power)) * rings.distance(build(parameters))
+
+    solution = _solved(kind, of_lags, start, low, high)
+    x, spread, free = solution.x, *_spread(solution, low, high, weight * data.errors)
+    if rings is not None and kind in SHAPES:
+        errors = weight * data.errors, math.sqrt(number_of_rings / len(rings.power)) * rings.errors
+        x, spread, free = _profiled(kind, of_lags, of_rings, x, low, high, errors)
+    covariance = build(x)
+    names, standard_errors, bound = _parameters(kind, x, spread, free, covariance, anisotropic)
+    squares, squares_of_rings = np.sum(of_lags(x) ** 2), np.sum(of_rings(x) ** 2)
     return CovarianceFit(
-        covariance, names, standard_errors, tuple(sorted(bound)), misfit, float(criterion), n, effective
+        covariance,
+        names,
+        standard_errors,
+        bound,
+        misfit=math.sqrt(squares / number),
+        spectrum_misfit=math.sqrt(squares_of_rings / number_of_rings) if number_of_rings else 0.0,
+        criterion=float(squares + squares_of_rings + p * math.log(number + number_of_rings)),
+        lags=n,
+        effective_lags=number,
+        effective_rings=number_of_rings,
     )
 
 
@@ -160,6 +135,7 @@ def choose_covariance(
     data: Estimates,
     rms_height_m: float,
     *,
+    rings: RingPowers | None = None,
     anisotropic: bool = True,
     cutoff_wavelength_m: float | None = None,
 ) -> tuple[CovarianceFit, ...]:
@@ -169,6 +145,7 @@ def choose_covariance(
             kind,
             data,
             rms_height_m,
+            rings=rings,
             anisotropic=anisotropic,
             cutoff_wavelength_m=cutoff_wavelength_m if kind == "self_affine" else None,
         )
@@ -244,35 +221,93 @@ def _start_and_bounds(kind: Kind, data: Estimates, anisotropic: bool) -> tuple[n
     return np.clip(parameters, bounds[0] + 1e-3, bounds[1] - 1e-3), *bounds
 
 
-def _jackknife_errors(data: Estimates) -> np.ndarray:
-    """(B, n) contributions to the error of each lag over its standard error: squares over the parts add up to it."""
-    number = max(len(data.without_part), 1)
-    centred = data.without_part - data.without_part.mean(axis=0) if len(data.without_part) else data.without_part
-    return np.asarray(math.sqrt((number - 1) / number) * centred / data.standard_error)
+def _solved(
+    kind: Kind, residual: Callable[[np.ndarray], np.ndarray], start: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> OptimizeResult:
+    solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    if not solution.success:
+        raise ConvergenceError(f"fit of {kind}: {solution.message}", float(solution.optimality), int(solution.nfev))
+    return solution
 
 
-def _effective_lags(errors_of_lags: np.ndarray, lags: int) -> float:
-    if not len(errors_of_lags):
-        return float(lags)
-    gram = errors_of_lags @ errors_of_lags.T
-    return float(max(np.trace(gram) ** 2 / np.sum(gram**2), 1.0 + 1e-9))
+def _profiled(
+    kind: Kind,
+    of_lags: Callable[[np.ndarray], np.ndarray],
+    of_rings: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    errors: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parameters, their spread and which are free: the shape best for lags and rings, the others for lags at it."""
+
+    def at(shape: float) -> tuple[OptimizeResult, np.ndarray, np.ndarray]:
+        """Solution of the others, all parameters, all residuals."""
+        solution = _solved(kind, lambda others: of_lags(np.append(others, shape)), start[:-1], low[:-1], high[:-1])
+        x = np.append(solution.x, shape)
+        return solution, x, np.concatenate((of_lags(x), of_rings(x)))
+
+    def total(shape: float) -> float:
+        return float(np.sum(at(shape)[2] ** 2))
+
+    found = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
+    if not found.success:
+        raise ConvergenceError(f"fit of {kind} to rings: {found.message}", float(found.fun), int(found.nfev))
+    shape = float(found.x)
+    bound = float(min(low[-1], high[-1], key=lambda end: abs(shape - end)))
+    if abs(shape - bound) < NEAR_BOUND * (high[-1] - low[-1]):  # the search never ends at one
+        shape = min(bound, shape, key=total)
+    solution, x, _ = at(shape)
+    spread, free = _spread(solution, low[:-1], high[:-1], errors[0])
+    inside = low[-1] < shape < high[-1]
+    of_shape = np.zeros(spread.shape[1])
+    if inside:
+        step = 1e-4 * min(shape - low[-1], high[-1] - shape, 1.0)
+        (_, before, residual_before), (_, after, residual_after) = at(shape - step), at(shape + step)
+        slope, residual_slope = (after - before) / (2 * step), (residual_after - residual_before) / (2 * step)
+        # errors of the data move the residuals, and with the others those of the rings too; the shape makes up for both
+        moves = 1e-5 * np.eye(len(x))[:-1]
+        by_others = np.stack([(of_rings(x + move) - of_rings(x - move)) / 2e-5 for move in moves], axis=1)
+        shift = np.concatenate((solution.jac @ spread - errors[0].T, by_others @ spread - errors[1].T))
+        of_shape = -residual_slope @ shift / np.sum(residual_slope**2)
+        spread = spread + np.outer(slope[:-1], of_shape)  # the others follow the shape
+    return x, np.vstack((spread, of_shape)), np.append(free, inside)
 
 
-def _spread(solution: OptimizeResult, free: np.ndarray, errors_of_lags: np.ndarray) -> np.ndarray:
-    """(p, B or p) of which the sum of squares is the variance of the parameters; zero for those at a bound.
+def _parameters(
+    kind: Kind, x: np.ndarray, spread: np.ndarray, free: np.ndarray, covariance: Covariance, anisotropic: bool
+) -> tuple[dict[str, float], dict[str, float], tuple[str, ...]]:
+    """Named parameters, their standard errors, and the names of those at a bound."""
+    names = _named(kind, covariance, anisotropic)
+    gradient = _gradient(kind, x, covariance, anisotropic)
+    # a parameter's scatter in each part, or its standard deviation from each independent lag: squares add up
+    scatter = np.sqrt(np.sum((gradient @ spread) ** 2, axis=1))
+    bound = {name for name, row in zip(names, gradient, strict=True) if np.any(row[~free] != 0)}
+    standard_errors = {
+        name: math.inf if name in bound else float(error) for name, error in zip(names, scatter, strict=True)
+    }
+    return names, standard_errors, tuple(sorted(bound))
 
-    With J = QR a jackknife gives R^-1 Q' times the errors of the lags; independent lags of unit error give R^-1.
+
+def _spread(
+    solution: OptimizeResult, low: np.ndarray, high: np.ndarray, errors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(p, B or p) of which the sum of squares is the variance of the parameters, and which are not at a bound.
+
+    With J = QR a jackknife gives R^-1 Q' times the errors of the residuals; independent ones of unit error give R^-1.
+    Those at a bound have no spread.
     """
+    free = (solution.x > low + 1e-6 * (high - low)) & (solution.x < high - 1e-6 * (high - low))
     jacobian = solution.jac[:, free]
     columns = jacobian.shape[1]
     norms = np.linalg.norm(jacobian, axis=0)
     q, r = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))
     if columns and not np.linalg.cond(r) < WORST_CONDITION:
         raise IllPosedError("the lags do not determine all parameters: add lags across, or fit an isotropic model")
-    scatter = q.T @ errors_of_lags.T if len(errors_of_lags) else np.eye(columns)
+    scatter = q.T @ errors.T if len(errors) else np.eye(columns)
     spread = np.zeros((len(free), scatter.shape[1]))
     spread[free] = np.linalg.solve(r, scatter) / norms[:, None]
-    return spread
+    return spread, free
 
 
 def _named(kind: Kind, covariance: Covariance, anisotropic: bool) -> dict[str, float]:

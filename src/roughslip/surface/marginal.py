@@ -188,9 +188,11 @@ def from_moments(family: str, rms_height_m: float, skewness: float, excess_kurto
 def _beta_shapes(skewness: float, excess: float) -> tuple[float, float]:
     square = skewness**2
     if not square - 2.0 < excess < 1.5 * square:
+        nearest = square - 2.0 if excess <= square - 2.0 else 1.5 * square
         raise IllPosedError(
-            f"no beta law has skewness {skewness:.3g} and excess kurtosis {excess:.3g}: it needs {square - 2.0:.3g} to "
-            f"{1.5 * square:.3g}; above, use a lognormal, Weibull or empirical law"
+            f"no beta law has skewness {skewness:.3g} and excess kurtosis {excess:.3g}: with that skewness it "
+            f"lies between {square - 2.0:.3g} and {1.5 * square:.3g}, nearest {nearest:.3g}; use an empirical law, "
+            f"which keeps both, or a lognormal or Weibull one, which keep the skewness"
         )
     total = 3.0 * (excess - square + 2.0) / (1.5 * square - excess)
     pull = (total + 2.0) ** 2 * square
@@ -201,7 +203,7 @@ def _beta_shapes(skewness: float, excess: float) -> tuple[float, float]:
     if not (least <= small and large <= most):
         raise IllPosedError(
             f"skewness {skewness:.3g} and excess kurtosis {excess:.3g} lie on the edge of the beta laws: "
-            f"shapes {small:.3g}, {large:.3g}; use a gaussian, Weibull or empirical law"
+            f"shapes {small:.3g}, {large:.3g}, allowed {least:g} to {most:g}; use an empirical, gaussian or Weibull law"
         )
     return shapes
 
@@ -215,7 +217,8 @@ def _weibull_shape(skewness: float) -> float:
     least = FAMILIES["weibull"].limits[0]
     if excess(least) < 0.0:
         raise IllPosedError(
-            f"a skewness of {skewness:.3g} is beyond the Weibull laws; remove outliers from the heights"
+            f"a skewness of {skewness:.3g} is beyond the Weibull laws, at most {_weibull_moments(least).skewness:.3g}; "
+            f"use an empirical law, or remove outliers from the heights"
         )
     return SYMMETRIC_WEIBULL if excess(SYMMETRIC_WEIBULL) >= 0.0 else float(brentq(excess, least, SYMMETRIC_WEIBULL))
 
@@ -227,8 +230,8 @@ def _lognormal_shape(skewness: float) -> float:
     least, most = FAMILIES["lognormal"].limits
     if not least <= s <= most:
         raise IllPosedError(
-            f"a skewness of {skewness:.3g} asks for s = {s:.3g}, outside {least} ... {most} of the lognormal laws: "
-            f"below, use a gaussian law, above, a Weibull law or fewer outliers"
+            f"a skewness of {skewness:.3g} is beyond the lognormal laws, {_lognormal_moments(least).skewness:.3g} to "
+            f"{_lognormal_moments(most).skewness:.3g}; use an empirical law, below also a gaussian, above a Weibull one"
         )
     return s
 

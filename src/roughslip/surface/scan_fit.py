@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
 from scipy.special import stdtrit
 
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.surface.autocorrelation import Autocorrelation
 from roughslip.surface.covariance import Kind
-from roughslip.surface.covariance_fit import CovarianceFit, Estimates, estimates, fit_covariance
+from roughslip.surface.covariance_fit import CovarianceFit, fit_covariance
 from roughslip.surface.empirical import EmpiricalMarginal, empirical_marginal
-from roughslip.surface.marginal import Marginal, fit
+from roughslip.surface.fit_data import Estimates, RingPowers, estimates
+from roughslip.surface.marginal import Marginal
+from roughslip.surface.marginal import fit as fit_marginal
+from roughslip.surface.spectrum import HIGHEST, LEAKAGE, ROLL_OFF, rings
+from roughslip.surface.statistics import ScanStatistics
 from roughslip.surface.sub_areas import CONFIDENCE
 from roughslip.surface.topography import Topography
 
@@ -31,23 +36,49 @@ def lags_to_fit(found: Autocorrelation) -> Estimates:
     return estimates(lag_x[:, None], lag_y[None, :], rows[0], error[kept], rows[1:])
 
 
+def rings_to_fit(scan: Topography, found: ScanStatistics) -> RingPowers | None:
+    """Powers of the rings that lags hardly tell of; None where the scan has fewer than two of them.
+
+    From the wavenumber where a finite correlation no longer bends the spectrum to a quarter of the highest one, as for
+    the fractal dimension, and above the side lobes of the window.
+    """
+    parts, power = found.sub_areas, found.spectrum.power
+    q = found.spectrum.wavenumber
+    kept = (q >= ROLL_OFF / min(parts.extent)) & (q <= HIGHEST * math.pi / max(scan.dx, scan.dy))
+    kept &= power.value > LEAKAGE * power.value.max()
+    if kept.sum() < 2:
+        return None
+    over = rings(scan.grid, parts)
+    error = np.log(power.high / power.low)[kept] / (2 * stdtrit(parts.number - 1, 0.5 + 0.5 * CONFIDENCE))
+    return RingPowers(
+        power.value[kept],
+        error,
+        found.spectrum.rows[1:, kept],
+        lambda covariance: over.expected(covariance.spectrum)[kept],
+    )
+
+
 def fitted_covariances(
-    kinds: Sequence[Kind], scan: Topography, found: Autocorrelation, rms_height_m: float
+    kinds: Sequence[Kind], scan: Topography, found: ScanStatistics
 ) -> tuple[list[CovarianceFit], list[str]]:
     """Fits of the kinds that can be fitted, the best first, and why the others cannot.
 
     A self_affine spectrum goes on to the highest wavenumber of the scan. Raises IllPosedError where none can be.
     """
-    data, fits, refused = lags_to_fit(found), [], []
+    data, powers = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found)
+    fits: list[CovarianceFit] = []
+    refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
         cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if kind == "self_affine" else None
         try:
-            fits.append(fit_covariance(kind, data, rms_height_m, cutoff_wavelength_m=cutoff))
+            fit = fit_covariance(kind, data, float(found.rms_height.value), rings=powers, cutoff_wavelength_m=cutoff)
+            fits.append(fit)
         except (IllPosedError, ConvergenceError) as error:
-            refused.append(f"{kind}: {error}")
+            refused.setdefault(str(error), []).append(kind)
+    reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
     if not fits:
-        raise IllPosedError(f"no model fits the autocorrelation; take the measured one ({'; '.join(refused)})")
-    return sorted(fits, key=lambda one: one.criterion), refused
+        raise IllPosedError(f"no model fits the autocorrelation; take the measured one ({'; '.join(reasons)})")
+    return sorted(fits, key=lambda one: one.criterion), reasons
 
 
 def fitted_marginal(family: str, scan: Topography, rms_height_m: float) -> Marginal | EmpiricalMarginal | None:
@@ -57,4 +88,4 @@ def fitted_marginal(family: str, scan: Topography, rms_height_m: float) -> Margi
         return None
     if family == "empirical":
         return empirical_marginal(heights, rms_height_m)
-    return fit(heights, family).marginal
+    return fit_marginal(heights, family).marginal

@@ -22,12 +22,14 @@ which trends do not enter (Istas and Lang, Annales de l'Institut Henri Poincare 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.grid import Grid
 from roughslip.surface.sub_areas import Estimate, SubAreas, leave_one_out
 from roughslip.surface.topography import Topography
 
@@ -42,6 +44,9 @@ HIGHEST = 0.25
 """Share of the highest wavenumber of the scan below which the power law is fitted."""
 
 NARROWEST_BAND = 2.0
+
+LEAKAGE = 1e-5
+"""Share of the highest power of a ring below which a spectrum may be the window's side lobes."""
 
 
 @dataclass(frozen=True)
@@ -76,35 +81,77 @@ class FractalDimension:
     from_structure: Estimate
 
 
+@dataclass(frozen=True)
+class Rings:
+    """The wave vectors of a sub-area, sorted into rings of |q|.
+
+    Rings are a quarter of an octave wide, but no narrower than the lowest wavenumber: narrower ones hold wave vectors
+    along the axes or none of them, by turns, and the spectrum of a surface with a lay would go up and down with them.
+
+    wave_x : (px, 1), wave_y : (1, py) [1/m] of the transform of a sub-area, all signs
+    ring : (px, py) the number of its ring, -1 outside of all
+    wavenumber : (R,) [1/m] mean |q| of each ring
+    modes : (R,) wave vectors in each
+    """
+
+    wave_x: np.ndarray
+    wave_y: np.ndarray
+    ring: np.ndarray
+    wavenumber: np.ndarray
+    modes: np.ndarray
+
+    def mean(self, field: np.ndarray) -> np.ndarray:
+        """(R,) mean over each ring of a field (px, py)."""
+        inside = self.ring >= 0
+        return np.bincount(self.ring[inside], field[inside], minlength=len(self.modes)) / self.modes
+
+    def expected(self, density: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        """(R,) [m^4] of a spectral density S(q_x, q_y) [m^4], mixed as the window mixes it.
+
+        A Hann window takes two thirds of a wavenumber and a sixth of either neighbour. What leaks further is left out:
+        above LEAKAGE of the highest power the mean over samples is met within 15 %.
+        """
+        field = np.broadcast_to(density(self.wave_x, self.wave_y), self.ring.shape)
+        for axis in (0, 1):
+            field = 2.0 / 3.0 * field + (np.roll(field, 1, axis) + np.roll(field, -1, axis)) / 6.0
+        return self.mean(field)
+
+
+def rings(grid: Grid, parts: SubAreas) -> Rings:
+    """From half the lowest wavenumber of a sub-area to the highest that all directions have."""
+    qx, qy = (
+        2.0 * math.pi * scipy.fft.fftfreq(n // b, step)
+        for n, b, step in zip(grid.shape, parts.counts, (grid.dx, grid.dy), strict=True)
+    )
+    q = np.hypot(qx[:, None], qy[None, :])
+    first, last = _fundamental(grid, parts), math.pi / max(grid.dx, grid.dy)
+    edges = [0.5 * first]
+    while edges[-1] < last:
+        edges.append(max(edges[-1] + first, edges[-1] * 2.0 ** (1.0 / RINGS_PER_OCTAVE)))
+    edges[-1] = last  # the last ring is cut short
+    ring = np.searchsorted(edges, q, side="right") - 1
+    ring[ring == len(edges) - 1] = -1
+    modes = np.bincount(ring[ring >= 0], minlength=len(edges) - 1)
+    full = np.flatnonzero(modes)
+    ring = np.where(ring >= 0, np.searchsorted(full, ring), -1)
+    wavenumber = np.bincount(ring[ring >= 0], q[ring >= 0]) / modes[full]
+    return Rings(qx[:, None], qy[None, :], ring, wavenumber, modes[full])
+
+
 def spectrum(scan: Topography, parts: SubAreas) -> Spectrum:
-    """Radially averaged spectrum from the lowest wavenumber of a sub-area to the highest that all directions have."""
-    part_x, part_y = (n // b for n, b in zip(scan.grid.shape, parts.counts, strict=True))
+    """Radially averaged spectrum over `rings`."""
+    over = rings(scan.grid, parts)
+    part_x, part_y = over.ring.shape
     window = np.outer(_hann(part_x), _hann(part_y))
-    qx = 2.0 * math.pi * scipy.fft.fftfreq(part_x, scan.dx)[:, None]
-    qy = 2.0 * math.pi * scipy.fft.rfftfreq(part_y, scan.dy)[None, :]
-    # the transform of real heights is even: columns but those of q_y = 0 and the highest stand for two
-    twice = np.where((qy > 0.0) & (qy < math.pi / scan.dy * (1.0 - 1e-9)), 2.0, 1.0) * np.ones_like(qx)
-    q = np.hypot(qx, qy)
-    first, last = _fundamental(scan, parts), math.pi / max(scan.dx, scan.dy)
-    edges = np.geomspace(0.7 * first, last, max(2, round(RINGS_PER_OCTAVE * math.log2(last / first)) + 1))
-    ring = np.searchsorted(edges, q.ravel(), side="right") - 1
-    inside = (ring >= 0) & (ring < len(edges) - 1)
-
-    def over_rings(field: np.ndarray) -> np.ndarray:
-        return np.bincount(ring[inside], (twice * field).ravel()[inside], minlength=len(edges) - 1)
-
-    modes = over_rings(np.ones_like(q))
-    full = modes > 0
     powers = []
     for part in parts.slices():
         z = scan.heights[part][:part_x, :part_y]
-        transform = scipy.fft.rfft2(window * (z - np.sum(window * z) / np.sum(window)))
-        power = np.abs(transform) ** 2 * scan.dx * scan.dy / np.sum(window**2)
-        powers.append(over_rings(power)[full] / modes[full])
+        transform = scipy.fft.fft2(window * (z - np.sum(window * z) / np.sum(window)))
+        powers.append(over.mean(np.abs(transform) ** 2) * scan.dx * scan.dy / np.sum(window**2))
     rows = leave_one_out(np.stack(powers), np.asarray)
     rows[0] /= parts.number
     rows[1:] /= parts.number - 1
-    return Spectrum(over_rings(q)[full] / modes[full], parts.interval(rows, positive=True), modes[full], rows)
+    return Spectrum(over.wavenumber, parts.interval(rows, positive=True), over.modes, rows)
 
 
 def power_law(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate:
@@ -119,7 +166,7 @@ def power_law(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Es
 
 def self_affine_band(scan: Topography, parts: SubAreas) -> tuple[float, float] | None:
     """Wavenumbers [1/m] between which the scan could show a power law; None where they span less than an octave."""
-    low = max(LOWEST * _fundamental(scan, parts), ROLL_OFF / min(parts.extent))
+    low = max(LOWEST * _fundamental(scan.grid, parts), ROLL_OFF / min(parts.extent))
     high = HIGHEST * math.pi / max(scan.dx, scan.dy)
     return (low, high) if high >= NARROWEST_BAND * low else None
 
@@ -174,9 +221,9 @@ def _second_differences(scan: Topography, axis: int, lag: int) -> tuple[np.ndarr
     return np.moveaxis(square, 0, axis), np.moveaxis(count, 0, axis)
 
 
-def _fundamental(scan: Topography, parts: SubAreas) -> float:
+def _fundamental(grid: Grid, parts: SubAreas) -> float:
     """Lowest wavenumber [1/m] that a sub-area has on both axes: that of its shorter edge."""
-    edges = (scan.grid.nx // parts.counts[0] * scan.dx, scan.grid.ny // parts.counts[1] * scan.dy)
+    edges = (grid.nx // parts.counts[0] * grid.dx, grid.ny // parts.counts[1] * grid.dy)
     return 2.0 * math.pi / min(edges)
 
 

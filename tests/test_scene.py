@@ -240,9 +240,9 @@ MISTAKES = {
     "square: {modes: 6}\nexpansion: {variables: 7}": "expansion.variables: 7 is not allowed; at most square.modes = 6",
     "expansion: {variables: 8, degree: 3, samples: 165}": "expansion.samples: 165 is not allowed; "
     "more than the terms of the expansion, C(8 + 3, 3)",
-    "expansion: {variables: 9, degree: 6, samples: 9000}\nsquare: {latin_hypercube_samples: 5005}\n"
-    "strip: {training_samples: 40}": (
-        "square.latin_hypercube_samples: 5005 is not allowed; more than the terms of the expansion, C(9 + 6, 6)"
+    "expansion: {variables: 8, degree: 7, samples: 9000}\nsquare: {latin_hypercube_samples: 4000}\n"
+    "strip: {training_samples: 60}": (
+        "square.latin_hypercube_samples: 4000 is not allowed; more than the terms of the expansion, C(8 + 7, 7)"
     ),
     "expansion: {variables: 8, degree: 3, samples: 700000}\nsquare: {modes: 99}": "expansion.samples: 700000 is not "
     "allowed; samples times terms, C(8 + 3, 3), at most 100000000 (0.8 GB of memory)",

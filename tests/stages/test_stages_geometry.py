@@ -5,7 +5,6 @@ import pytest
 
 from roughslip.grid import Grid
 from roughslip.stages import expansion, geometry
-from roughslip.stages.contact_square import central_nodes
 from roughslip.stages.training import TRAINING_SPACING, training_columns
 from roughslip.surface.covariance import Covariance
 
@@ -58,24 +57,6 @@ def test_training_columns_lie_on_the_middle_at_equal_distances():
     assert 0 < 1080 - columns[-1] <= TRAINING_SPACING
     assert len(columns) == 120
     assert list(training_columns(slice(0, 4))) == []
-
-
-@pytest.mark.parametrize(
-    ("nx", "ny", "nodes"),
-    [
-        (10, 10, [(5, 5), (5, 4), (4, 5), (4, 4)]),
-        (9, 9, [(4, 4)]),
-        (10, 9, [(5, 4), (4, 4)]),
-        (1, 1, [(0, 0)]),
-        (2, 2, [(1, 1), (1, 0), (0, 1), (0, 0)]),
-    ],
-)
-def test_central_nodes_are_the_centre_and_its_mirror_images(nx, ny, nodes):
-    grid = Grid(nx, ny, 1.0, 1.0)
-    found = list(zip(*map(np.ndarray.tolist, central_nodes(grid)), strict=True))
-    assert found == nodes
-    assert found[0] == grid.centre
-    assert {(nx - 1 - i, ny - 1 - j) for i, j in found} == set(found)
 
 
 def test_streams_of_different_stages_never_meet():

@@ -5,8 +5,9 @@ import pytest
 from numpy.polynomial.legendre import leggauss
 
 from roughslip.chaos.basis import legendre_polynomials
+from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.sensitivity import sensitivity
+from roughslip.chaos.sensitivity import sensitivity, sensitivity_to_directions
 from roughslip.errors import IllPosedError, ParameterError
 
 
@@ -41,3 +42,49 @@ def test_a_constant_has_no_shares():
 def test_coefficients_that_do_not_fit_are_refused(c):
     with pytest.raises(ParameterError):
         sensitivity(multi_indices(2, 1), c)
+
+
+def test_modes_behind_one_rotated_variable():
+    """He_2((xi_1 + xi_2) / sqrt 2) / sqrt 2 = (He_2(xi_1) + He_2(xi_2)) / sqrt 8 + xi_1 xi_2 / sqrt 2: variances 1/4,
+    1/4 and 1/2. The third mode is in no variable."""
+    indices, directions = multi_indices(1, 2), np.array([[0.5**0.5, 0.5**0.5, 0.0]])
+    found = sensitivity_to_directions(indices, np.array([3.0, 0.0, 2.0]), directions)
+    assert (found.mean, found.variance) == (3.0, 4.0)
+    np.testing.assert_allclose(found.first, [0.25, 0.25, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found.total, [0.75, 0.75, 0.0], atol=1e-12)
+
+
+def test_modes_are_the_variables_where_nothing_is_turned():
+    rng = np.random.default_rng(4)
+    indices = multi_indices(3, 3)
+    coefficients_ = rng.standard_normal(len(indices))
+    plain, turned = sensitivity(indices, coefficients_), sensitivity_to_directions(indices, coefficients_, np.eye(3))
+    np.testing.assert_allclose(turned.first, plain.first, atol=1e-12)
+    np.testing.assert_allclose(turned.total, plain.total, atol=1e-12)
+
+
+def test_modes_of_a_turned_expansion_by_sampling():
+    """First order from the variance of means over the rest, by pick and freeze: 4e5 draws know a share to 0.005."""
+    rng = np.random.default_rng(5)
+    indices = multi_indices(2, 3)
+    directions = np.linalg.qr(rng.standard_normal((4, 2)))[0].T
+    coefficients_ = rng.standard_normal(len(indices))
+    found = sensitivity_to_directions(indices, coefficients_, directions)
+    xi, other = rng.standard_normal((2, 400_000, 4))
+
+    def target(x):
+        return hermite_basis(x @ directions.T, indices) @ coefficients_
+
+    y, mean = target(xi), coefficients_[0]
+    for mode in range(4):
+        frozen, fresh = other.copy(), xi.copy()
+        frozen[:, mode], fresh[:, mode] = xi[:, mode], other[:, mode]
+        first = np.mean((y - mean) * (target(frozen) - target(other))) / found.variance
+        total = 0.5 * np.mean((y - target(fresh)) ** 2) / found.variance
+        assert found.first[mode] == pytest.approx(first, abs=0.02)
+        assert found.total[mode] == pytest.approx(total, abs=0.02)
+
+
+def test_directions_that_are_not_orthonormal_are_refused():
+    with pytest.raises(ParameterError, match="orthonormal"):
+        sensitivity_to_directions(multi_indices(2, 1), np.ones(3), np.ones((2, 3)))

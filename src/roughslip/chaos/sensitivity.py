@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.chaos.hermite import hermite_basis
 from roughslip.errors import IllPosedError, ParameterError
 
 
@@ -51,3 +52,41 @@ def sensitivity(indices: np.ndarray, coefficients: np.ndarray) -> Sensitivity:
         first=shares @ (present & (order == 1)[:, None]) / variance,
         total=shares @ present / variance,
     )
+
+
+def sensitivity_to_directions(indices: np.ndarray, coefficients: np.ndarray, directions: np.ndarray) -> Sensitivity:
+    """Sobol' indices of the normal variables behind those of a Hermite expansion, which are rotated ones: u = D xi.
+
+    indices : (P, v) exponents of total degree, as multi_indices(v, degree) gives them
+    coefficients : (P,) in the unit of the target
+    directions : (v, M) D, orthonormal rows
+
+    Returns the indices of xi : (M,). Raises as `sensitivity`, and ParameterError for rows that are not orthonormal.
+
+    Method: of u only its part along d = D e_j, column j, depends on xi_j. Polynomials of a total degree stay such when
+    u is turned so that d lies along its first axis. In the turned variables u_1 = |d| xi_j + (1 - |d|^2)^(1/2) eta with
+    an independent normal eta, and He_n(u_1) has the mean |d|^n He_n(xi_j) given xi_j, and (1 - |d|^2)^(n/2) He_n(eta)
+    given all others.
+    """
+    whole = sensitivity(indices, coefficients)
+    variables = indices.shape[1]
+    if not np.allclose(directions @ directions.T, np.eye(variables), atol=1e-9):
+        raise ParameterError("directions must be orthonormal rows")
+    points = np.random.default_rng(0).standard_normal((4 * len(indices), variables))
+    to_coefficients = np.linalg.pinv(hermite_basis(points, indices))
+    first, total = np.empty(directions.shape[1]), np.empty(directions.shape[1])
+    for mode, d in enumerate(directions.T):
+        length = min(float(np.linalg.norm(d)), 1.0)
+        turned = to_coefficients @ (hermite_basis(points @ _first_along(d), indices) @ coefficients)
+        squares, powers = turned[1:] ** 2, indices[1:, 0]
+        alone = powers == indices[1:].sum(axis=1)
+        first[mode] = np.sum(squares[alone] * length ** (2.0 * powers[alone]))
+        total[mode] = np.sum(squares * (1.0 - (1.0 - length**2) ** powers))
+    return Sensitivity(whole.mean, whole.variance, first / whole.variance, total / whole.variance)
+
+
+def _first_along(d: np.ndarray) -> np.ndarray:
+    """An orthogonal matrix whose first row is along d : (v,); the unit matrix where d vanishes."""
+    mirror = d / (np.linalg.norm(d) or 1.0) - np.eye(len(d))[0]
+    square = mirror @ mirror
+    return np.eye(len(d)) - (2.0 / square * np.outer(mirror, mirror) if np.any(d) and square > 0 else 0.0)

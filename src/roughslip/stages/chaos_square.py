@@ -14,6 +14,7 @@ from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import Fit
+from roughslip.chaos.sensitivity import sensitivity_to_directions
 from roughslip.errors import IllPosedError
 from roughslip.stages import expansion, geometry, surfaces
 from roughslip.stages.centre_distribution import (
@@ -144,6 +145,10 @@ def work(job: Job) -> None:
     unit = "Pa m-1" if local.target.kind == "trial_pressure" else "Pa2 m-1"
     results["gap_stiffness"] = store.Variable((), local.target.gap_stiffness, unit, title)
     results["captured_variance"] = surface.variable("captured_variance")
+    modes = sensitivity_to_directions(local.indices, local.coefficients[0], directions[0])
+    for name, values, title in (("first", modes.first, "alone"), ("total", modes.total, "alone and with others")):
+        title = f"share of the variance of the expanded target that a mode explains {title} (Sobol' index)"
+        results[f"sobol_{name}"] = store.Variable(("mode",), values, "1", title)
     title = "variables at the centre in terms of the modes"
     results["direction"] = store.Variable(("variable", "mode"), directions[0], "1", title)
     store.write(job.arguments.output, results, job.key)

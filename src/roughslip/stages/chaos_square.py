@@ -35,6 +35,7 @@ from roughslip.stages.centre_distribution import (
     sampled_rows,
 )
 from roughslip.stages.command import Job, execute
+from roughslip.stages.nodes import Nodes, training_nodes
 
 KNOWN = 20_000  # Monte Carlo samples drawn again for the expansions at samples known to be in contact
 FITS = {
@@ -55,7 +56,7 @@ def expansions(batches: list[store.Result], directions: np.ndarray, job: Job) ->
 
 
 def local_expansion(
-    batches: list[store.Result], directions: np.ndarray, nodes: expansion.Nodes, target: PressureTarget, job: Job
+    batches: list[store.Result], directions: np.ndarray, nodes: Nodes, target: PressureTarget, job: Job
 ) -> LocalExpansion:
     """Ours, from every training node of its design."""
     xi = store.read(job.arguments.design)["expansion"]
@@ -101,7 +102,7 @@ def work(job: Job) -> None:
         surfaces.gaussian_model(job.configuration, job.arguments.scan),
         geometry.square_grid(job.configuration),
     )
-    places, variables = expansion.training_nodes(model, grid), job.configuration["expansion"]["variables"]
+    places, variables = training_nodes(model, grid), job.configuration["expansion"]["variables"]
     with job.usage.core():
         directions = expansion.directions(model, grid, surface["modes"], places, variables)
         local = local_expansion(batches, directions, places, expansion.target(job.configuration, model, grid), job)

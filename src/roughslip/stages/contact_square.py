@@ -7,8 +7,9 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
 from roughslip.contact.solve import solve
-from roughslip.stages import elastic, expansion, geometry, surfaces
+from roughslip.stages import elastic, geometry, surfaces
 from roughslip.stages.command import Job, execute
+from roughslip.stages.nodes import central_nodes, training_nodes
 from roughslip.surface.karhunen_loeve import heights
 
 
@@ -23,7 +24,7 @@ def work(job: Job) -> None:
     plane = float(model.plane_height(square["penetration_percentile"]))
     influence = elastic.influence(configuration, grid)
     tolerance = configuration["numerics"]["contact_tolerance"]
-    wanted = expansion.training_nodes if arguments.design_name == "expansion" else expansion.central_nodes
+    wanted = training_nodes if arguments.design_name == "expansion" else central_nodes
     nodes = wanted(model, grid)
     kept = nodes.x, nodes.y
     count = arguments.last - arguments.first

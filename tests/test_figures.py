@@ -9,26 +9,10 @@ import numpy as np
 import pytest
 
 from roughslip.figures import DRAWN, METHODS, figure2, figure3, figure5, save
+from tests.drawn import Recorded, with_interval
 
 FIGURES = {"figure2": figure2, "figure3": figure3, "figure5": figure5}
 DAMPING = np.array([0.05, 0.1, 0.17, 0.2, 0.23, 0.25, 0.27, 0.28, 0.29, 0.3, 0.31, 0.32, 0.3225, 0.325, 0.34, 0.4])
-
-
-class Recorded(dict):
-    """A result that remembers what was read."""
-
-    def __init__(self, arrays):
-        super().__init__(arrays)
-        self.read = set()
-
-    def __getitem__(self, name):
-        self.read.add(name)
-        return super().__getitem__(name)
-
-
-def with_interval(name, value, half):
-    value = np.asarray(value, dtype=float)
-    return {name: value, f"{name}_low": value - half, f"{name}_high": value + half}
 
 
 def square(*, count=200, scale=1e8):

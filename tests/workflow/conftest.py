@@ -114,7 +114,7 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Project:
 @pytest.fixture(scope="session")
 def finished(empty: Project) -> Project:
     """The same project after `snakemake -j1 tiny`. Not to be changed: take a copy."""
-    empty.make("-j1", "tiny")  # two jobs at a time would compile the same functions twice
+    empty.make("-j2", "tiny")
     return empty
 
 

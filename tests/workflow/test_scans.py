@@ -46,12 +46,12 @@ needs_library = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def ground(finished, tmp_path_factory):
-    """A project with the scene `ground`, made."""
-    project = finished.copy(tmp_path_factory.mktemp("scans") / "copy")
-    project.scene("ground", GROUND)
-    project.make("-j1", "ground")
-    return project
+def ground(finished):
+    """The scene `ground`, made in the project of `tiny` itself, whose compiled functions are there."""
+    finished.scene("ground", GROUND)
+    finished.make("-j2", "ground")
+    yield finished
+    finished.path("config/scenes/ground.yaml").unlink()
 
 
 @needs_library

@@ -25,7 +25,7 @@ CHAOS_STRIP = {"chaos_strip": 1, "expansion_strip": 1, **FRICTION}
 CONTACT = {**SQUARE, **STRIP, **CHAOS_SQUARE, **CHAOS_STRIP}
 ALL = {**SURFACE, **DESIGN, **CONTACT}
 
-# Modules of src/roughslip that get a line which acts, and what that re-runs; test_closure.py says which stage has which.
+# Modules of src/roughslip that get a line which acts, and what that re-runs; of all stages test_closure.py tells
 MODULES = {
     "figures": {**FIGURES, **COSTS},
     "surface/karhunen_loeve": {**SURFACE, **SQUARE, **CHAOS_SQUARE, **CLAIMS},

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from roughslip import store
+from roughslip.scan_file import read_scan, write_x3p
 from roughslip.stages.scan_table import NUMBERS
+from roughslip.surface.topography import topography
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 
@@ -32,10 +34,6 @@ roughness:
       blank_rms_m: 3.0e-7
       blank_length_m: 3.0e-6
 """
-SCANS = {
-    "al3d-1.al3d": "covariance: best, marginal: gaussian",
-    "matrix-2.txt": "covariance: measured, marginal: empirical",
-}
 PRODUCTS = ("surface/scan.nc", "figure_scan.png", "figure_scan.svg", "figure_scan.nc", "figure3.png", "report.html")
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1, "figure3": 1}
 END = {"claims": 1, "costs": 1, "scene_report": 1, "ground": 1}
@@ -119,17 +117,25 @@ def test_a_scan_that_is_not_there_is_told_before_any_job(empty, tmp_path):
 
 @needs_library
 @pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data")
+@pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
 def test_real_scans_go_to_figures_3_and_5(finished, tmp_path):
-    project = finished.copy(tmp_path / "copy")
-    names = [f"real{number}" for number in range(len(SCANS))]
-    for name, (file, models) in zip(names, SCANS.items(), strict=True):
-        scan = f"{{file: {DATA / file}, form: quadratic, {models}}}"
-        text = f"extends: tiny\ndescription: Real\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n"
-        project.scene(name, text)
-    project.make("-j2", *names)
-    for name in names:
-        assert all(project.path(f"results/{name}/{product}").is_file() for product in (*PRODUCTS, "figure5.png"))
-        result = store.read(project.path(f"results/{name}/surface/twins.nc"))
+    """In the project of `tiny` itself. The larger scan is cut to nine correlation lengths across its grooves."""
+    wide = read_scan(DATA / "matrix-2.txt")
+    write_x3p(tmp_path / "matrix.x3p", topography(wide.heights[:200], wide.dx, wide.dy, "cut"))
+    scenes = {
+        "focus": (DATA / "al3d-1.al3d", "covariance: best, marginal: gaussian", ["figure3", "figure5"]),
+        "matrix": (tmp_path / "matrix.x3p", "covariance: measured, marginal: empirical", ["figure3"]),
+    }
+    for name, (file, models, targets) in scenes.items():
+        scan = f"{{file: {file}, form: quadratic, {models}}}"
+        text = f"extends: tiny\ndescription: Real\ntargets: [{', '.join(targets)}]\nroughness: {{scan: {scan}}}\n"
+        finished.scene(name, text)
+    finished.make("-j2", *scenes)
+    for name, (*_, targets) in scenes.items():
+        drawn = [f"{target}.png" for target in targets]
+        assert all(finished.path(f"results/{name}/{product}").is_file() for product in (*PRODUCTS, *drawn))
+        result = store.read(finished.path(f"results/{name}/surface/twins.nc"))
         for number in ("rms_height", "skewness", "kurtosis"):
             twins = sorted(result[f"twin_{number}"])
             assert result[f"{number}_low"] < twins[len(twins) // 2] < result[f"{number}_high"], number
+        finished.path(f"config/scenes/{name}.yaml").unlink()

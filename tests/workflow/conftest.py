@@ -113,8 +113,8 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
 @pytest.fixture(scope="session")
 def finished(empty: Project) -> Project:
-    """The same project after `snakemake -j2 tiny`; further scenes may be made in it, beside which nothing may be changed:
-    take a copy."""
+    """The same project after `snakemake -j2 tiny`. A test may make a scene of its own in it; to change more it takes a
+    copy."""
     empty.make("-j2", "tiny")
     return empty
 

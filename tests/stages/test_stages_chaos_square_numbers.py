@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from roughslip.chaos.designs import monte_carlo
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.contact.influence import Influence
 from roughslip.stages import centre_distribution, chaos_square, design, geometry, surface
 
@@ -22,15 +23,31 @@ MEAN, SCATTER = -2e7, 5e7  # Pa, of the trial pressure at the centre: in contact
 DIRECTION = np.eye(MODES)[1] * 0.6 - np.eye(MODES)[4] * 0.8
 
 
+def trial_pressure(xi: np.ndarray) -> np.ndarray:
+    return MEAN + SCATTER * xi @ DIRECTION
+
+
 @pytest.fixture(scope="module")
-def found(run, stored):
-    """Monte Carlo in two batches, named in another order than numbered; the four central nodes agree."""
-    modes, designs = run(surface, CONFIGURATION), run(design, CONFIGURATION)
+def modes(run):
+    return run(surface, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def designs(run):
+    return run(design, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def found(run, stored, modes, designs):
+    """Monte Carlo in two batches, named in another order than numbered, its four central nodes alike; of the designs
+    the centre alone counts."""
     stiffness = 1 / Influence(geometry.square_grid(CONFIGURATION), 2.1e11 / (1 - 0.3**2)).diagonal
     drawn = [monte_carlo([7, geometry.STREAM_MONTE_CARLO, number], MODES) for number in range(MONTE_CARLO)]
 
     def batch(name: str, method: str, first: int, xi: np.ndarray):
-        trial = np.tile((MEAN + SCATTER * xi @ DIRECTION)[:, None], 4)
+        trial = np.tile(trial_pressure(xi)[:, None], 4)
+        if method != "monte_carlo":
+            trial[:, 1:] *= -1
         shape = ("sample", "node")
         fields = {"pressure": (shape, np.maximum(trial, 0)), "gap": (shape, np.maximum(-trial, 0) / stiffness)}
         return stored(name, {"first": first, "design": method}, **fields)
@@ -59,12 +76,16 @@ def test_expansions_that_are_exact_have_no_error(found):
     assert in_contact == found["fit_samples"][1] == pytest.approx(SAMPLES * norm.cdf(MEAN / SCATTER), abs=10)
 
 
-def test_the_first_variable_is_the_direction_of_the_pressure(found):
-    np.testing.assert_allclose(found["direction"][0], DIRECTION, atol=1e-9)
-    np.testing.assert_allclose(found["direction"] @ found["direction"].T, np.eye(2), atol=1e-12)
+def test_variables_are_the_direction_of_the_pressure_and_the_height_of_the_centre(found, modes, designs):
+    """The second less its part along the first; in both the expansion has all terms to the second degree."""
+    height = modes["modes"][:, 2, 2]
+    height = height - DIRECTION * (DIRECTION @ height)
+    np.testing.assert_allclose(found["direction"], [DIRECTION, height / np.linalg.norm(height)], atol=1e-9)
+    basis = hermite_basis(designs["expansion"] @ found["direction"].T, multi_indices(2, 2))
+    assert found["fit_condition_number"][2] == pytest.approx(np.linalg.cond(basis / np.linalg.norm(basis, axis=0)))
 
 
-def test_distributions_are_those_of_a_cut_normal(found):
+def test_distributions_are_those_of_a_cut_normal(found, designs):
     """P(r > 0) = Phi(m/s), E max(r, 0) = m Phi(m/s) + s phi(m/s), within four standard errors of their draws."""
     ratio = MEAN / SCATTER
     probability, mean = norm.cdf(ratio), MEAN * norm.cdf(ratio) + SCATTER * norm.pdf(ratio)
@@ -79,6 +100,8 @@ def test_distributions_are_those_of_a_cut_normal(found):
         assert low <= found["contact_probability"][row] <= high
     assert found["fit_positive_share"][2] == pytest.approx(probability, abs=2 / math.sqrt(DRAWS))
     assert found["fit_positive_share"][2] == found["contact_probability"][4]
+    in_contact = trial_pressure(designs["latin_hypercube"]) > 0
+    assert found["contact_probability"][1] == pytest.approx(np.mean(in_contact), abs=1e-12)
     # the fit of samples in contact does not know how many there were: that is of the Latin hypercube
     assert found["contact_probability"][2] == found["contact_probability"][3] == found["contact_probability"][1]
     np.testing.assert_array_equal(found["samples"], [4 * MONTE_CARLO, SAMPLES, DRAWS, DRAWS, DRAWS])

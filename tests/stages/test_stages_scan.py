@@ -16,7 +16,7 @@ SQ, DX, DY = 2e-7, 1e-6, 2e-6
 GRID = Grid(160, 120, DX, DY)
 CONFIGURATION = {
     "seed": 7,
-    "roughness": {"scan": {"form": "plane", "covariance": "exponential", "marginal": "gaussian"}},
+    "roughness": {"scan": {"form": "plane", "covariance": "best", "marginal": "gaussian"}},
 }
 
 
@@ -75,14 +75,31 @@ def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
     assert found["length_x"] == pytest.approx(8e-6, rel=0.25)
     assert found["length_y"] == pytest.approx(5e-6, rel=0.25)
     assert found["length_x_low"] < found["length_x"] < found["length_x_high"]
+    assert np.all(found["power_low"] < found["power"])
+    assert np.all(found["power"] < found["power_high"])
 
 
 def test_the_model_of_a_scan_is_its_covariance(scanned):
-    """Fitted, with the Sq of the scan."""
+    """The best of all kinds, with the Sq of the scan."""
     model = scan_model.restored(scanned)
     assert model.covariance.kind == "exponential"
     assert model.rms_height_m == pytest.approx(float(scanned["rms_height"]))
     assert model.lengths_m == pytest.approx((8e-6, 5e-6), rel=0.25)
+
+
+def test_the_measured_model_of_a_scan_is_its_correlation(run, scanned, heights):
+    measured = {"roughness": {"scan": CONFIGURATION["roughness"]["scan"] | {"covariance": "measured"}}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scan, "read_scan", lambda *_: topography(heights, DX, DY, "scan"))
+        found = run(scan, measured, "measured")
+    model = scan_model.restored(found)
+    sq = float(scanned["rms_height"])
+    assert model.rms_height_m == pytest.approx(sq)
+    assert model.lengths_m == (found["length_x"], found["length_y"])
+    i0, j0 = (len(found[name]) // 2 for name in ("lag_x", "lag_y"))
+    for i, j in ((0, 0), (3, 0), (0, 2)):
+        expected = sq**2 * found["correlation"][i0 + i, j0 + j]
+        assert model.covariance(np.array(i * DX), j * DY) == pytest.approx(expected, abs=0.05 * sq**2)
 
 
 def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):

@@ -5,6 +5,7 @@ import pytest
 
 from roughslip.chaos.distribution import wilson_interval
 from roughslip.stages import cycles, deterministic, oscillator
+from tests.stages.paper import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
 CONFIGURATION = {
@@ -18,19 +19,7 @@ CONFIGURATION = {
             "beta_b": 5.0,
         }
     },
-    "oscillator": {
-        "mass_kg": 1.0,
-        "natural_frequency_rad_per_s": 316.0,
-        "damping_ratio": 0.17,
-        "belt_velocity_m_per_s": 0.948,
-        "normal_force_n": 2500.0,
-        "excitation_force_n": 0.0,
-        "excitation_frequency_rad_per_s": 316.0,
-        "static_friction": 0.4,
-        "stribeck_decay_s_per_m": 1.42,
-        "stribeck_quadratic_s2_per_m2": 0.01,
-        "stochastic_static_limit": True,
-    },
+    "oscillator": OSCILLATOR,
     "ensemble": {
         "realisations": 8,
         "duration_periods": 30,

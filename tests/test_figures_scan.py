@@ -5,23 +5,7 @@ import pytest
 
 from roughslip.figures import save
 from roughslip.figures_scan import DRAWN, NUMBERS, OUTSIDE, figure_scan
-
-
-class Recorded(dict):
-    """A result that remembers what was read."""
-
-    def __init__(self, arrays):
-        super().__init__(arrays)
-        self.read = set()
-
-    def __getitem__(self, name):
-        self.read.add(name)
-        return super().__getitem__(name)
-
-
-def with_interval(name, value, half):
-    value = np.asarray(value, dtype=float)
-    return {name: value, f"{name}_low": value - half, f"{name}_high": value + half}
+from tests.drawn import Recorded, with_interval
 
 
 def twins(name, value, spread):
@@ -73,8 +57,9 @@ def test_nothing_is_cut_and_no_title_runs_into_the_next_panel(case):
 def test_what_is_drawn_is_stored_and_the_same_bytes(tmp_path):
     arrays = Recorded(scan())
     for name in ("one", "two"):
+        figure = figure_scan(arrays)
         for kind in ("png", "svg"):
-            save(figure_scan(arrays), tmp_path / f"{name}.{kind}")
+            save(figure, tmp_path / f"{name}.{kind}")
     assert arrays.read == set(DRAWN)
     for kind in ("png", "svg"):
         assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -42,8 +44,7 @@ def read(file: Path) -> tuple[dict[str, Any], list[tuple[KeyPath, str]]]:
     if len(content) > _LARGEST_FILE:
         raise InputError(f"{where}: larger than {_LARGEST_FILE} bytes, which no scene needs")
     try:
-        loader = _StrictLoader(content.decode("utf-8"))
-        node = loader.get_single_node()
+        parsed = _parsed(content.decode("utf-8"))
     except UnicodeDecodeError as error:
         raise InputError(f"{where}: not UTF-8 text; byte {error.start} is {content[error.start]:#04x}") from None
     except yaml.MarkedYAMLError as error:
@@ -52,12 +53,23 @@ def read(file: Path) -> tuple[dict[str, Any], list[tuple[KeyPath, str]]]:
         raise InputError(f"{where}: {at}not valid YAML: {error.problem or error.context}") from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # PyYAML raises the last two for wild \U escapes
         raise InputError(f"{where}: not valid YAML: {' '.join(str(error).split())}") from None
-    if node is None:
+    if parsed is None:
         raise InputError(f"{where}: empty; a scene file holds keys and values")
-    values = loader.values(node)
+    values, misread = deepcopy(parsed)
     if not isinstance(values, dict):
         raise InputError(f"{where}: {shown(values)} is not allowed; a scene file holds keys and values")
-    return values, loader.misread
+    return values, misread
+
+
+@lru_cache(maxsize=64)
+def _parsed(text: str) -> tuple[Any, list[tuple[KeyPath, str]]] | None:
+    """What a document holds, and what in it was misread; None where it is empty.
+
+    Kept, as scenes extend the same few files, and PyYAML takes some 20 ms for each.
+    """
+    loader = _StrictLoader(text)
+    node = loader.get_single_node()
+    return None if node is None else (loader.values(node), loader.misread)
 
 
 class _StrictLoader(yaml.SafeLoader):

@@ -60,12 +60,13 @@ def assert_same(solution: ContactSolution, pressure: np.ndarray, gap: np.ndarray
     ("metre", "pascal"), [(1.0, 1e12), (1.0, 1e-12), (1e9, 1.0), (1e-9, 1.0), (1e-9, 1e12), (1e9, 1e-12)]
 )
 def test_units(surface, case: Case, metre: float, pascal: float) -> None:
-    """p / E*, p / H and gap / length depend on shapes alone."""
+    """p / E*, p / H and gap / length depend on shapes alone; so does the work at a given plane."""
     heights = surface(case.shape, case.length, 2)
     reference = case.press(heights)
     assert np.any(reference.plastic_displacement) == math.isfinite(case.cap)
     scaled = case.press(heights, metre, pascal)
     assert scaled.residual <= TOLERANCE
+    assert case.periodic or scaled.work == reference.work
     assert np.array_equal(scaled.contact, reference.contact)
     assert_same(reference, scaled.pressure / pascal, scaled.gap / metre, scaled.plastic_displacement / metre)
     if case.periodic:

@@ -9,21 +9,9 @@ from roughslip.stages import mass_on_belt
 from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
 from roughslip.stages.deterministic import where_it_exists
 from roughslip.stages.mass_on_belt import FrictionNumbers, friction_numbers
+from tests.stages.paper import OSCILLATOR
 
 GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4, "beta_a": 2.1, "beta_b": 5.0}
-SECTION = {
-    "mass_kg": 1.0,
-    "natural_frequency_rad_per_s": 316.0,
-    "damping_ratio": 0.17,
-    "belt_velocity_m_per_s": 0.948,
-    "normal_force_n": 2500.0,
-    "excitation_force_n": 0.0,
-    "excitation_frequency_rad_per_s": 316.0,
-    "static_friction": 0.4,
-    "stribeck_decay_s_per_m": 1.42,
-    "stribeck_quadratic_s2_per_m2": 0.01,
-    "stochastic_static_limit": True,
-}
 
 
 @pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.5, 0.5), (90.0, 300.0)])
@@ -63,14 +51,14 @@ def test_without_numbers_and_without_a_file_there_is_no_friction():
 
 
 def test_the_paper_s_oscillator_and_law():
-    belt, law = mass_on_belt.oscillator({"oscillator": SECTION}), mass_on_belt.law({"oscillator": SECTION}, 0.3)
+    belt, law = mass_on_belt.oscillator({"oscillator": OSCILLATOR}), mass_on_belt.law({"oscillator": OSCILLATOR}, 0.3)
     assert (pytest.approx(0.003), pytest.approx(2500 / 316**2)) == (belt.V, belt.F)
     v = np.linspace(0.0, 2.0, 9)
     np.testing.assert_allclose(law.mu(v), 0.3 / (1 + 1.42 * v) + 0.1 + 0.01 * v**2)
 
 
 def test_a_path_is_longer_than_the_belt_travels():
-    belt = mass_on_belt.oscillator({"oscillator": SECTION})
+    belt = mass_on_belt.oscillator({"oscillator": OSCILLATOR})
     travel = 0.948 * 100 * 2 * np.pi / 316
     assert mass_on_belt.path_length(belt, 100) == pytest.approx(travel + 10 * belt.F)
 

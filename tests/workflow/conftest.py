@@ -113,8 +113,9 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Project:
 
 @pytest.fixture(scope="session")
 def finished(empty: Project) -> Project:
-    """The same project after `snakemake -j1 tiny`. Not to be changed: take a copy."""
-    empty.make("-j1", "tiny")  # two jobs at a time would compile the same functions twice
+    """The same project after `snakemake -j2 tiny`. A test may make a scene of its own in it; to change more it takes a
+    copy."""
+    empty.make("-j2", "tiny")
     return empty
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import math
 import os
@@ -20,10 +19,8 @@ from roughslip.grid import Grid
 from workflow.benchmarks import contact, contact_figure, contact_problem, measure, tuning
 from workflow.benchmarks.contact_peers import PEERS, PolonskyKeer
 from workflow.lib.closure import absolute_imports
-from workflow.lib.evidence import evidence_key
 
 ROOT = Path(__file__).resolve().parents[2]
-MODULES = sorted((ROOT / "workflow" / "benchmarks").glob("*.py"))
 TINY = contact.Campaign((16,), (24,), (16,), (16,), levels=("50",), quick=True)
 
 
@@ -229,16 +226,6 @@ def test_public_solvers_find_our_solution(name):
     assert agrees_with_ours(PEERS[name], "exp", "contact90") > 20
 
 
-def test_without_the_peers_their_benchmark_says_what_to_do():
-    program = "import sys; sys.modules['tamaas'] = None; from workflow.benchmarks.contact import main; main()"
-    command = [sys.executable, "-c", program, "--output", "never.json", "--quick", "--peers"]
-    environment = {**os.environ, "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}"}
-    run = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-    assert run.returncode == 2
-    assert "not installed: tamaas" in run.stderr
-    assert "make benchmark PEERS=1" in run.stderr
-
-
 def test_the_package_knows_no_peer():
     peers = {"tamaas", "ContactMechanics"}
     files = (ROOT / "src").rglob("*.py")
@@ -292,44 +279,3 @@ def test_its_figure_is_the_same_at_every_drawing(benchmark, tmp_path):
     for name in ("one.svg", "two.svg"):
         save(contact_figure.figure(benchmark["rows"]), tmp_path / name)
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
-
-
-# The workflow.
-
-
-def test_the_target_plans_the_benchmark(empty, tmp_path):
-    fresh = empty.copy(tmp_path / "copy")
-    stages = ("surface", "surface_figure", "contact", "contact_figure")
-    plan = {"benchmark": 1, **{f"benchmark_{stage}": 1 for stage in stages}}
-    assert fresh.plan("benchmark") == plan
-
-
-def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch):
-    project = empty.copy(tmp_path / "copy")
-    monkeypatch.chdir(project.folder)
-
-    def key(**configuration):
-        path = evidence_key("benchmarks", "contact", project.folder, project.path("requirements.lock"), **configuration)
-        return project.path(path).read_text()
-
-    first = key(options=[])
-    assert key(options=["peers"]) != first
-    for file, changes in (
-        ("src/roughslip/friction/statistics.py", False),
-        ("src/roughslip/contact/dense.py", True),
-        ("workflow/benchmarks/contact_figure.py", False),
-        ("workflow/benchmarks/measure.py", True),
-        ("requirements.lock", True),
-    ):
-        with project.path(file).open("a") as source:
-            source.write("\n_edited = 1\n")
-        assert (key(options=[]) != first) is changes, file
-        first = key(options=[])
-
-
-@pytest.mark.parametrize("file", MODULES, ids=lambda file: file.name)
-def test_pieces_stay_small(file):
-    source = file.read_text(encoding="utf-8")
-    assert len(source.splitlines()) <= 400
-    functions = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef))
-    assert [node.name for node in functions if node.end_lineno - node.lineno + 1 > 70] == []

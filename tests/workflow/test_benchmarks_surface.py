@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,9 +18,7 @@ from workflow.benchmarks import measure, surface, surface_figure, surface_proble
 from workflow.benchmarks.surface_peers import SAMPLERS, Embedded, covariance_of_waves
 from workflow.benchmarks.surface_problem import Convolution, Lags, covariance_of, residual, square
 from workflow.benchmarks.surface_summary import summary
-from workflow.lib.evidence import evidence_key
 
-ROOT = Path(__file__).resolve().parents[2]
 TINY = surface.Campaign((34, 5), 32, (12, 16), 12, (3, 9), (24,), most_samples=64, budget=1.0, quick=True)
 
 
@@ -144,16 +138,6 @@ def test_gstools_samples_the_field_asked_for(name, method, setting):
         assert surface_problem.root_mean_square(mean - covariance(lags.x, lags.y)) > 1.2 * error
 
 
-def test_without_the_peer_the_benchmark_says_what_to_do():
-    program = "import sys; sys.modules['gstools'] = None; from workflow.benchmarks.surface import main; main()"
-    command = [sys.executable, "-c", program, "--output", "never.json", "--quick", "--peers"]
-    environment = {**os.environ, "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}"}
-    run = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-    assert run.returncode == 2
-    assert "not installed: gstools" in run.stderr
-    assert "make benchmark PEERS=1" in run.stderr
-
-
 # The summary.
 
 
@@ -250,28 +234,3 @@ def test_its_figure_is_the_same_at_every_drawing(benchmark, tmp_path):
     for name in ("one.svg", "two.svg"):
         save(surface_figure.figure(benchmark["rows"]), tmp_path / name)
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
-
-
-# The workflow.
-
-
-def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch):
-    project = empty.copy(tmp_path / "copy")
-    monkeypatch.chdir(project.folder)
-
-    def key() -> str:
-        return project.path(
-            evidence_key("benchmarks", "surface", project.folder, project.path("requirements.lock"))
-        ).read_text()
-
-    first = key()
-    for file, changes in (
-        ("src/roughslip/surface/lanczos.py", True),
-        ("src/roughslip/contact/dense.py", False),
-        ("workflow/benchmarks/surface_peers.py", True),
-        ("workflow/benchmarks/surface_figure.py", False),
-    ):
-        with project.path(file).open("a") as source:
-            source.write("\n_edited = 1\n")
-        assert (key() != first) is changes, file
-        first = key()

@@ -1,13 +1,13 @@
 """Import closures and code hashes on small packages written to disk."""
 
-import os
-import subprocess
-import sys
+import ast
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
-from workflow.lib.closure import closure, code_hash
+from roughslip.scene_rules import SLICES
+from workflow.lib.closure import _read, closure, code_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGE = "pkg.stages.contact"
@@ -144,17 +144,44 @@ def test_the_hash_is_the_same_on_every_python(tmp_path):
     assert code_hash("tricky", tmp_path, tmp_path / "lock") == TRICKY_HASH
 
 
-def test_the_real_stages_are_hashed_quickly():
-    """The whole Snakefile must parse well below 1 s, so all stages together get half of that, cold."""
-    script = (
-        "import time; start = time.process_time()\n"
-        "from pathlib import Path; from workflow.lib.closure import code_hash\n"
-        "stages = [f'roughslip.stages.{p.stem}' for p in Path('src/roughslip/stages').glob('[!_]*.py')]\n"
-        "assert stages; [code_hash(s, 'src', 'requirements.lock') for s in stages]\n"
-        "print(time.process_time() - start)"
-    )
-    run = subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, env={**os.environ, "PYTHONPATH": "."}, capture_output=True, text=True
-    )
-    assert run.returncode == 0, run.stderr
-    assert float(run.stdout) < 0.5
+# Modules of src/roughslip and the stages whose code they belong to.
+CONTACT = {"contact_square", "contact_strip"}
+SAMPLING = {"surface", *CONTACT, "chaos_square", "chaos_strip", "expansion_strip", "scan", "twins"}
+MODULES = {
+    "figures": {"figure2", "figure3", "figure5", "figure_scan"},
+    "figures_scan": {"figure_scan"},
+    "report": {"report"},
+    "claims": {"claims"},
+    "surface/karhunen_loeve": {"surface", "contact_square"},
+    "surface/embedding": {*SAMPLING, "grinding"},
+    "surface/model": SAMPLING,
+    "surface/covariance_fit": {"scan"},
+    "contact/conjugate_gradients": CONTACT,
+    "contact/solve": CONTACT,
+    "chaos/regression": {"chaos_square", "chaos_strip", "expansion_strip"},
+    "friction/correlation": {"friction"},
+    "oscillator/stick": {"deterministic", "oscillator"},
+}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_an_edit_of_a_module_reaches_these_stages(module):
+    file = ROOT / f"src/roughslip/{module}.py"
+    assert {name for name in SLICES if file in closure(f"roughslip.stages.{name}", ROOT / "src")} == MODULES[module]
+
+
+def test_each_file_is_parsed_once_for_all_stages(monkeypatch):
+    """Parsing is what hashing costs, and every start of Snakemake hashes all stages."""
+    parsed = Counter()
+
+    def parse(source: bytes, name: str) -> ast.Module:
+        parsed[name] += 1
+        return ast_parse(source, name)
+
+    ast_parse = ast.parse
+    monkeypatch.setattr("workflow.lib.closure.ast.parse", parse)
+    _read.cache_clear()
+    for stage in SLICES:
+        code_hash(f"roughslip.stages.{stage}", ROOT / "src", ROOT / "requirements.lock")
+    assert len(parsed) > 60
+    assert set(parsed.values()) == {1}

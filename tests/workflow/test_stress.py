@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import math
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,14 +16,11 @@ from roughslip.contact.solve import ContactSolution, solve, solve_load
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.grid import Grid
 from workflow.benchmarks.measure import fields
-from workflow.lib.evidence import evidence_key
 from workflow.stress import contact, contact_judge, outcomes
 from workflow.stress.contact_judge import Displacement, judge
 from workflow.stress.contact_problem import ADVERSARIAL, CONTROLS, RANDOM, Problem, random_problem
 from workflow.stress.outcomes import Verdict
 
-ROOT = Path(__file__).resolve().parents[2]
-MODULES = sorted((ROOT / "workflow" / "stress").glob("*.py"))
 MODULUS = 2e11
 
 
@@ -303,41 +298,3 @@ def test_a_failure_is_told_by_its_number_and_ends_the_command_with_one(capsys, m
     assert "false claim: number=4 tolerance=1e-3: p >= 0: 1 for 0" in capsys.readouterr().err
     monkeypatch.setattr("sys.argv", ["stress", "--only", "3", "5"])
     assert outcomes.command("", "contact", broken, list, ()) == 0
-
-
-# The workflow.
-
-
-def test_the_target_plans_the_campaign(empty, tmp_path):
-    fresh = empty.copy(tmp_path / "copy")
-    assert fresh.plan("stress") == {"stress_contact": 1, "stress": 1}
-
-
-def test_what_is_stressed_is_in_the_key(empty, tmp_path, monkeypatch):
-    project = empty.copy(tmp_path / "copy")
-    monkeypatch.chdir(project.folder)
-
-    def key(**configuration) -> str:
-        return project.path(
-            evidence_key("stress", "contact", project.folder, project.path("requirements.lock"), **configuration)
-        ).read_text()
-
-    first = key(options={})
-    assert key(options={"seed": "1"}) != first
-    for file, changes in (
-        ("src/roughslip/friction/statistics.py", False),
-        ("src/roughslip/contact/dense.py", True),
-        ("workflow/stress/contact_judge.py", True),
-    ):
-        with project.path(file).open("a") as source:
-            source.write("\n_edited = 1\n")
-        assert (key(options={}) != first) is changes, file
-        first = key(options={})
-
-
-@pytest.mark.parametrize("file", MODULES, ids=lambda file: file.name)
-def test_pieces_stay_small(file):
-    source = file.read_text(encoding="utf-8")
-    assert len(source.splitlines()) <= 400
-    functions = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef))
-    assert [node.name for node in functions if node.end_lineno - node.lineno + 1 > 70] == []

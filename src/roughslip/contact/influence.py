@@ -159,18 +159,6 @@ class Influence:
             self._convolution(pressure, result)
         return result
 
-    def matrix(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """B between the nodes (i_k, j_k).
-
-        i, j : (n,) positions of the nodes along and across
-
-        Returns (n, n) [m/Pa], symmetric. Raises ParameterError for a node off the mesh.
-        """
-        i, j = np.asarray(i, dtype=np.int64), np.asarray(j, dtype=np.int64)
-        if i.ndim != 1 or i.shape != j.shape or not _on_mesh(i, j, self.grid.nx, self.grid.ny):
-            raise ParameterError(f"positions of nodes must be two equally long lists on the mesh of {self.grid.shape}")
-        return gathered(self.coefficients, i, j)
-
 
 def _lifting_pressures(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
     width = 2 * PATCH_RADIUS + 1
@@ -221,16 +209,11 @@ def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray, 
 
 
 @njit(cache=True)
-def _on_mesh(i: np.ndarray, j: np.ndarray, nx: int, ny: int) -> bool:
-    inside = True
-    for k in range(i.size):
-        inside &= 0 <= i[k] < nx and 0 <= j[k] < ny
-    return inside
-
-
-@njit(cache=True)
 def gathered(coefficients: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-    """B between the nodes (i_k, j_k), from the coefficients by offset."""
+    """B between the nodes (i_k, j_k) : (n, n) [m/Pa], symmetric, from the coefficients by offset.
+
+    i, j : (n,) positions of the nodes along and across, on the mesh; not checked
+    """
     n = i.size
     matrix = np.empty((n, n))
     for row in range(n):

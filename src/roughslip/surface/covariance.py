@@ -31,22 +31,28 @@ GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 
 class StationaryCovariance(Protocol):
-    """What sampling and expansion need of a covariance.
-
-    rms_height_m : Sq [m]
-    separable : whether C(x, y) is a product of a function of x and one of y
-    mirror_symmetric : whether C(-x, y) = C(x, y); C(-x, -y) = C(x, y) always holds
-    reach_m : [m] half edges along x and y of the box outside which the correlation is below 1e-15
-    """
+    """What sampling and expansion need of a covariance."""
 
     @property
-    def rms_height_m(self) -> float: ...
+    def rms_height_m(self) -> float:
+        """Sq [m]."""
+        ...
+
     @property
-    def separable(self) -> bool: ...
+    def separable(self) -> bool:
+        """Whether C(x, y) is a product of a function of x and one of y."""
+        ...
+
     @property
-    def mirror_symmetric(self) -> bool: ...
+    def mirror_symmetric(self) -> bool:
+        """Whether C(-x, y) = C(x, y); C(-x, -y) = C(x, y) always holds."""
+        ...
+
     @property
-    def reach_m(self) -> tuple[float, float]: ...
+    def reach_m(self) -> tuple[float, float]:
+        """[m] half edges along x and y of the box outside which the correlation is below 1e-15."""
+        ...
+
     def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
         """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
         ...

@@ -24,9 +24,13 @@ class HeightMarginal(Protocol):
     """What a translation needs of a law of heights: also met by EmpiricalMarginal."""
 
     @property
-    def rms_height_m(self) -> float: ...
+    def rms_height_m(self) -> float:
+        """Sq [m]."""
+        ...
 
-    def from_gaussian(self, normal: np.ndarray) -> np.ndarray: ...
+    def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
+        """z : (as normal) [m] the height of each standard normal value."""
+        ...
 
 
 class Moments(NamedTuple):

@@ -26,12 +26,18 @@ Sampler = Callable[[np.random.Generator], np.ndarray]
 
 
 class SurfaceModel(Protocol):
-    """rms_height_m : Sq [m]; lengths_m : 1/e lengths [m] along x and y, which scale the variables of expansions"""
+    """What the stages need of a surface: a field to draw, heights from it, and where the plane stands."""
 
     @property
-    def rms_height_m(self) -> float: ...
+    def rms_height_m(self) -> float:
+        """Sq [m]."""
+        ...
+
     @property
-    def lengths_m(self) -> tuple[float, float]: ...
+    def lengths_m(self) -> tuple[float, float]:
+        """1/e lengths [m] along x and y, which scale the variables of expansions."""
+        ...
+
     def sampler(self, grid: Grid) -> Sampler:
         """A function that draws a field (nx, ny) [m] on the mesh."""
         ...

@@ -1,0 +1,44 @@
+"""The scenes and the schema that are shipped, and words that tests of scenes share."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from roughslip.errors import InputError
+from roughslip.scene import load
+
+CONFIG = Path(__file__).parents[2] / "config"
+SCHEMA_PATH = CONFIG / "scene.schema.yaml"
+SCHEMA = yaml.safe_load(SCHEMA_PATH.read_text())
+SCENES = ("fractal", "given", "measured", "nongaussian", "paper", "resolved", "smoke")
+PAPER_TEXT = (CONFIG / "scenes" / "paper.yaml").read_text()
+PAPER = yaml.safe_load(PAPER_TEXT)
+BESIDE = ", ".join(sorted((*SCENES, "mine")))
+KINDS = "gaussian, exponential, separable_exponential, matern, self_affine"
+FIGURES = "figure2, figure3, figure5, figure_scan"
+FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
+SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
+STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"
+ALWAYS = {"claims", "costs", "report"}
+OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
+SCAN_STAGES = {"grinding", "scan", "twins", "figure_scan"}
+
+
+def shipped_scene(name: str) -> dict:
+    return load(name, CONFIG / "scenes", SCHEMA_PATH)
+
+
+def lines_of(call, *args, **kwargs) -> list[str]:
+    with pytest.raises(InputError) as caught:
+        call(*args, **kwargs)
+    return list(caught.value.lines)
+
+
+def properties(schema: dict, prefix: str = "") -> dict[str, dict]:
+    """Every property of the schema by its dotted key, sections among them."""
+    found = {}
+    for key, part in schema.get("properties", {}).items():
+        found[prefix + key] = part
+        found |= properties(part, f"{prefix}{key}.")
+    return found

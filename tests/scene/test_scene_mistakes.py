@@ -1,0 +1,228 @@
+"""A mistake in a scene file has its line."""
+
+import pytest
+
+from tests.scene.shipped import BESIDE, FIGURES, FRACTAL, KINDS, SCAN, STATISTICS, lines_of
+
+# What follows `extends: paper` in a scene file, and the line that it earns, without the name of the file.
+MISTAKES = {
+    # the schema
+    "strip: {cell_m: 0}": "strip.cell_m: 0 is not allowed; a number > 0 [m]",
+    "material: {poisson_ratio: 0.6}": "material.poisson_ratio: 0.6 is not allowed; a number > -1 and <= 0.5",
+    "material: {young_modulus_pa: 210}": "material.young_modulus_pa: 210 is not allowed; "
+    "a number >= 1000 and <= 1e+13 [Pa]",
+    "square: {nodes: 513}": "square.nodes: 513 is not allowed; a whole number >= 2 and <= 512",
+    "square: {nodes: 10.0}": "square.nodes: 10.0 is not allowed; a whole number >= 2 and <= 512",
+    "square: {nodes: true}": "square.nodes: true is not allowed; a whole number >= 2 and <= 512",
+    "square: {penetration_percentile: 100}": "square.penetration_percentile: 100 is not allowed; "
+    "a number > 0 and < 100 [%]",
+    "square: {latin_hypercube_samples: 3999}": "square.latin_hypercube_samples: 3999 is not allowed; "
+    "a whole number >= 4000 and <= 1000000",
+    "oscillator: {mass_kg: true}": "oscillator.mass_kg: true is not allowed; a number > 0 and <= 1000000 [kg]",
+    "oscillator: {mass_kg:}": "oscillator.mass_kg: no value is not allowed; a number > 0 and <= 1000000 [kg]",
+    "oscillator: {mass_kg: 1.0e+999}": "oscillator.mass_kg: inf is not allowed; a number > 0 and <= 1000000 [kg]",
+    "oscillator: {mass_kg: .nan}": "oscillator.mass_kg: '.nan' is text, not a number; a number > 0 and <= 1000000 [kg]",
+    "oscillator: {mass_kg: [1]}": "oscillator.mass_kg: [1] is not allowed; a number > 0 and <= 1000000 [kg]",
+    "oscillator: {mass_kg: 2 kg}": "oscillator.mass_kg: '2 kg' is text, not a number; a number > 0 and <= 1000000 [kg]",
+    "oscillator: {stochastic_static_limit: yes}": "oscillator.stochastic_static_limit: 'yes' is not allowed; "
+    "true or false",
+    "roughness: {covariance: gauss}": f"roughness.covariance: 'gauss' is not allowed; one of {KINDS}",
+    "strip: {cell_m: 1.0e+999}": "strip.cell_m: inf is not allowed; a number > 0 [m]",
+    "strip: {samples: 7, training_samples: 2}": "strip.samples: 7 is not allowed; a whole number >= 8 and <= 100000",
+    "strip: {penetration_percentiles: [0, 50]}": "strip.penetration_percentiles[0]: 0 is not allowed; "
+    "a number > 0 and < 100 [%]",
+    "ensemble: {damping_ratios: []}": "ensemble.damping_ratios: [] is not allowed; "
+    "a list of 1 to 200, of a number >= 0 and <= 10",
+    "ensemble: {damping_ratios: [-0.1, 0.1]}": "ensemble.damping_ratios[0]: -0.1 is not allowed; "
+    "a number >= 0 and <= 10",
+    "targets: [figure2, figure4]": f"targets[1]: 'figure4' is not allowed; one of {FIGURES}",
+    "targets: [figure2, figure2]": "targets: ['figure2', 'figure2'] is not allowed; "
+    f"a list of at least 1, each once, of one of {FIGURES}",
+    "numerics: 1.0e-8": "numerics: 1e-08 is not allowed; a group of the keys contact_tolerance, oscillator_tolerance",
+    r'description: "two\nlines"': r"description: 'two\nlines' is not allowed; text on one line, 1 to 200 characters",
+    "description: ''": "description: '' is not allowed; text on one line, 1 to 200 characters",
+    "seed: -1": "seed: -1 is not allowed; a whole number >= 0 and <= 4294967295",
+    "friction: {mean_at_median: 0}": "friction.mean_at_median: 0 is not allowed; a number > 0 and <= 10",
+    f"targets: [figure5]\nfriction: {{statistics: {STATISTICS.replace('2.1', '0')}}}": "friction.statistics.beta_a: "
+    "0 is not allowed; a number > 0 and <= 1000",
+    # keys
+    "strip: {cel_m: 1.0e-6}": "strip.cel_m: unknown key; did you mean cell_m? allowed: "
+    "length_m, margin_m, width_m, cell_m, window_m, window_spacing_m, penetration_percentiles, samples, "
+    "training_samples, expansion_samples",
+    "material: {young_modulus_gpa: 210}": "material.young_modulus_gpa: unknown key; "
+    "did you mean young_modulus_pa? allowed: young_modulus_pa, poisson_ratio",
+    "numerics: {normal_force_n: 1}": "numerics.normal_force_n: unknown key; did you mean oscillator.normal_force_n? "
+    "allowed: contact_tolerance, oscillator_tolerance",
+    "numerics: {xyz: 1}": "numerics.xyz: unknown key; allowed: contact_tolerance, oscillator_tolerance",
+    r'numerics: {"x\ny": 1}': r"numerics.'x\ny': unknown key; allowed: contact_tolerance, oscillator_tolerance",
+    "targets: [figure5]\nfriction: {statistics: {mean: 0.3, standard_deviation: 0.05, beta_a: 2, beta_b: 5}}": (
+        "friction.statistics.correlation_length_m: missing; a number > 0 and <= 1 [m]"
+    ),
+    # YAML
+    "material: {young_modulus_pa: 1e9}": "material.young_modulus_pa: '1e9' is text, not a number; "
+    "write 1.0e+9, a number >= 1000 and <= 1e+13 [Pa]",
+    "material: {young_modulus_pa: 1.0e9}": "material.young_modulus_pa: '1.0e9' is text, not a number; "
+    "write 1.0e+9, a number >= 1000 and <= 1e+13 [Pa]",
+    "roughness: {rms_height_m: 5E-8}": "roughness.rms_height_m: '5E-8' is text, not a number; "
+    "write 5.0e-8, a number > 0 and <= 0.01 [m]",
+    "oscillator: {mass_kg: '2.5'}": "oscillator.mass_kg: '2.5' is text, not a number; "
+    "write 2.5, a number > 0 and <= 1000000 [kg]",
+    "square: {monte_carlo_samples: 4e5}": "square.monte_carlo_samples: '4e5' is text, not a number; "
+    "write 400000, a whole number >= 100 and <= 100000000",
+    "square: {monte_carlo_samples: 400_000}": "square.monte_carlo_samples: '400_000' is text, not a number; "
+    "write 400000, a whole number >= 100 and <= 100000000",
+    "seed: 010": "seed: '010' is text, not a number; a whole number >= 0 and <= 4294967295",
+    "seed: 1:30": "seed: '1:30' is text, not a number; a whole number >= 0 and <= 4294967295",
+    "seed: 1\nseed: 2": "seed: 2 in line 3 repeats the key; give it once",
+    "strip:\n  cell_m: 2.5e-6\n  cell_m: 0": "strip.cell_m: 0 in line 4 repeats the key; give it once",
+    "seed: &base 1": "seed: &base is not allowed; write the value out (no anchor, alias or tag)",
+    "seed: !!python/name:os.system 1": "seed: tag:yaml.org,2002:python/name:os.system is not allowed; "
+    "write the value out (no anchor, alias or tag)",
+    "seed: *base": "seed: *base is not allowed; write the value out (no anchor, alias or tag)",
+    "strip: {penetration_percentiles: [*base, 50]}": "strip.penetration_percentiles[0]: *base is not allowed; "
+    "write the value out (no anchor, alias or tag)",
+    "&base seed: 1": "the key in line 2 is not allowed; a key is a plain word",
+    "? [a, b]\n: 1": "the key in line 2 is not allowed; a key is a plain word",
+    # across keys
+    "square: {modes: 101, nodes: 10}": "square.modes: 101 is not allowed; at most square.nodes^2 = 10^2",
+    "square: {modes: 20000, nodes: 200}": "square.modes: 20000 is not allowed; modes times nodes^2 at most 100000000 "
+    "(0.8 GB of memory), here with 200 nodes",
+    "square: {latin_hypercube_samples: 300000, modes: 400, nodes: 20}": "square.latin_hypercube_samples: 300000 is "
+    "not allowed; samples times square.modes = 400 at most 100000000 (0.8 GB of memory)",
+    "square: {modes: 6}\nexpansion: {variables: 7}": "expansion.variables: 7 is not allowed; at most square.modes = 6",
+    "expansion: {variables: 8, degree: 3, samples: 165}": "expansion.samples: 165 is not allowed; "
+    "more than the terms of the expansion, C(8 + 3, 3)",
+    "expansion: {variables: 8, degree: 7, samples: 9000}\nsquare: {latin_hypercube_samples: 4000}\n"
+    "strip: {training_samples: 60}": (
+        "square.latin_hypercube_samples: 4000 is not allowed; more than the terms of the expansion, C(8 + 7, 7)"
+    ),
+    "expansion: {variables: 8, degree: 3, samples: 700000}\nsquare: {modes: 99}": "expansion.samples: 700000 is not "
+    "allowed; samples times terms, C(8 + 3, 3), at most 100000000 (0.8 GB of memory)",
+    "strip: {length_m: 2.401e-3, cell_m: 2.5e-6}": "strip.length_m: 0.002401 is not allowed; "
+    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
+    "strip: {width_m: 1.0e-6, cell_m: 2.5e-6}": "strip.width_m: 1e-06 is not allowed; "
+    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
+    "strip: {window_m: 5.99e-4, cell_m: 2.5e-6}": "strip.window_m: 0.000599 is not allowed; "
+    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
+    "strip: {window_spacing_m: 1.6e-5, cell_m: 2.5e-6}": "strip.window_spacing_m: 1.6e-05 is not allowed; "
+    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
+    "strip: {window_spacing_m: 6.25e-4, window_m: 6.0e-4}": "strip.window_spacing_m: 0.000625 is not allowed; "
+    "at most half of strip.window_m = 0.0006 [m], for lags within the window",
+    "strip: {width_m: 5.0e-6, cell_m: 2.5e-6}": "strip.width_m: 5e-06 is not allowed; "
+    "at least 3 times strip.cell_m = 2.5e-06 [m], for slope and curvature across the strip",
+    "strip: {training_samples: 1, cell_m: 2.5e-6}": "strip.training_samples: 1 is not allowed; "
+    "enough that every 8th column gives more samples than C(8 + 3, 3)",
+    "strip: {length_m: 2.3e-3, window_m: 6.0e-4}": "strip.length_m: 0.0023 is not allowed; "
+    "at least four times strip.window_m = 0.0006 [m], for lags of three windows",
+    "strip: {length_m: 2.4e-3}\nroughness: {correlation_length_m: 3.1e-4}": "strip.length_m: 0.0024 is not allowed; "
+    "at least eight times roughness.correlation_length_m = 0.00031 [m]",
+    "strip: {length_m: 2.4e-3, margin_m: 0, width_m: 2.5e-5, cell_m: 1.0e-7}": "strip.cell_m: 1e-07 is not allowed; "
+    "at most 4000000 cells on the strip of 0.0024 + 2 x 0 by 2.5e-05 m",
+    "strip: {margin_m: 3.01e-4, cell_m: 2.5e-6}": "strip.margin_m: 0.000301 is not allowed; "
+    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
+    "strip: {penetration_percentiles: [10, 50, 50]}": "strip.penetration_percentiles: [10, 50, 50] is not allowed; "
+    "strictly increasing percentiles",
+    "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
+    "50 among them: friction.mean_at_median sets the shear strength there",
+    "strip: {samples: 12, training_samples: 13}": "strip.training_samples: 13 is not allowed; "
+    "at most strip.samples = 12",
+    "strip: {samples: 12, training_samples: 4, expansion_samples: 11}": "strip.expansion_samples: 11 is not allowed; "
+    "at least twice strip.samples = 12",
+    "oscillator: {excitation_force_n: 1, excitation_frequency_rad_per_s: 0}": "oscillator."
+    "excitation_frequency_rad_per_s: 0 is not allowed; a number > 0 [rad/s] "
+    "where oscillator.excitation_force_n is not 0",
+    "oscillator: {static_friction: 0.2}\nfriction: {mean_at_median: 0.3}": "oscillator.static_friction: 0.2 is not "
+    "allowed; at least friction.mean_at_median = 0.3, or eq. (13) turns negative at high speed",
+    f"targets: [figure5]\nfriction: {{statistics: {STATISTICS}}}\noscillator: {{static_friction: 0.2}}": (
+        "oscillator.static_friction: 0.2 is not allowed; at least friction.statistics.mean = 0.3, "
+        "or eq. (13) turns negative at high speed"
+    ),
+    f"targets: [figure5]\nfriction: {{statistics: {STATISTICS.replace('e-4', 'e-10')}}}": "friction.statistics."
+    "correlation_length_m: 2.5e-10 is not allowed; long enough for at most 100000000 nodes (0.8 GB of memory) "
+    "over the belt's way in a run",
+    "ensemble: {discarded_periods: 100, duration_periods: 100}": "ensemble.discarded_periods: 100 is not allowed; "
+    "less than ensemble.duration_periods = 100",
+    "ensemble: {drawn_realisations: 17, realisations: 16}": "ensemble.drawn_realisations: 17 is not allowed; "
+    "at most ensemble.realisations = 16",
+    "ensemble: {damping_ratios: [0.2, 0.1]}": "ensemble.damping_ratios: [0.2, 0.1] is not allowed; "
+    "strictly increasing damping ratios",
+    # the two ways to truncate the square
+    "square: {modes: 20, variance_share: 0.9}": "square.variance_share: 0.9 is not allowed beside square.modes; "
+    "give one",
+    "square: {modes: 0, variance_share: 0.9}": "square.modes: 0 is not allowed; a whole number >= 1 and <= 262144",
+    "square: {variance_share: 0}": "square.variance_share: 0 is not allowed; a number > 0 and <= 1",
+    "square: {variance_share: 1.01}": "square.variance_share: 1.01 is not allowed; a number > 0 and <= 1",
+    # the two forms of friction
+    "friction: {}\nextends: given\ntargets: [figure3]": "friction.mean_at_median: missing; needed for figure3, "
+    "for which friction.statistics cannot stand in",
+    "extends: given\nfriction: {mean_at_median: 0.3}\ntargets: [figure3]": "friction.least_contact_fraction: missing; "
+    "goes with friction.mean_at_median",
+    f"targets: [figure5]\nfriction: {{statistics: {STATISTICS}, mean_at_median: 0.3}}": (
+        "friction.mean_at_median: 0.3 is not allowed beside friction.statistics; give one"
+    ),
+    # the three forms of roughness
+    "roughness: {covariance: matern}": "roughness.smoothness: missing; roughness.covariance = matern needs it",
+    "roughness: {smoothness: 1.0}": "roughness.smoothness: 1.0 is not allowed; "
+    "roughness.covariance = gaussian has none",
+    "roughness: {lay_rad: 0.5}": "roughness.correlation_length_across_m: missing; goes with roughness.lay_rad",
+    "roughness: {marginal: {family: beta, shapes: [2.1]}}": "roughness.marginal.shapes: [2.1] is not allowed; "
+    "[a, b] of beta, each 0.02 to 10000",
+    "roughness: {marginal: {family: lognormal, shapes: [1.6]}}": "roughness.marginal.shapes: [1.6] is not allowed; "
+    "[s] of lognormal, each 0.02 to 1.5",
+    f"targets: [figure3]\nroughness: {{fractal: {FRACTAL}, hurst: 0.8}}": (
+        "roughness.hurst: 0.8 is not allowed beside roughness.fractal; give one"
+    ),
+    f"roughness: {{fractal: {FRACTAL}}}": "targets: ['figure2', 'figure3', 'figure5'] is not allowed; figure2 expands "
+    "the pressure in a few Gaussian variables, and roughness.fractal has a phase a wave",
+    f"targets: [figure3]\nroughness: {{fractal: {FRACTAL[:-1]}, shortest_wavelength_m: 5.0e-6}}}}": (
+        "roughness.fractal.shortest_wavelength_m: 5e-06 is not allowed; more than two cells, strip.cell_m = 2.5e-06 [m]"
+    ),
+    "roughness: {scan: {form: plane, covariance: best, marginal: gaussian}}": "roughness.scan.file: missing; "
+    "give the file of a scan, or grinding to have one made",
+    f"roughness: {{scan: {SCAN[:-1]}, spacing_x_m: 1.0e-6}}}}": "roughness.scan.spacing_y_m: missing; "
+    "goes with roughness.scan.spacing_x_m",
+    f"roughness: {{scan: {SCAN[:-1]}, correct_correlation: true}}}}": "roughness.scan.correct_correlation: true is not "
+    "allowed; a gaussian marginal changes no correlation",
+    f"roughness: {{scan: {SCAN}, rms_height_m: 1.0e-7}}": "roughness.rms_height_m: 1e-07 is not allowed beside "
+    "roughness.scan; give one",
+    "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
+    # overlays
+    "extends: 3": f"extends: 3 is not allowed; scenes: {BESIDE}",
+    "extends: *base": "extends: *base is not allowed; write the value out (no anchor, alias or tag)",
+    "extends: papr": f"extends: 'papr' is not allowed; did you mean paper? scenes: {BESIDE}",
+    "extends: mine": "extends: 'mine' is not allowed; overlays run in a circle: mine -> mine",
+}
+
+
+@pytest.mark.parametrize("text", MISTAKES)
+def test_a_mistake_has_its_line(mine, text):
+    text_with_base = text if "extends:" in text else f"extends: paper\n{text}"
+    assert lines_of(mine, text_with_base) == [f"scenes/mine.yaml: {MISTAKES[text]}"]
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        ("", "empty; a scene file holds keys and values"),
+        ("# nothing\n", "empty; a scene file holds keys and values"),
+        ("- 1\n- 2\n", "[1, 2] is not allowed; a scene file holds keys and values"),
+        ("text\n", "'text' is not allowed; a scene file holds keys and values"),
+        (b"seed: 1  # \xb5m\n", "not UTF-8 text; byte 11 is 0xb5"),
+        (
+            b"a: \x00\n",
+            "not valid YAML: unacceptable character #x0000: special characters are not allowed in "
+            '"<unicode string>", position 3',
+        ),
+        ("a: 'b\n", "line 2, column 1: not valid YAML: found unexpected end of stream"),
+        ("a:\n\tb: 1\n", "line 2, column 1: not valid YAML: found character '\\t' that cannot start any token"),
+        ("a: 1\n---\na: 1\n", "line 2, column 1: not valid YAML: but found another document"),
+        ('a: "\\Uffffffff"\n', "not valid YAML: "),
+        ("a: " + "[" * 5000, "line 1, column 15: not valid YAML: nested deeper than 12"),
+        ("# " + "x" * 1_000_000, "larger than 1000000 bytes, which no scene needs"),
+    ],
+    ids=lambda value: str(value)[:20],
+)
+def test_a_file_that_is_no_scene(mine, content, line):
+    (told,) = lines_of(mine, content)
+    assert told.startswith(f"scenes/mine.yaml: {line}")
+    assert "\n" not in told

@@ -1,0 +1,135 @@
+"""Scenes that are refused as a whole: names and files, many mistakes at once, sections that lack or exclude others."""
+
+from pathlib import Path
+
+import yaml
+
+from roughslip.chaos.functionals import NAMES
+from roughslip.scene import RESERVED, describe_allowed, load, slice_for
+from tests.scene.shipped import FIGURES, KINDS, PAPER, SCHEMA, SCHEMA_PATH, lines_of
+
+
+def test_aliases_cannot_make_a_small_file_endless(mine):
+    laughs = "".join(f"a{n + 1}: &a{n + 1} [{', '.join([f'*a{n}'] * 9)}]\n" for n in range(60))
+    lines = lines_of(mine, f"a0: &a0 1\n{laughs}")
+    assert all(line.startswith("scenes/mine.yaml: ") for line in lines)
+
+
+def test_names_and_files(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+
+    def lines(name):
+        return lines_of(load, name, Path("scenes"), SCHEMA_PATH)
+
+    rule = "a small letter, then at most 39 small letters, digits, _ or -"
+    assert lines("papr") == [
+        "scenes/papr.yaml: no such file; did you mean paper? scenes: fractal, given, measured, nongaussian, "
+        "paper, resolved, smoke"
+    ]
+    for name in ("Paper", "", "2d", "a" * 41, "a.b"):
+        assert lines(name) == [f"scenes: {name!r} is not allowed as the name of a scene; {rule}"]
+    for name in RESERVED:
+        assert lines(name) == [f"scenes: {name!r} is not allowed as the name of a scene; it is reserved"]
+    assert lines("../scenes/absent.yaml") == ["../scenes/absent.yaml: no such file"]
+    assert lines(folder / "scenes" / "absent.yaml") == ["scenes/absent.yaml: no such file"]
+    assert lines("scenes/My Scene.yaml") == [
+        f"scenes/My Scene.yaml: 'My Scene' is not allowed as the name of a scene; {rule}"
+    ]
+    (folder / "folder.yaml").mkdir()
+    assert lines(Path("folder.yaml")) == ["folder.yaml: no such file"]
+
+
+def test_all_mistakes_at_once(mine):
+    text = """extends: base
+seed: 1
+seed: 2
+strip: {cell_m: 0, length_m: 1, widht_m: 2.5e-5}
+material: {young_modulus_pa: 2.1e11}
+square: {modes: 101, nodes: 10}
+oscillator:
+ensemble: {discarded_periods: 200}
+"""
+    base = "extends: paper\nroughness: {covariance: cubic}\nensemble: {duration_periods: 150, realisations: 2.5}\n"
+    assert sorted(lines_of(mine, text, base=base)) == [
+        "scenes/base.yaml: ensemble.realisations: 2.5 is not allowed; a whole number >= 8 and <= 1000000",
+        f"scenes/base.yaml: roughness.covariance: 'cubic' is not allowed; one of {KINDS}",
+        "scenes/mine.yaml: ensemble.discarded_periods: 200 is not allowed; less than ensemble.duration_periods = 150",
+        "scenes/mine.yaml: material.young_modulus_pa: '2.1e11' is text, not a number; "
+        "write 2.1e+11, a number >= 1000 and <= 1e+13 [Pa]",
+        "scenes/mine.yaml: oscillator: no value is not allowed; "
+        + describe_allowed(SCHEMA["properties"]["oscillator"]),
+        "scenes/mine.yaml: seed: 2 in line 3 repeats the key; give it once",
+        "scenes/mine.yaml: square.modes: 101 is not allowed; at most square.nodes^2 = 10^2",
+        "scenes/mine.yaml: strip.cell_m: 0 is not allowed; a number > 0 [m]",
+        "scenes/mine.yaml: strip.widht_m: unknown key; did you mean width_m? allowed: "
+        + ", ".join(SCHEMA["properties"]["strip"]["properties"]),
+    ]
+
+
+def test_what_no_target_reads_may_not_fit(mine):
+    """A square of its own, with a correlation length too long for the strip that it inherits and does not use."""
+    text = "extends: resolved\ntargets: [figure2]\nroughness: {correlation_length_m: 5.0e-4}\n"
+    assert mine(text)["roughness"]["correlation_length_m"] == 5e-4
+    assert len(lines_of(mine, text.replace("figure2", "figure3"))) == 1
+
+
+def test_the_rule_on_training_strips_counts_the_columns_that_the_stages_take():
+    from roughslip.scene_rules import _FUNCTIONALS, _training_columns
+    from roughslip.stages.training import training_columns
+
+    assert [_training_columns(n) for n in range(4, 60)] == [
+        len(training_columns(slice(7, 7 + n))) for n in range(4, 60)
+    ]
+    assert len(NAMES) == _FUNCTIONALS
+
+
+def test_lengths_at_the_edge_of_the_numbers(mine):
+    """length / cell overflows to infinity, which is no whole multiple of anything."""
+    lines = lines_of(mine, "extends: paper\nstrip: {cell_m: 1.0e-320}")
+    keys = [line.split(": ")[1] for line in lines]
+    lengths = ("cell", "length", "margin", "width", "window", "window_spacing")
+    assert sorted(keys) == [f"strip.{key}_m" for key in lengths]
+
+
+def test_friction_has_one_of_its_forms(mine):
+    forms = {
+        "{}": "friction: empty; give statistics, or mean_at_median with least_contact_fraction",
+        "{mean_at_median: 0.3}": "friction.least_contact_fraction: missing; goes with friction.mean_at_median",
+        "{least_contact_fraction: 0.1}": "friction.mean_at_median: missing; goes with friction.least_contact_fraction",
+    }
+    others = yaml.safe_dump({key: value for key, value in PAPER.items() if key != "friction"})
+    for friction, line in forms.items():
+        assert lines_of(mine, f"{others}friction: {friction}\n") == [f"scenes/mine.yaml: {line}"]
+
+
+def test_the_square_is_truncated_by_number_or_by_share(mine):
+    """What an overlay gives takes the place of what it inherits, either way; rules of the number need one."""
+    text = "extends: paper\nsquare: {variance_share: 1, nodes: 5}\nexpansion: {samples: 1000000, degree: 1}\n"
+    scene = mine(text)
+    assert scene["square"]["variance_share"] == 1.0
+    assert "modes" not in scene["square"]
+    assert slice_for(scene, "surface")["square"].keys() == {"edge_m", "nodes", "variance_share"}
+    back = mine("extends: base\nsquare: {modes: 20}\n", base=text)
+    assert back["square"]["modes"] == 20
+    assert "variance_share" not in back["square"]
+    others = PAPER | {"square": {key: value for key, value in PAPER["square"].items() if key != "modes"}}
+    assert lines_of(mine, yaml.safe_dump(others)) == [
+        "scenes/mine.yaml: square.modes: missing; give it, or square.variance_share"
+    ]
+
+
+def test_a_scene_that_lacks_what_its_targets_need(mine):
+    needed = {
+        "figure2": {"material", "roughness", "square", "expansion", "numerics", "batches"},
+        "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics", "batches"},
+        "figure5": {"oscillator", "ensemble", "friction", "numerics", "batches"},
+    }
+    for target, sections in needed.items():
+        all_sections = sections | needed["figure3"] if target == "figure5" else sections
+        lines = lines_of(mine, f"description: own\nseed: 1\ntargets: [{target}]\n")
+        assert sorted(lines) == sorted(f"scenes/mine.yaml: {key}: missing; needed for {target}" for key in all_sections)
+    assert lines_of(mine, "numerics: {}\n") == [
+        "scenes/mine.yaml: description: missing; text on one line, 1 to 200 characters",
+        "scenes/mine.yaml: seed: missing; a whole number >= 0 and <= 4294967295",
+        f"scenes/mine.yaml: targets: missing; a list of at least 1, each once, of one of {FIGURES}",
+    ]

@@ -1,0 +1,88 @@
+"""What stages read of a scene, and which of them its targets need."""
+
+import copy
+
+import pytest
+import yaml
+
+from roughslip.scene import slice_for, stages_needed
+from roughslip.scene_rules import SLICES, figures
+from tests.scene.shipped import ALWAYS, OSCILLATOR, SCAN, SCAN_STAGES, SCHEMA, properties, shipped_scene
+
+
+def test_slices_read_keys_of_the_schema_and_leave_none_out():
+    keys = set(properties(SCHEMA))
+    read = {key for slices in SLICES.values() for key in slices}
+    assert read <= keys
+    unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
+    # the rules turn this number of samples into jobs, and no stage reads it
+    assert {key for key in unread if not key.startswith("batches")} == {"extends", "square.monte_carlo_samples"}
+
+
+def test_a_slice_has_the_shape_of_the_scene():
+    scene = shipped_scene("paper")
+    square = scene["square"]
+    assert slice_for(scene, "surface") == {
+        "roughness": scene["roughness"],
+        "square": {key: square[key] for key in ("edge_m", "nodes", "modes")},
+    }
+    assert slice_for(shipped_scene("given"), "oscillator")["friction"]["statistics"]["mean"] > 0
+    assert "friction" not in slice_for(scene, "oscillator")
+    slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
+    assert scene["strip"]["penetration_percentiles"]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "stages"),
+    [
+        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "oscillator"}),
+        ("batches.strip_samples", 7, set()),
+        ("numerics.contact_tolerance", 1e-9, {"contact_square", "contact_strip"}),
+        ("strip.samples", 99, {"friction"}),
+        ("friction.mean_at_median", 0.2, {"friction"}),
+        ("square.monte_carlo_samples", 999, set()),
+        ("expansion.draws", 9999, {"chaos_square"}),
+        ("description", "other", {"figure2", "figure3", "figure5", "figure_scan", *ALWAYS, "reference"}),
+    ],
+)
+def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
+    scene = shipped_scene("paper")
+    changed = copy.deepcopy(scene)
+    inner = changed
+    for part in key.split(".")[:-1]:
+        inner = inner[part]
+    assert inner[key.split(".")[-1]] != value
+    inner[key.split(".")[-1]] = value
+    assert {stage for stage in SLICES if slice_for(scene, stage) != slice_for(changed, stage)} == stages
+
+
+def test_only_stages_that_the_targets_need():
+    paper = shipped_scene("paper")
+    square = {"surface", "design", "contact_square", "chaos_square", "figure2"}
+    strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
+    assert stages_needed(paper) == set(SLICES) - {"reference"} - SCAN_STAGES
+    assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
+    assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3"} | ALWAYS
+    assert stages_needed(paper | {"targets": ["figure5"]}) == strip | OSCILLATOR | ALWAYS
+
+
+def test_given_statistics_need_no_contact():
+    assert stages_needed(shipped_scene("given")) == OSCILLATOR | ALWAYS
+
+
+def test_given_statistics_need_nothing_but_an_oscillator(mine):
+    paper = shipped_scene("paper")
+    own = {key: paper[key] for key in ("description", "seed", "oscillator", "ensemble")}
+    own |= {"targets": ["figure5"], "friction": shipped_scene("given")["friction"]}
+    own |= {"numerics": {"oscillator_tolerance": 1e-8}, "batches": {"realisations": 50}}
+    assert stages_needed(mine(yaml.safe_dump(own))) == OSCILLATOR | ALWAYS
+
+
+def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
+    scene = mine(f"extends: paper\nroughness: {{scan: {SCAN}}}")
+    for target in ("figure2", "figure3", "figure5", "figure_scan"):
+        assert SCAN_STAGES - {"grinding"} <= stages_needed(scene | {"targets": [target]})
+        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys(["figure_scan", target]))
+    assert stages_needed(scene | {"targets": ["figure_scan"]}) == (SCAN_STAGES - {"grinding"}) | ALWAYS
+    given = mine(f"extends: given\nroughness: {{scan: {SCAN}}}")
+    assert stages_needed(given) == OSCILLATOR | ALWAYS

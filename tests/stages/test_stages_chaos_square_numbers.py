@@ -1,0 +1,112 @@
+"""What stage chaos_square writes of a contact that a linear expansion in one direction meets exactly."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from roughslip.chaos.designs import monte_carlo
+from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.contact.influence import Influence
+from roughslip.stages import centre_distribution, chaos_square, design, geometry, surface
+
+MODES, SAMPLES, DRAWS, MONTE_CARLO = 16, 300, 20_000, 1500
+CONFIGURATION = {
+    "seed": 7,
+    "roughness": {"covariance": "gaussian", "rms_height_m": 2e-7, "correlation_length_m": 3e-5},
+    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
+    "square": {"edge_m": 6e-5, "nodes": 4, "modes": MODES, "latin_hypercube_samples": SAMPLES},
+    "expansion": {"target": "trial_pressure", "variables": 2, "degree": 2, "samples": 200, "draws": DRAWS},
+}
+MEAN, SCATTER = -2e7, 5e7  # Pa, of the trial pressure at the centre: in contact with probability Phi(-0.4)
+DIRECTION = np.eye(MODES)[1] * 0.6 - np.eye(MODES)[4] * 0.8
+
+
+def trial_pressure(xi: np.ndarray) -> np.ndarray:
+    return MEAN + SCATTER * xi @ DIRECTION
+
+
+@pytest.fixture(scope="module")
+def modes(run):
+    return run(surface, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def designs(run):
+    return run(design, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def found(run, stored, modes, designs):
+    """Monte Carlo in two batches, named in another order than numbered, its four central nodes alike; of the designs
+    the centre alone counts."""
+    stiffness = 1 / Influence(geometry.square_grid(CONFIGURATION), 2.1e11 / (1 - 0.3**2)).diagonal
+    drawn = [monte_carlo([7, geometry.STREAM_MONTE_CARLO, number], MODES) for number in range(MONTE_CARLO)]
+
+    def batch(name: str, method: str, first: int, xi: np.ndarray):
+        trial = np.tile(trial_pressure(xi)[:, None], 4)
+        if method != "monte_carlo":
+            trial[:, 1:] *= -1
+        shape = ("sample", "node")
+        fields = {"pressure": (shape, np.maximum(trial, 0)), "gap": (shape, np.maximum(-trial, 0) / stiffness)}
+        return stored(name, {"first": first, "design": method}, **fields)
+
+    batches = [
+        batch("b.nc", "monte_carlo", 0, np.array(drawn[:1000])),
+        batch("a.nc", "monte_carlo", 1000, np.array(drawn[1000:])),
+        *(batch(f"{name}.nc", name, 0, designs[name]) for name in ("latin_hypercube", "expansion")),
+    ]
+    with pytest.MonkeyPatch.context() as patch:  # intervals have tests of their own
+        patch.setattr(centre_distribution, "REPLICATES", 20)
+        patch.setattr(centre_distribution, "REFIT_BLOCKS", 1)
+        return run(chaos_square, CONFIGURATION, surface=modes.path, design=designs.path, contact=batches)
+
+
+def test_expansions_that_are_exact_have_no_error(found):
+    """Eq. (8) and ours; at the Monte Carlo samples themselves they are its pressures. Eq. (9) is of another shape."""
+    assert list(found["method"]) == ["monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip"]
+    assert list(found["fit"]) == ["equation_8", "equation_9", "roughslip"]
+    assert np.all(found["fit_leave_one_out"][[0, 2]] < 1e-20)
+    assert found["fit_leave_one_out"][1] > 1e-6
+    contacts = MONTE_CARLO * norm.cdf(MEAN / SCATTER)
+    np.testing.assert_array_less(found["fit_distance_at_contact"][[0, 2]], 2 / contacts)  # rounding may swap two ranks
+    assert found["fit_samples"][2] == 200
+    in_contact = found["fit_samples"][0]
+    assert in_contact == found["fit_samples"][1] == pytest.approx(SAMPLES * norm.cdf(MEAN / SCATTER), abs=10)
+
+
+def test_variables_are_the_direction_of_the_pressure_and_the_height_of_the_centre(found, modes, designs):
+    """The second less its part along the first; in both the expansion has all terms to the second degree."""
+    height = modes["modes"][:, 2, 2]
+    height = height - DIRECTION * (DIRECTION @ height)
+    np.testing.assert_allclose(found["direction"], [DIRECTION, height / np.linalg.norm(height)], atol=1e-9)
+    basis = hermite_basis(designs["expansion"] @ found["direction"].T, multi_indices(2, 2))
+    assert found["fit_condition_number"][2] == pytest.approx(np.linalg.cond(basis / np.linalg.norm(basis, axis=0)))
+
+
+def test_distributions_are_those_of_a_cut_normal(found, designs):
+    """P(r > 0) = Phi(m/s), E max(r, 0) = m Phi(m/s) + s phi(m/s), within four standard errors of their draws."""
+    ratio = MEAN / SCATTER
+    probability, mean = norm.cdf(ratio), MEAN * norm.cdf(ratio) + SCATTER * norm.pdf(ratio)
+    deviation = math.sqrt((MEAN**2 + SCATTER**2) * norm.cdf(ratio) + MEAN * SCATTER * norm.pdf(ratio) - mean**2)
+    exact = (norm.cdf((found["pressure"] - MEAN) / SCATTER) - 1 + probability) / probability
+    for row, count in ((0, MONTE_CARLO), (1, SAMPLES), (4, DRAWS)):
+        error = 4 / math.sqrt(count)
+        assert found["contact_probability"][row] == pytest.approx(probability, abs=error / 2)
+        assert found["mean_pressure"][row] == pytest.approx(mean, abs=error * deviation)
+        np.testing.assert_allclose(found["cumulative"][row], exact, atol=error / 2 / math.sqrt(probability))
+        low, high = found["contact_probability_low"][row], found["contact_probability_high"][row]
+        assert low <= found["contact_probability"][row] <= high
+    assert found["fit_positive_share"][2] == pytest.approx(probability, abs=2 / math.sqrt(DRAWS))
+    assert found["fit_positive_share"][2] == found["contact_probability"][4]
+    in_contact = trial_pressure(designs["latin_hypercube"]) > 0
+    assert found["contact_probability"][1] == pytest.approx(np.mean(in_contact), abs=1e-12)
+    # the fit of samples in contact does not know how many there were: that is of the Latin hypercube
+    assert found["contact_probability"][2] == found["contact_probability"][3] == found["contact_probability"][1]
+    np.testing.assert_array_equal(found["samples"], [4 * MONTE_CARLO, SAMPLES, DRAWS, DRAWS, DRAWS])
+    np.testing.assert_array_equal(found["distance"][0], 0.0)
+    contacts = MONTE_CARLO * probability
+    assert np.all(found["distance_in_contact"][[2, 4]] < 1.63 * math.sqrt(1 / contacts + 1 / (DRAWS * probability)))
+    assert found["distance_between_variants"] == pytest.approx(found["distance_in_contact"][3], abs=0.1)
+    assert found["captured_variance"] == pytest.approx(1.0)

@@ -1,0 +1,197 @@
+"""The stages of the oscillator, their numbers against the published limits, the cycle's own identities and counts."""
+
+import numpy as np
+import pytest
+
+from roughslip.chaos.distribution import wilson_interval
+from roughslip.stages import cycles, deterministic, oscillator
+from tests.stages.paper import OSCILLATOR
+
+DAMPINGS = [0.1, 0.17, 0.34]
+CONFIGURATION = {
+    "seed": 7,
+    "friction": {
+        "statistics": {
+            "mean": 0.3,
+            "standard_deviation": 1e-9,
+            "correlation_length_m": 2.5e-4,
+            "beta_a": 2.1,
+            "beta_b": 5.0,
+        }
+    },
+    "oscillator": OSCILLATOR,
+    "ensemble": {
+        "realisations": 8,
+        "duration_periods": 30,
+        "discarded_periods": 12,
+        "damping_ratios": DAMPINGS,
+        "drawn_realisations": 2,
+        "nodes_per_correlation_length": 8,
+    },
+    "numerics": {"oscillator_tolerance": 1e-9},
+}
+V, F = 0.003, 2500 / 316**2  # m
+
+
+def scattered(std: float, **others: object) -> dict:
+    statistics = CONFIGURATION["friction"]["statistics"] | {"standard_deviation": std}
+    section = CONFIGURATION["oscillator"] | others
+    return CONFIGURATION | {"friction": {"statistics": statistics}, "oscillator": section}
+
+
+@pytest.fixture(scope="module")
+def without_scatter(run):
+    return run(deterministic, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def hardly_scattered(run):
+    return run(oscillator, CONFIGURATION, "hardly", first=1, last=4)
+
+
+def test_limits_and_cycle_without_scatter(without_scatter):
+    """mu_D' of eq. (13) by hand; the cycle leaves stick at F mu_s - 2 D V and returns to it at V on the belt."""
+    found = without_scatter
+    slope = -0.3 * 1.42 / (1 + 1.42 * 0.948) ** 2 + 0.02 * 0.948
+    assert found["hopf_damping"] == pytest.approx(-slope * 2500 / (2 * 316), rel=1e-9)
+    assert found["hopf_damping"] == pytest.approx(0.2311, abs=1e-4)
+    assert found["existence_limit"] == pytest.approx(0.3244, abs=1e-4)
+    assert found["departure"] == pytest.approx(F * 0.4 - 2 * 0.17 * V, rel=1e-12)
+    assert found["reattachment"] < found["departure"]
+    for name, value in CONFIGURATION["friction"]["statistics"].items():
+        assert found[f"friction_{name}"] == value
+
+
+def test_counts_without_scatter_fall_to_none(without_scatter):
+    """One cycle a period of the cycle; at 0.34, above the limit, none but the first slips of the start."""
+    found = without_scatter
+    np.testing.assert_array_equal(found["damping_ratio"], DAMPINGS)
+    assert found["cycles"][1] == pytest.approx(30 * 2 * np.pi / found["period"], abs=1)
+    assert found["cycles"][0] > 10
+    assert found["cycles"][2] <= 1
+
+
+def test_the_drawn_motion_is_the_cycle(without_scatter):
+    """Ten periods after the discarded ones: X' is the slope of X, the belt's V in stick, which lasts from reattachment
+    to departure."""
+    found = without_scatter
+    time, x, velocity = (found[name] for name in ("time", "position", "velocity"))
+    assert time[0] == pytest.approx(2 * np.pi * 12, abs=time[1] - time[0])
+    assert time[-1] == pytest.approx(2 * np.pi * 22, abs=time[1] - time[0])
+    inner = np.gradient(x, time)[1:-1]
+    assert np.median(np.abs(inner - velocity[1:-1])) < 1e-6 * V + 1e-4 * np.abs(velocity).max()
+    stick = np.isclose(velocity, V, rtol=1e-12)
+    step = V * (time[1] - time[0])  # X in stick is sampled so far apart
+    assert x[stick].min() == pytest.approx(found["reattachment"], abs=step)
+    assert x[stick].max() == pytest.approx(found["departure"], abs=step)
+    starts = time[1:][stick[1:] & ~stick[:-1]]
+    np.testing.assert_allclose(np.diff(starts), found["period"], atol=2 * (time[1] - time[0]))
+    assert found["slipped_distance"] == pytest.approx(  # slip against the belt takes what the belt gains on the mass
+        V * found["period"], rel=1e-9
+    )
+
+
+def test_an_ensemble_that_hardly_scatters_is_the_deterministic_run(without_scatter, hardly_scattered):
+    """A standard deviation of 1e-9 moves no count and no place by more than some 1e-8 of F."""
+    found, plain = hardly_scattered, without_scatter
+    np.testing.assert_array_equal(found["cycles"], np.tile(plain["cycles"], (3, 1)))
+    np.testing.assert_allclose(found["reattachment"], plain["reattachment"], atol=1e-7 * F)
+    owners, events = np.unique(found["reattachment_realisation"], return_counts=True)
+    np.testing.assert_array_equal(owners, [1, 2, 3])
+    np.testing.assert_allclose(events, 18 * 2 * np.pi / plain["period"], atol=1)  # after 12 of 30 periods
+    last = found["last_cycle"]
+    assert np.all((last[:, :2] > 30 - plain["period"] / (2 * np.pi)) & (last[:, :2] <= 30))
+    np.testing.assert_array_equal(found["nominal_last_cycle"], last[:, 1])
+    assert np.all(last[:, 2] < 5)
+    assert found["position"].shape == (1, len(plain["time"]))  # number 1 of the two that are drawn
+    np.testing.assert_allclose(found["position"][0], plain["position"], atol=1e-6 * F)
+    np.testing.assert_allclose(found["velocity"][0], plain["velocity"], atol=1e-5 * F)
+    assert found.attributes["first"] == 1
+
+
+def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
+    """Departure moves with mu_S by F mu_S, and the place of the next stick by as much; half the scatter in the static
+    limit alone is another motion."""
+    spread = {}
+    for std in (2e-3, 4e-3):
+        found = run(oscillator, scattered(std), first=0, last=8)
+        spread[std] = found["reattachment"].std()
+        assert found["reattachment"].mean() == pytest.approx(float(without_scatter["reattachment"]), abs=F * std)
+    assert spread[4e-3] / spread[2e-3] == pytest.approx(2.0, rel=0.1)
+    assert 0.3 < spread[2e-3] / (F * 2e-3) < 3.0
+    later = run(oscillator, scattered(4e-3), "later", first=6, last=8)  # runs are numbered, whatever the batch
+    np.testing.assert_array_equal(later["reattachment"], found["reattachment"][found["reattachment_realisation"] >= 6])
+    still = run(oscillator, scattered(4e-3, stochastic_static_limit=False), "still", first=0, last=8)
+    assert still["reattachment"].std() != pytest.approx(spread[4e-3], rel=1e-3)
+
+
+def test_an_ensemble_of_known_runs_is_summed_up(run, stored):
+    """Ten runs, in two batches named in another order than numbered, at three dampings."""
+    rng = np.random.default_rng(3)
+    counts = rng.integers(5, 20, (10, 3))
+    micro = rng.integers(0, 9, (10, 3))
+    last = np.where(np.arange(10)[:, None] < [8, 5, 2], 29.0, 19.0)
+    nominal_last = np.array([29.0] * 7 + [19.0] * 3)
+    owner = np.repeat(np.arange(10), 6)
+    place = 1e-3 * (3 + rng.standard_normal(10)[owner] + 0.1 * rng.standard_normal(60))
+    drawn = rng.standard_normal((2, 2, 5))
+    two, one = ("realisation", "damping"), ("realisation",)
+    batches = []
+    for name, part in (("b", slice(0, 4)), ("a", slice(4, 10))):
+        events = (part.start <= owner) & (owner < part.stop)
+        arrays = {
+            "cycles": (two, counts[part]),
+            "micro_slips": (two, micro[part]),
+            "last_cycle": (two, last[part]),
+            "nominal_last_cycle": (one, nominal_last[part]),
+            "reattachment": (("event",), place[events]),
+            "reattachment_realisation": (("event",), owner[events]),
+        }
+        if name == "b":
+            arrays |= {key: (("drawn", "time"), drawn[k]) for k, key in enumerate(("position", "velocity"))}
+        batches.append(stored(f"{name}.nc", {"first": part.start}, **arrays))
+    scalars = {"hopf_damping": 0.23, "existence_limit": 0.32, "reattachment": 3.1e-3, "departure": 9e-3}
+    plain = stored(
+        "plain.nc",
+        damping_ratio=(("damping",), np.array(DAMPINGS)),
+        cycles=(("damping",), np.array([20, 18, 0])),
+        position=(("time",), np.arange(5.0)),
+        velocity=(("time",), -np.arange(5.0)),
+        **{name: ((), value) for name, value in scalars.items()},
+    )
+    found = run(cycles, CONFIGURATION, deterministic=plain, ensemble=batches)
+    np.testing.assert_array_equal(found["damping_ratio"], DAMPINGS)
+    np.testing.assert_array_equal(found["deterministic_cycles"], [20, 18, 0])
+    np.testing.assert_allclose(found["mean_cycles"], counts.mean(axis=0))
+    np.testing.assert_allclose(found["mean_cycles_error"], counts.std(axis=0, ddof=1) / np.sqrt(10))
+    np.testing.assert_allclose(found["difference"], [20, 18, 0] - counts.mean(axis=0))
+    half = 2.2621571627409915 * counts.std(axis=0, ddof=1) / np.sqrt(10)  # of Student's t with 9 degrees of freedom
+    np.testing.assert_allclose(found["difference_high"] - found["difference"], half)
+    np.testing.assert_allclose(found["difference"] - found["difference_low"], half)
+    np.testing.assert_allclose(found["mean_micro_slips"], micro.mean(axis=0))
+    np.testing.assert_allclose(found["still_cycling"], [0.8, 0.5, 0.2])
+    assert found["cycling_share"] == pytest.approx(0.7)
+    ends = wilson_interval(7, 10)
+    assert (found["cycling_share_low"], found["cycling_share_high"]) == (pytest.approx(ends[0]), pytest.approx(ends[1]))
+    assert (found["reattachment_mean"], found["reattachment_std"]) == (
+        pytest.approx(place.mean()),
+        pytest.approx(place.std()),
+    )
+    assert found["reattachment_skewness"] == pytest.approx(np.mean((place - place.mean()) ** 3) / place.std() ** 3)
+    # whole runs are resampled: six events of one are hardly more than one; percentiles are sqrt(9/10) as wide
+    runs = place.reshape(10, 6).mean(axis=1)
+    half = (found["reattachment_mean_high"] - found["reattachment_mean_low"]) / 2
+    assert half == pytest.approx(1.96 * runs.std() / np.sqrt(10), rel=0.15)
+    assert found["reattachment_mean_low"] < found["reattachment_mean"] < found["reattachment_mean_high"]
+    width = np.diff(found["histogram_edge"])
+    assert np.sum(found["histogram"] * width) == pytest.approx(1.0)
+    np.testing.assert_allclose(found["histogram"] * width * 60, np.round(found["histogram"] * width * 60), atol=1e-9)
+    edges = found["histogram_edge"]
+    assert (edges[0], edges[-1]) == (pytest.approx(place.min()), pytest.approx(place.max()))
+    assert (found["events"], found["realisations"], found["nominal_damping"]) == (60, 10, 0.17)
+    np.testing.assert_array_equal(found["position"], drawn[0])
+    np.testing.assert_array_equal(found["velocity"], drawn[1])
+    np.testing.assert_array_equal(found["deterministic_position"], np.arange(5.0))
+    np.testing.assert_array_equal(found["deterministic_velocity"], -np.arange(5.0))
+    for name, value in scalars.items():
+        assert found[f"deterministic_{name}"] == value

@@ -1,0 +1,127 @@
+"""The stages of a scan, their numbers against a surface whose heights, mesh and lengths are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import skew
+
+from roughslip.grid import Grid
+from roughslip.stages import geometry, scan, scan_model, twins
+from roughslip.surface.covariance import Covariance
+from roughslip.surface.model import gaussian_model
+from roughslip.surface.topography import topography
+
+SQ, DX, DY = 2e-7, 1e-6, 2e-6
+GRID = Grid(160, 120, DX, DY)
+CONFIGURATION = {
+    "seed": 7,
+    "roughness": {"scan": {"form": "plane", "covariance": "best", "marginal": "gaussian"}},
+}
+
+
+@pytest.fixture(scope="module")
+def heights():
+    """Exponential, 8 um along x and 5 um across, with its own mean plane taken off."""
+    model = gaussian_model(Covariance("exponential", SQ, 8e-6, 5e-6), (8e-6, 5e-6), None, correct_correlation=False)
+    z = model.sampler(GRID)(np.random.default_rng(4))
+    x, y = np.meshgrid(GRID.x(), GRID.y(), indexing="ij")
+    plane = np.column_stack([np.ones(z.size), x.ravel(), y.ravel()])
+    return z - (plane @ np.linalg.lstsq(plane, z.ravel(), rcond=None)[0]).reshape(z.shape)
+
+
+@pytest.fixture(scope="module")
+def scanned(run, heights):
+    """What stage `scan` makes of them, tilted. Files have tests of their own."""
+    x, y = np.meshgrid(GRID.x(), GRID.y(), indexing="ij")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scan, "read_scan", lambda *_: topography(heights + 0.01 * x - 0.02 * y + 1e-5, DX, DY, "scan"))
+        return run(scan, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def copies(run, scanned):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(twins, "TWINS", 5)
+        return run(twins, CONFIGURATION, scan=scanned.path)
+
+
+def test_a_scan_is_described_by_its_own_moments(scanned, heights):
+    found = scanned
+    np.testing.assert_allclose(found["map"], heights, rtol=0, atol=1e-9 * SQ + 1e-12 * 1e-5)
+    np.testing.assert_array_equal(found["points"], GRID.shape)
+    np.testing.assert_array_equal(found["spacing"], [DX, DY])
+    np.testing.assert_allclose(found["map_x"], GRID.x())
+    np.testing.assert_allclose(found["map_y"], GRID.y())
+    z = heights - heights.mean()
+    assert found["rms_height"] == pytest.approx(z.std(), rel=1e-6)
+    assert found["skewness"] == pytest.approx(skew(z.ravel()), abs=1e-6)
+    assert found["kurtosis"] == pytest.approx(np.mean(z**4) / z.std() ** 4, rel=1e-6)
+    assert found["missing"] == 0.0
+    assert found["sufficient"] == 1
+    edges = found["density_edge"]
+    assert edges[0] <= z.min() < z.max() <= edges[-1]
+    np.testing.assert_allclose(found["density"], np.histogram(z, edges)[0] / z.size / np.diff(edges))
+
+
+def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
+    """The sum over all pairs at a few lags; 1/e at 8 um along x and 5 um along y, known to some 10 %."""
+    found, z = scanned, heights
+    i0, j0 = (int(np.flatnonzero(np.isclose(found[name], 0.0, atol=1e-9))[0]) for name in ("lag_x", "lag_y"))
+    for i, j in ((3, 0), (0, 2), (5, 1)):
+        assert (found["lag_x"][i0 + i], found["lag_y"][j0 + j]) == (pytest.approx(i * DX), pytest.approx(j * DY))
+        pairs = np.mean(z[i:, j:] * z[: GRID.nx - i, : GRID.ny - j]) / z.var()
+        assert found["correlation"][i0 + i, j0 + j] == pytest.approx(pairs, abs=0.02)  # bias of the mean taken off
+    assert found["length_x"] == pytest.approx(8e-6, rel=0.25)
+    assert found["length_y"] == pytest.approx(5e-6, rel=0.25)
+    assert found["length_x_low"] < found["length_x"] < found["length_x_high"]
+    assert np.all(found["power_low"] < found["power"])
+    assert np.all(found["power"] < found["power_high"])
+
+
+def test_the_model_of_a_scan_is_its_covariance(scanned):
+    """The best of all kinds, with the Sq of the scan."""
+    model = scan_model.restored(scanned)
+    assert model.covariance.kind == "exponential"
+    assert model.rms_height_m == pytest.approx(float(scanned["rms_height"]))
+    assert model.lengths_m == pytest.approx((8e-6, 5e-6), rel=0.25)
+
+
+def test_the_measured_model_of_a_scan_is_its_correlation(run, scanned, heights):
+    measured = {"roughness": {"scan": CONFIGURATION["roughness"]["scan"] | {"covariance": "measured"}}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scan, "read_scan", lambda *_: topography(heights, DX, DY, "scan"))
+        found = run(scan, measured, "measured")
+    model = scan_model.restored(found)
+    sq = float(scanned["rms_height"])
+    assert model.rms_height_m == pytest.approx(sq)
+    assert model.lengths_m == (found["length_x"], found["length_y"])
+    i0, j0 = (len(found[name]) // 2 for name in ("lag_x", "lag_y"))
+    for i, j in ((0, 0), (3, 0), (0, 2)):
+        expected = sq**2 * found["correlation"][i0 + i, j0 + j]
+        assert model.covariance(np.array(i * DX), j * DY) == pytest.approx(expected, abs=0.05 * sq**2)
+
+
+def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
+    """Each by its number; the first is drawn."""
+    model, found = scan_model.restored(scanned), copies
+    fields = [model.sampler(GRID)(np.random.default_rng([7, geometry.STREAM_TWINS, number])) for number in range(5)]
+    np.testing.assert_allclose(found["twin_map"], fields[0], rtol=0, atol=1e-9 * SQ)
+    np.testing.assert_allclose(found["twin_rms_height"], [z.std() for z in fields], rtol=0.02)  # about its own mean
+    np.testing.assert_allclose(found["twin_skewness"], [skew(z.ravel()) for z in fields], atol=0.02)
+    edges = scanned["density_edge"]
+    density = [np.histogram(z, edges)[0] / z.size / np.diff(edges) for z in fields]
+    np.testing.assert_allclose(found["twin_density"], density, rtol=0.02, atol=1e3)
+    i0, j0 = (len(scanned[name]) // 2 for name in ("lag_x", "lag_y"))
+    for name, shift, lag in (("x", (3, 0), i0 + 3), ("y", (0, 2), j0 + 2)):
+        pairs = [
+            np.mean(z[shift[0] :, shift[1] :] * z[: GRID.nx - shift[0], : GRID.ny - shift[1]]) / z.var() for z in fields
+        ]
+        np.testing.assert_allclose(found[f"twin_correlation_{name}"][:, lag], pairs, atol=0.03)
+    np.testing.assert_allclose(found["twin_length_x"], 8e-6, rtol=0.4)
+    np.testing.assert_allclose(found["twin_length_y"], 5e-6, rtol=0.4)
+    assert found["twin_length_x"].mean() > 1.2 * found["twin_length_y"].mean()
+    ratio = found["twin_power"].mean(axis=0) / scanned["power"]
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.2)
+    np.testing.assert_array_equal(found["map"], scanned["map"])
+    np.testing.assert_array_equal(found["length_x_high"], scanned["length_x_high"])

@@ -1,0 +1,233 @@
+"""The stages of the strip, their numbers against closed forms: windows of a known contact, an expansion that is exact,
+friction of known windows."""
+
+import csv
+import io
+import math
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.special import ndtri
+
+from roughslip.contact.influence import Influence
+from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, geometry
+from roughslip.stages.surfaces import surface_model
+from roughslip.stages.training import training_columns
+
+SQ = 2e-7
+CONFIGURATION = {
+    "seed": 7,
+    "roughness": {
+        "covariance": "gaussian",
+        "rms_height_m": SQ,
+        "correlation_length_m": 1.5e-5,
+        "correlation_length_across_m": 9e-6,
+    },
+    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
+    "strip": {
+        "length_m": 4e-4,
+        "margin_m": 2e-5,
+        "width_m": 2.5e-5,
+        "cell_m": 5e-6,
+        "window_m": 1e-4,
+        "window_spacing_m": 2e-5,
+        "penetration_percentiles": [30.0, 50.0],
+        "samples": 8,
+        "training_samples": 3,
+    },
+    "expansion": {"target": "trial_pressure", "degree": 1},
+    "friction": {"mean_at_median": 0.3, "least_contact_fraction": 0.001},
+    "numerics": {"contact_tolerance": 1e-10},
+}
+NX, NY, FIRST, COUNT, WINDOW, SPACING = 88, 5, 4, 16, 20, 4  # nodes; first column and number of windows; columns
+CELL_AREA = 5e-6**2
+COLUMNS = training_columns(slice(FIRST, FIRST + 80))
+
+
+def windows_of(columns: np.ndarray) -> np.ndarray:
+    """Sums over each window, one after the other."""
+    starts = FIRST + SPACING * np.arange(COUNT)
+    return np.stack([columns[..., start : start + WINDOW].sum(axis=-1) for start in starts], axis=-1)
+
+
+def strip(number: int) -> np.ndarray:
+    """Heights (nx, ny) of the strip of this number; they are the field, as the surface is Gaussian."""
+    sample = surface_model(CONFIGURATION).sampler(geometry.strip_grid(CONFIGURATION))
+    return sample(np.random.default_rng([7, geometry.STREAM_STRIP, number]))
+
+
+def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
+    """In place of contact a pressure that tells level and node, 10^6 (1 + level) (1 + i + 100 j), every other row."""
+    pressed = []
+    node = 1 + np.arange(NX)[:, None] + 100.0 * np.arange(NY)
+
+    def sweep(influence, heights, planes, tolerance):
+        pressed.append((influence, heights, planes, tolerance))
+        for level in range(len(planes)):
+            pressure = 1e6 * (1 + level) * node * (np.arange(NY) % 2 == 0)
+            yield SimpleNamespace(
+                pressure=pressure, gap=1e-9 * (1 + level) * node, residual=0.1 * level, work=5 + level
+            )
+
+    monkeypatch.setattr(contact_strip, "sweep", sweep)
+    found = run(contact_strip, CONFIGURATION, first=1, last=5)
+    assert found["area"].shape == found["force"].shape == (4, 2, COUNT)
+    np.testing.assert_allclose(found["area"], 3 * WINDOW * CELL_AREA)
+    columns = (node * [1, 0, 1, 0, 1]).sum(axis=1)
+    for level in range(2):
+        force = 1e6 * (1 + level) * CELL_AREA * windows_of(columns)
+        np.testing.assert_allclose(found["force"][:, level], np.tile(force, (4, 1)))
+    assert found["pressure"].shape == (2, 2, len(COLUMNS), NY)  # strips 1 and 2 of the three that train
+    np.testing.assert_allclose(found["pressure"][1, 1, :, ::2], 2e6 * node[COLUMNS, ::2])
+    np.testing.assert_allclose(found["gap"][0, 1], 2e-9 * node[COLUMNS])
+    np.testing.assert_array_equal(found["residual"], np.tile([0.0, 0.1], (4, 1)))
+    np.testing.assert_array_equal(found["work"], np.tile([5, 6], (4, 1)))
+    assert found.attributes["first"] == 1
+    for number, (influence, heights, planes, tolerance) in enumerate(pressed, start=1):
+        np.testing.assert_array_equal(heights, strip(number))
+        np.testing.assert_allclose(planes, [SQ * ndtri(0.7), 0.0], atol=1e-22)
+        assert tolerance == 1e-10
+        assert influence.grid == geometry.strip_grid(CONFIGURATION)
+    assert pressed[0][0].diagonal == pytest.approx(  # of a square cell under its own load
+        4 * 5e-6 * math.log(1 + math.sqrt(2)) / math.pi / (2.1e11 / (1 - 0.3**2))
+    )
+
+
+def test_without_training_strips_there_are_no_columns(run, monkeypatch):
+    solution = SimpleNamespace(pressure=np.ones((NX, NY)), gap=np.zeros((NX, NY)), residual=0.0, work=1)
+    monkeypatch.setattr(contact_strip, "sweep", lambda *_: [solution, solution])
+    assert "pressure" not in run(contact_strip, CONFIGURATION, first=3, last=4)
+
+
+@pytest.fixture
+def linear(stored):
+    """Training columns of a contact whose trial pressure is linear in the height, the level and the row, and the whole
+    of it on any strip.
+
+    The expansion finds it exactly, and only if strips, columns, rows and levels stay together.
+    """
+    stiffness = 1 / Influence(geometry.strip_grid(CONFIGURATION), 2.1e11 / (1 - 0.3**2)).diagonal
+
+    def trial(number: int) -> np.ndarray:
+        rise = np.stack([strip(number) * (1 + np.arange(NY)), -2 * strip(number) * (1 + np.arange(NY))])
+        return 1e14 * rise + 1e7 * np.arange(NY) * np.array([1.0, -1.0])[:, None, None]
+
+    def columns(*numbers: int) -> dict:
+        r = np.stack([trial(number)[:, COLUMNS] for number in numbers])
+        dimensions = ("training_sample", "level", "column", "y")
+        return {
+            "pressure": (dimensions, np.maximum(r, 0.0)),
+            "gap": (dimensions, np.maximum(-r, 0.0) / stiffness),
+        }
+
+    batches = [  # named in another order than numbered; the last has no training strip
+        stored("b.nc", {"first": 0}, **columns(0, 1)),
+        stored("a.nc", {"first": 2}, **columns(2)),
+        stored("c.nc", {"first": 3}, other=(("one",), np.zeros(1))),
+    ]
+    return trial, batches
+
+
+def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear):
+    """10 columns of 3 strips for 9 terms; on strips not seen as well. What a window sums is counted node by node."""
+    trial, batches = linear
+    fitted = run(chaos_strip, CONFIGURATION, contact=batches)
+    assert fitted["coefficients"].shape == (NY, 9, 2)
+    assert fitted["leave_one_out"].shape == (NY, 2)
+    assert np.all(fitted["leave_one_out"] < 1e-20)
+    assert np.all(fitted["condition_number"] < 100)
+    expansion = fitted.path
+    found = run(expansion_strip, CONFIGURATION, expansion=expansion, first=1, last=6)
+    for row, number in enumerate(range(1, 6)):
+        pressure = np.maximum(trial(number), 0.0)
+        np.testing.assert_allclose(
+            found["area"][row], CELL_AREA * windows_of(np.count_nonzero(pressure, axis=2).astype(float)), rtol=1e-9
+        )
+        np.testing.assert_allclose(found["force"][row], CELL_AREA * windows_of(pressure.sum(axis=2)), rtol=1e-9)
+    assert found.attributes["first"] == 1
+
+
+STRIPS, MANY, WINDOWS = 12, 40, 60
+FRICTION = CONFIGURATION | {
+    "strip": CONFIGURATION["strip"] | {"penetration_percentiles": [10.0, 50.0, 90.0], "window_spacing_m": 1e-5}
+}
+
+
+@pytest.fixture(scope="module")
+def friction_of_known_windows(run, stored):
+    """A / N of the expansion is correlated with that of the solved windows; the levels lie at 3, 2 and 1 in 1e-9 / Pa.
+
+    One window has less than the least contact, 0.001 of 0.1 x 0.025 mm^2, and one a little more.
+
+    Returns result, solved and expanded A / N (strips, levels, windows), the former NaN where the contact is too small,
+    and the solved sum(A) / sum(N) by level.
+    """
+    rng = np.random.default_rng(5)
+    noise = np.apply_along_axis(np.convolve, 2, rng.standard_normal((MANY, 3, WINDOWS + 9)), np.ones(10) / 10, "valid")
+    levels = np.array([3.0, 2.0, 1.0])[None, :, None]
+    expanded = 1e-9 * (levels * 1.5 + 0.2 * noise)
+    solved = 1e-9 * (levels + 0.2 * noise[:STRIPS] + 0.02 * rng.standard_normal((STRIPS, 3, WINDOWS)))
+    shape = ("sample", "level", "window")
+    area = {name: 1e-10 * rng.uniform(1, 2, ratio.shape) for name, ratio in (("s", solved), ("e", expanded))}
+    area["s"][:2, 2, 0] = 2.4e-12, 2.6e-12
+    contact = []
+    for name, first, last in (("z", 0, 5), ("y", 5, STRIPS)):  # named in another order than numbered
+        part = slice(first, last)
+        fields = {"area": (shape, area["s"][part]), "force": (shape, area["s"][part] / solved[part])}
+        residual = (("sample", "level"), np.full((last - first, 3), 1e-11 * (1 + first)))
+        contact.append(stored(f"{name}.nc", {"first": first}, residual=residual, **fields))
+    expansion = stored("e.nc", {"first": 0}, area=(shape, area["e"]), force=(shape, area["e"] / expanded))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction, "REPLICATES", 40)  # intervals have tests of their own
+        found = run(friction, FRICTION, contact=contact, expansion=[expansion])
+    total = area["s"].sum(axis=(0, 2)) / (area["s"] / solved).sum(axis=(0, 2))
+    solved[0, 2, 0] = np.nan
+    return found, solved, expanded, total
+
+
+def test_friction_of_known_windows(friction_of_known_windows):
+    """The definitions: tau so that the mean is 0.3 at the median; moments over all windows, pairs of one strip."""
+    found, solved, expanded, total = friction_of_known_windows
+    shear = float(found["shear_strength"])
+    assert found["combined_mean"][1] == pytest.approx(0.3, rel=1e-12)
+    # the control explains all but the solved windows' own noise, so that all 40 strips tell the mean
+    everywhere = expanded.mean(axis=(0, 2)) - np.array([1.5, 1.0, 0.5]) * 1e-9
+    own = 2e-11 / math.sqrt(STRIPS * WINDOWS)
+    np.testing.assert_allclose(found["combined_mean"] / shear, everywhere, rtol=0, atol=3 * own)
+    np.testing.assert_allclose(
+        found["mean"], shear * np.stack([np.nanmean(solved, axis=(0, 2)), expanded.mean(axis=(0, 2))])
+    )
+    np.testing.assert_allclose(
+        found["std"], shear * np.stack([np.nanstd(solved, axis=(0, 2)), expanded.std(axis=(0, 2))]), rtol=1e-9
+    )
+    np.testing.assert_allclose(found["ratio_of_sums"][0], shear * total)
+    assert found["largest_residual"] == pytest.approx(6e-11)
+    np.testing.assert_allclose(found["missing_share"], [[0, 0, 1 / (STRIPS * WINDOWS)], [0, 0, 0]])
+
+
+def test_lags_and_lengths_of_known_windows(friction_of_known_windows):
+    """Noise averaged over ten windows: its autocorrelation falls along 1 - k / 10, to 1/e near six of them."""
+    found, *_ = friction_of_known_windows
+    np.testing.assert_allclose(found["lag"], 1e-5 * np.arange(WINDOWS), atol=1e-18)
+    np.testing.assert_allclose(found["triangle"], np.maximum(1 - found["lag"] / 1e-4, 0.0), atol=1e-12)
+    curve = found["autocorrelation"]
+    assert curve.shape == (2, 3, WINDOWS)
+    np.testing.assert_allclose(curve[1, :, :10], np.tile(1 - np.arange(10) / 10, (3, 1)), atol=0.15)
+    np.testing.assert_allclose(found["length_one_over_e"][1], 6.3e-5, rtol=0.2)
+
+
+def test_what_is_drawn_and_tabled_is_at_its_penetration(friction_of_known_windows, folder):
+    found, solved, *_ = friction_of_known_windows
+    edges, density = found["histogram_edge"], found["histogram"]
+    mu = float(found["shear_strength"]) * solved[:, 1]
+    assert (edges[0], edges[-1]) == (pytest.approx(mu.min()), pytest.approx(mu.max()))
+    counts = [np.count_nonzero((low <= mu) & (mu < high)) for low, high in pairwise(edges)]
+    np.testing.assert_allclose(density[:-1], np.array(counts[:-1]) / mu.size / np.diff(edges)[:-1])
+    rows = list(csv.DictReader(io.StringIO((folder / "summary.csv").read_text())))
+    assert [float(row["percentile"]) for row in rows] == [10.0, 50.0, 90.0]
+    for level, row in enumerate(rows):
+        assert float(row["combined_mean"]) == pytest.approx(found["combined_mean"][level], rel=1e-5)
+        assert float(row["skewness"]) == pytest.approx(found["skewness"][0, level], rel=1e-5)
+        assert float(row["combined_std"]) == pytest.approx(found["combined_std"][level], rel=1e-5)

@@ -1,4 +1,4 @@
-"""What stage chaos_square writes of a contact that a linear expansion in one direction meets exactly."""
+"""What stage chaos_square writes of a contact that a linear expansion in two local variables meets exactly."""
 
 import math
 
@@ -7,9 +7,10 @@ import pytest
 from scipy.stats import norm
 
 from roughslip.chaos.designs import monte_carlo
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.indices import multi_indices
 from roughslip.contact.influence import Influence
-from roughslip.stages import centre_distribution, chaos_square, design, geometry, surface
+from roughslip.stages import centre_distribution, chaos_square, design, expansion, geometry, nodes, surface, surfaces
 
 MODES, SAMPLES, DRAWS, MONTE_CARLO = 16, 300, 20_000, 1500
 CONFIGURATION = {
@@ -20,11 +21,11 @@ CONFIGURATION = {
     "expansion": {"target": "trial_pressure", "variables": 2, "degree": 2, "samples": 200, "draws": DRAWS},
 }
 MEAN, SCATTER = -2e7, 5e7  # Pa, of the trial pressure at the centre: in contact with probability Phi(-0.4)
-DIRECTION = np.eye(MODES)[1] * 0.6 - np.eye(MODES)[4] * 0.8
+RESPONSE = np.array([0.6, -0.8])  # to the height and to what the slope along x adds to it
 
 
-def trial_pressure(xi: np.ndarray) -> np.ndarray:
-    return MEAN + SCATTER * xi @ DIRECTION
+def trial_pressure(xi: np.ndarray, variables: np.ndarray) -> np.ndarray:
+    return MEAN + SCATTER * xi @ variables.T @ RESPONSE
 
 
 @pytest.fixture(scope="module")
@@ -33,21 +34,30 @@ def modes(run):
 
 
 @pytest.fixture(scope="module")
-def designs(run):
-    return run(design, CONFIGURATION)
+def designs(run, modes):
+    return run(design, CONFIGURATION, surface=modes.path)
 
 
 @pytest.fixture(scope="module")
-def found(run, stored, modes, designs):
-    """Monte Carlo in two batches, named in another order than numbered, its four central nodes alike; of the designs
-    the centre alone counts."""
+def variables(modes):
+    """(4, 2, MODES) at the four central nodes, which are all that train on so coarse a mesh."""
+    model, grid = surfaces.gaussian_model(CONFIGURATION), geometry.square_grid(CONFIGURATION)
+    return expansion.directions(model, grid, modes["modes"], nodes.training_nodes(model, grid), 2)
+
+
+@pytest.fixture(scope="module")
+def found(run, stored, modes, designs, variables):
+    """Monte Carlo in two batches, named in another order than numbered, its four central nodes alike; of the Latin
+    hypercube the centre alone counts; the design of our expansion has at each node what the variables there say."""
     stiffness = 1 / Influence(geometry.square_grid(CONFIGURATION), 2.1e11 / (1 - 0.3**2)).diagonal
     drawn = [monte_carlo([7, geometry.STREAM_MONTE_CARLO, number], MODES) for number in range(MONTE_CARLO)]
 
     def batch(name: str, method: str, first: int, xi: np.ndarray):
-        trial = np.tile(trial_pressure(xi)[:, None], 4)
-        if method != "monte_carlo":
+        trial = np.tile(trial_pressure(xi, variables[0])[:, None], 4)
+        if method == "latin_hypercube":
             trial[:, 1:] *= -1
+        if method == "expansion":
+            trial = np.column_stack([trial_pressure(xi, one) for one in variables])
         shape = ("sample", "node")
         fields = {"pressure": (shape, np.maximum(trial, 0)), "gap": (shape, np.maximum(-trial, 0) / stiffness)}
         return stored(name, {"first": first, "design": method}, **fields)
@@ -71,21 +81,29 @@ def test_expansions_that_are_exact_have_no_error(found):
     assert found["fit_leave_one_out"][1] > 1e-6
     contacts = MONTE_CARLO * norm.cdf(MEAN / SCATTER)
     np.testing.assert_array_less(found["fit_distance_at_contact"][[0, 2]], 2 / contacts)  # rounding may swap two ranks
-    assert found["fit_samples"][2] == 200
     in_contact = found["fit_samples"][0]
     assert in_contact == found["fit_samples"][1] == pytest.approx(SAMPLES * norm.cdf(MEAN / SCATTER), abs=10)
 
 
-def test_variables_are_the_direction_of_the_pressure_and_the_height_of_the_centre(found, modes, designs):
-    """The second less its part along the first; in both the expansion has all terms to the second degree."""
+def test_variables_are_those_of_the_centre_and_the_basis_has_all_nodes(found, modes, designs, variables):
     height = modes["modes"][:, 2, 2]
-    height = height - DIRECTION * (DIRECTION @ height)
-    np.testing.assert_allclose(found["direction"], [DIRECTION, height / np.linalg.norm(height)], atol=1e-9)
-    basis = hermite_basis(designs["expansion"] @ found["direction"].T, multi_indices(2, 2))
+    np.testing.assert_allclose(found["direction"][0], height / np.linalg.norm(height), atol=1e-12)
+    np.testing.assert_array_equal(found["direction"], variables[0])
+    rows = np.concatenate([designs["expansion"] @ one.T for one in variables])
+    basis = hermite_basis(rows, multi_indices(2, 2))
     assert found["fit_condition_number"][2] == pytest.approx(np.linalg.cond(basis / np.linalg.norm(basis, axis=0)))
+    assert found["cross_validated"] < 1e-20
+    assert found["fit_samples"][2] == 4 * 200
 
 
-def test_distributions_are_those_of_a_cut_normal(found, designs):
+def test_modes_explain_what_the_response_has_of_them(found, variables):
+    """A linear response: first and total index are the squares of its coefficients."""
+    shares = (RESPONSE @ variables[0]) ** 2
+    np.testing.assert_allclose(found["sobol_first"], shares, atol=1e-12)
+    np.testing.assert_allclose(found["sobol_total"], shares, atol=1e-12)
+
+
+def test_distributions_are_those_of_a_cut_normal(found, designs, variables):
     """P(r > 0) = Phi(m/s), E max(r, 0) = m Phi(m/s) + s phi(m/s), within four standard errors of their draws."""
     ratio = MEAN / SCATTER
     probability, mean = norm.cdf(ratio), MEAN * norm.cdf(ratio) + SCATTER * norm.pdf(ratio)
@@ -100,7 +118,7 @@ def test_distributions_are_those_of_a_cut_normal(found, designs):
         assert low <= found["contact_probability"][row] <= high
     assert found["fit_positive_share"][2] == pytest.approx(probability, abs=2 / math.sqrt(DRAWS))
     assert found["fit_positive_share"][2] == found["contact_probability"][4]
-    in_contact = trial_pressure(designs["latin_hypercube"]) > 0
+    in_contact = trial_pressure(designs["latin_hypercube"], variables[0]) > 0
     assert found["contact_probability"][1] == pytest.approx(np.mean(in_contact), abs=1e-12)
     # the fit of samples in contact does not know how many there were: that is of the Latin hypercube
     assert found["contact_probability"][2] == found["contact_probability"][3] == found["contact_probability"][1]

@@ -57,12 +57,13 @@ def test_fewer_modes_carry_their_share(run):
 
 def test_designs_have_one_sample_a_stratum_and_nothing_in_common(run):
     scene = CONFIGURATION | {"square": CONFIGURATION["square"] | {"latin_hypercube_samples": 60}}
-    found = run(design, scene)
+    modes = run(surface, CONFIGURATION, "modes").path
+    found = run(design, scene, surface=modes)
     for name, count in (("latin_hypercube", 60), ("expansion", 40)):
         assert found[name].shape == (count, 36)
         strata = np.floor(count * ndtr(found[name])).astype(int)
         np.testing.assert_array_equal(np.sort(strata, axis=0), np.arange(count)[:, None] * np.ones(36, int))
-    same = run(design, CONFIGURATION, "same")  # of equal size: the streams alone tell them apart
+    same = run(design, CONFIGURATION, "same", surface=modes)  # of equal size: the streams alone tell them apart
     assert not np.any(same["latin_hypercube"] == same["expansion"])
     np.testing.assert_array_equal(same["expansion"], found["expansion"])
 

@@ -2,8 +2,8 @@
 
     r = theta' psi / h + e / h,  e standard normal;   y = r where r > 0, else r <= 0 is all that is known.
 
-In these parameters, theta = beta / sigma and h = 1 / sigma, the log-likelihood is concave, so that Newton's method finds
-the one maximum:
+In these parameters, theta = beta / sigma and h = 1 / sigma, the log-likelihood is concave, and Newton's method finds its
+one maximum:
 
     log L = sum_contact [log h - (h y - theta' psi)^2 / 2] + sum_out log Phi(-theta' psi)
 
@@ -67,8 +67,8 @@ def censored_regression(basis: np.ndarray, target: np.ndarray) -> CensoredFit:
     contact, terms = target > 0, basis.shape[1]
     if contact.sum() <= terms:
         raise IllPosedError(
-            f"{contact.sum()} of {len(target)} samples are in contact; a censored regression needs more than the {terms} "
-            "coefficients: take more samples or a deeper penetration, or a target that uses the gap"
+            f"{contact.sum()} of {len(target)} samples are in contact; a censored regression needs more than the "
+            f"{terms} coefficients: take more samples or a deeper penetration, or a target that uses the gap"
         )
     unit = float(np.sqrt(np.mean(target[contact] ** 2)))
     rows = np.column_stack([basis, -np.where(contact, target / unit, 0.0)])

@@ -1,9 +1,9 @@
 """What a linear fit would be without one or two groups of its samples, from sums over the groups.
 
-Samples of one group (nodes of the same surfaces) depend on each other and are left out together. Without one group h the
-fit predicts the samples of h as fresh ones. For the error of whatever is read off such predictions they must be made
-again without a group g, from fits that have seen neither g nor h: predictions that g had a share in would move apart from
-the fit without g, and what calibration takes back of an error of the fit would be missing.
+Samples of one group (nodes of the same surfaces) depend on each other and are left out together. Without one group h
+the fit predicts the samples of h as fresh ones. For the error of what is read off such predictions they are made again
+without another group g, from fits that have seen neither g nor h. Were they kept, the law of the target given its
+prediction would not follow the fit without g, and could not take back what changed in it: the error came out twice.
 """
 
 from __future__ import annotations

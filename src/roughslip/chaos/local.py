@@ -13,6 +13,8 @@ cross-validated prediction for the scatter, and a jackknife for everything that 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,10 +23,10 @@ from roughslip.chaos.censored import censored_regression, completed, derivatives
 from roughslip.chaos.groups import group_sums, left_out_predictions, without_one, without_two
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.pressure import Kind, PressureTarget
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.chaos.scatter import ResidualScatter, residual_scatter
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
 GROUPS = 20  # of surfaces, left out in turn
 REACH = 1.5  # times the mean target in contact: predictions further below than this are out of contact for certain,
@@ -170,6 +172,31 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
         cross_validated=float(missed / variance),
         score=_score(scatters, lowest, target, predicted, group, pressure),
     )
+
+
+def fit_best(
+    samples: Samples, degree: int, targets: Sequence[PressureTarget]
+) -> tuple[LocalExpansion, dict[Kind, float]]:
+    """The expansion of the target whose predictions of left-out surfaces score best.
+
+    samples, degree : as in `fit_local`
+    targets : candidates, of different kinds
+
+    Returns it, and the score of every kind, NaN where its fit is refused. Raises as `fit_local` does where all are.
+    """
+    found: list[LocalExpansion] = []
+    scores: dict[Kind, float] = {}
+    refused: list[IllPosedError | ConvergenceError] = []
+    for target in targets:
+        try:
+            found.append(fit_local(samples, degree, target))
+            scores[target.kind] = found[-1].score
+        except (IllPosedError, ConvergenceError) as error:
+            scores[target.kind] = math.nan
+            refused.append(error)
+    if not found:
+        raise refused[0]
+    return min(found, key=lambda one: one.score), scores
 
 
 def _censored(basis: np.ndarray, group: np.ndarray, values: np.ndarray) -> tuple[Fit, np.ndarray, np.ndarray]:

@@ -74,9 +74,9 @@ class PressureTarget:
     def weights(self, target: np.ndarray) -> np.ndarray:
         """weight : (...) [-] 1 in contact, falling with the distance from it on the scale of the contact.
 
-        The trial pressure is linear in the gap far from contact too, and a likelihood weighs by itself: their weights are
-        1. Raises IllPosedError where
-        no sample of a squared pressure is in contact, since there is no scale then.
+        The trial pressure is linear in the gap far from contact too, and a likelihood weighs by itself: all their
+        weights are 1. Raises IllPosedError where no sample of a squared pressure is in contact, since there is no scale
+        then.
         """
         if self.kind != "squared_pressure":
             return np.ones_like(target)

@@ -34,7 +34,7 @@ def rows_of(basis, y):
 
 
 def test_derivatives_are_those_of_the_likelihood():
-    """Central differences of step d err by d^2 / 6 times a third derivative, of some K = 200, and by rounding over d."""
+    """Central differences of step d err by d^2 / 6 times a third derivative, some K = 200, and by rounding over d."""
     rows, contact = rows_of(*problem(200)[:2])
     at = np.array([-0.4, 1.0, 0.3, 0.1, -0.2, 0.1, 1.3])
 
@@ -114,7 +114,9 @@ def test_units_do_not_matter(factor):
 
 def test_values_out_of_contact_are_not_looked_at():
     basis, y, r = problem(400)
-    np.testing.assert_array_equal(censored_regression(basis, r).coefficients, censored_regression(basis, y).coefficients)
+    np.testing.assert_array_equal(
+        censored_regression(basis, r).coefficients, censored_regression(basis, y).coefficients
+    )
 
 
 def test_draws_out_of_contact_have_the_law_of_what_is_not_positive():

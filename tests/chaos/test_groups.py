@@ -46,7 +46,9 @@ def test_scales_of_terms_do_not_matter():
     """Normal equations square a condition number, unless their columns are of one size."""
     rows, values, weights, group = problem()
     scale = np.array([1.0, 1e-12, 1e12, 1e3])
-    plain, scaled = (without_one(*group_sums(r, weights, weights * values, group, GROUPS)) for r in (rows, rows * scale))
+    plain, scaled = (
+        without_one(*group_sums(r, weights, weights * values, group, GROUPS)) for r in (rows, rows * scale)
+    )
     np.testing.assert_allclose(scaled * scale, plain, rtol=1e-11)
 
 

@@ -105,7 +105,7 @@ def jackknife_of(expansion):
     return [np.sqrt(np.sum(jackknife_deviations(x) ** 2)) for x in (np.mean(drawn > 0, axis=1), drawn.mean(axis=1))]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["squared_pressure", "censored"])
 def test_the_jackknife_tells_the_spread_of_repetitions(kind):
     """40 spreads are known to 11 %, the root mean square of 40 jackknives from 20 groups to a few per cent."""
     target, found, told = TARGETS[kind], [], []
@@ -123,7 +123,8 @@ def test_the_drift_with_the_distance_is_taken_out(kind, true):
     """Twice the drift at nodes further out changes nothing at the centre, but for errors of the coefficient."""
     target, p = TARGETS[kind], true[kind]
     near, far = (
-        fit_local(samples(target, 1, 400, 3, drift), 3, target).draw(np.random.default_rng(3), 50_000) for drift in (0.0, 1.5)
+        fit_local(samples(target, 1, 400, 3, drift), 3, target).draw(np.random.default_rng(3), 50_000)
+        for drift in (0.0, 1.5)
     )
     for drawn in (near, far):
         assert np.mean(drawn > 0) == pytest.approx(np.mean(p > 0), abs=4 * 0.5 / np.sqrt(400))
@@ -186,7 +187,7 @@ def test_the_order_of_surfaces_matters_by_their_groups_alone(kind):
 
 
 def test_the_stiffness_takes_the_kink_out():
-    """p = 1.3 u where u > 0, gap = -u else: p - 1.3 gap is linear. Each of 16 times the guess that it is a multiple of."""
+    """p = 1.3 v where v > 0, gap = -v else: p - 1.3 gap is linear. The search ends at twice the guess."""
     generator = np.random.default_rng(4)
     u = generator.standard_normal((400, 2))
     basis, group = np.column_stack([np.ones(400), u]), np.arange(400) % GROUPS
@@ -198,7 +199,7 @@ def test_the_stiffness_takes_the_kink_out():
 
 
 def test_the_score_is_the_ranked_probability_score_of_the_truth():
-    """Of an expansion that knows the law. E|p - X| - E|X - X'| / 2 given u, by drawing; some 3 coefficients in 1000."""
+    """Its mean under the law is E|X - X'| / 2, X and X' drawn for one u; 20 coefficients from 1000 surfaces add some %."""
     target = TARGETS["trial_pressure"]
     one = fit_local(samples(target, 5, 1000, 3, drift=0.0), 3, target)
     generator = np.random.default_rng(8)
@@ -222,7 +223,7 @@ def test_the_best_is_the_target_that_the_response_follows(law):
 
 
 def test_a_candidate_that_is_refused_leaves_the_others():
-    """Of 30 samples in contact no 20 coefficients are to be had without the gap and a few groups."""
+    """15 samples in contact, which are not more than 20 coefficients; with the gap all 600 count."""
     whole = samples(TARGETS["trial_pressure"], 5, 200, 3)
     few = replace(whole, pressure=np.where(np.cumsum(whole.pressure > 0).reshape(200, 3) <= 15, whole.pressure, 0.0))
     best, scores = fit_best(few, 3, [TARGETS["censored"], TARGETS["trial_pressure"]])
@@ -253,9 +254,9 @@ def test_what_tells_nothing_is_refused(kind):
         fit_local(first(19), 1, target)
     with pytest.raises(IllPosedError, match="no sample is in contact"):
         fit_local(replace(whole, pressure=0 * whole.pressure), 1, target)
-    with pytest.raises(IllPosedError):  # all alike
-        fit_local(replace(whole, variables=0 * whole.variables + 1.0), 1, target)
-    with pytest.raises(IllPosedError):
+    with pytest.raises(IllPosedError, match="condition number|dependent|undetermined"):  # variables that do not vary
+        fit_local(replace(whole, variables=0 * whole.variables + 2.0), 1, target)
+    with pytest.raises(IllPosedError, match="the same on every sample|no scatter"):
         fit_local(replace(whole, pressure=0 * whole.pressure + 1.0, gap=0 * whole.gap), 1, target)
 
 

@@ -93,7 +93,9 @@ def test_units_do_not_matter(factor):
     s, target = problem(3000)
     plain, scaled = residual_scatter(s, target), residual_scatter(factor * s, factor * target)
     at, uniform = np.linspace(-2, 2, 41), np.linspace(0, 0.99, 41)
-    np.testing.assert_allclose(scaled.draw(factor * at, uniform), factor * plain.draw(at, uniform), rtol=0, atol=1e-10 * factor)
+    np.testing.assert_allclose(
+        scaled.draw(factor * at, uniform), factor * plain.draw(at, uniform), rtol=0, atol=1e-10 * factor
+    )
 
 
 def test_order_does_not_matter():

@@ -227,16 +227,20 @@ def _score(
     group: np.ndarray,
     pressure: np.ndarray,
 ) -> float:
-    """Continuous ranked probability score of p at left-out surfaces over its mean, see LocalExpansion."""
+    """Continuous ranked probability score of p at left-out surfaces over its mean: the law of each without its group.
+
+    It asks for predictions that are sharp, and for a law as wide as they are wrong (Gneiting and Raftery, J. Am. Stat.
+    Assoc. 102 (2007) 359), as an integral over quantiles (Laio and Tamea, Hydrol. Earth Syst. Sci. 11 (2007) 1267).
+    """
+    uniform = (np.arange(SCORED) + 0.5) / SCORED
     total = 0.0
     for g in range(GROUPS):
         members = np.flatnonzero(group == g)
-        s, p = predicted[g + 1, members], pressure[members]
-        for uniform in (np.arange(SCORED) + 0.5) / SCORED:
-            quantile = np.zeros(len(s))
-            near = s > lowest
-            quantile[near] = target.pressure(scatters[g + 1].draw(s[near], np.full(near.sum(), uniform)))
-            total += 2 / SCORED * float(np.sum(((p < quantile) - uniform) * (quantile - p)))
+        s, p = predicted[g + 1, members], pressure[members, None]
+        near = s > lowest
+        quantiles = np.zeros((len(s), SCORED))
+        quantiles[near] = target.pressure(scatters[g + 1].draw(s[near, None], uniform))
+        total += 2 / SCORED * float(np.sum(((p < quantiles) - uniform) * (quantiles - p)))
     return total / float(pressure.sum())
 
 
@@ -254,7 +258,8 @@ def best_gap_stiffness(
     guess : [Pa/m] 1 / B_00
 
     Returns k [Pa/m], between half and twice the guess: the least of |e_p - k e_gap|^2 / Var(p - k gap), a ratio of two
-    quadratics in k, with e the errors of cross-validated predictions, which are linear in the target.
+    quadratics in k, with e the errors of cross-validated predictions, which are linear in the target. Raises
+    IllPosedError where pressure and gap are the same on every sample.
     """
     errors, ones = [], np.ones(len(pressure))
     for values in (pressure, guess * gap):
@@ -262,6 +267,8 @@ def best_gap_stiffness(
         errors.append(values - left_out_predictions(basis, without, group))
     spread = [pressure - pressure.mean(), guess * (gap - gap.mean())]
     missed, variance = ([a @ a, a @ b, b @ b] for a, b in (errors, spread))
+    if not variance[0] > 0 and not variance[2] > 0:
+        raise IllPosedError("the target is the same on every sample: there is nothing to expand")
     factor = np.linspace(0.5, 2.0, 1501)
     share = (missed[0] - 2 * factor * missed[1] + factor**2 * missed[2]) / (
         variance[0] - 2 * factor * variance[1] + factor**2 * variance[2]

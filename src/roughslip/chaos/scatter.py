@@ -103,6 +103,6 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     window = min(n, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * n)))
     middle = (np.arange(PLACES) + 0.5) / PLACES * n
     first = np.clip(middle.astype(np.int64) - window // 2, 0, n - window)
-    probabilities = np.linspace(0, 1, QUANTILES)
-    quantiles = np.stack([np.quantile(residual[i : i + window], probabilities) for i in first])
+    windows = residual[first[:, None] + np.arange(window)]
+    quantiles = np.quantile(windows, np.linspace(0, 1, QUANTILES), axis=1).T
     return ResidualScatter(mean, float(s[0]), float(s[-1]), s[middle.astype(np.int64)], quantiles)

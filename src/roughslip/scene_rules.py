@@ -253,6 +253,11 @@ _RULES = (
         lambda strips, length, cell, d: strips * _training_columns(length / cell) > _terms(_FUNCTIONALS, d),
         f"enough that every {_TRAINING_SPACING}th column gives more samples than C({_FUNCTIONALS} + {{3}}, {{3}})",
     ),
+    _Rule(
+        ("expansion.target", "strip.training_samples"),
+        lambda target, _: target != "censored",
+        "trial_pressure, squared_pressure or best: along the strip no regression is censored",
+    ),
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
     _Rule(

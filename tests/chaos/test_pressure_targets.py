@@ -73,6 +73,18 @@ def test_the_positive_part_gives_the_pressure_back(kind, pressure, gap):
     np.testing.assert_allclose(target.pressure(target.values(pressed, apart)), pressed, rtol=2e-15)
 
 
+def test_a_censored_target_gives_the_pressure_back_and_takes_no_notice_of_the_gap():
+    target = pressure_target("censored", **PARTS)
+    pressed, gap = np.array([1e8, 2.0, 0.0, 0.0]), np.array([0.0, 0.0, 1e-9, 1e-6])
+    values = target.values(pressed, gap)
+    np.testing.assert_allclose(values, pressed**2 + target.cell_pressure_pa * pressed, rtol=1e-15)
+    np.testing.assert_allclose(target.pressure(values), pressed, rtol=2e-15)
+    assert target.cell_pressure_pa == pressure_target("squared_pressure", **PARTS).cell_pressure_pa
+    assert np.array_equal(target.weights(values), np.ones(4))
+    with pytest.raises(ParameterError, match="out of contact as well"):
+        fit_all_samples(np.ones((4, 1)), values, target)
+
+
 def test_without_a_cell_pressure_the_squared_pressure_has_a_plain_root():
     found = PressureTarget("squared_pressure", 1.0).pressure(np.array([4.0, 0.0, -1.0]))
     assert np.array_equal(found, [2.0, 0.0, 0.0])  # and no 0 / 0 on the way

@@ -124,6 +124,8 @@ MISTAKES = {
     "strictly increasing percentiles",
     "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
     "50 among them: friction.mean_at_median sets the shear strength there",
+    "expansion: {target: censored}": "expansion.target: 'censored' is not allowed; "
+    "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     "strip: {samples: 12, training_samples: 13}": "strip.training_samples: 13 is not allowed; "
     "at most strip.samples = 12",
     "strip: {samples: 12, training_samples: 4, expansion_samples: 11}": "strip.expansion_samples: 11 is not allowed; "

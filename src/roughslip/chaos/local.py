@@ -13,21 +13,25 @@ cross-validated prediction for the scatter, and a jackknife for everything that 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
 
+from roughslip.chaos.censored import censored_regression, completed, derivatives, expected
+from roughslip.chaos.groups import group_sums, left_out_predictions, without_one, without_two
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.pressure import Kind, PressureTarget
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.chaos.scatter import ResidualScatter, residual_scatter
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
 GROUPS = 20  # of surfaces, left out in turn
 REACH = 1.5  # times the mean target in contact: predictions further below than this are out of contact for certain,
 # unless a sample in contact was predicted further below still
+SCORED = 32  # quantiles by which a predicted distribution is scored
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,7 @@ class LocalExpansion:
     target : how the target gives the pressure
     fit : quality of the regression; its leave-one-out counts samples of a surface as if they were independent
     cross_validated : share of the weighted variance of the target that predictions of left-out surfaces miss
+    score : [-] continuous ranked probability score of the pressure at left-out surfaces, over the mean pressure
     """
 
     indices: np.ndarray
@@ -76,6 +81,7 @@ class LocalExpansion:
     target: PressureTarget
     fit: Fit
     cross_validated: float
+    score: float
 
     @property
     def groups(self) -> int:
@@ -123,95 +129,146 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     degree : total degree of the Hermite polynomials
     target : the smooth variable; of a trial pressure the gap's stiffness is chosen anew, see `best_gap_stiffness`
 
-    Raises IllPosedError for too few surfaces and as the regression and the scatter do.
+    Raises IllPosedError for too few surfaces and as the regression and the scatter do; ConvergenceError as a censored
+    regression does.
     """
     surfaces, nodes, count = samples.variables.shape
     if surfaces < GROUPS:
         raise IllPosedError(f"{surfaces} surfaces are too few to leave out {GROUPS} groups of them: take more samples")
+    pressure, gap = samples.pressure.ravel(), samples.gap.ravel()
+    contact = pressure > 0
+    if not contact.any():
+        raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
     indices = multi_indices(count, degree)
     basis = hermite_basis(samples.variables.reshape(-1, count), indices)
     if np.ptp(samples.distance2) > 0:
         basis = np.column_stack([basis, np.tile(samples.distance2, surfaces)])
-    regression = _Regression(basis, np.repeat(np.arange(surfaces) % GROUPS, nodes))
-    pressure, gap = samples.pressure.ravel(), samples.gap.ravel()
+    group = np.repeat(np.arange(surfaces) % GROUPS, nodes)
     if target.kind == "trial_pressure":
-        target = replace(target, gap_stiffness=best_gap_stiffness(regression, pressure, gap, target.gap_stiffness))
+        target = replace(target, gap_stiffness=best_gap_stiffness(basis, group, pressure, gap, target.gap_stiffness))
     values = target.values(pressure, gap)
     weights = target.weights(values)
-    fit = least_squares(basis, values, weights)
-    without = regression.without_each_group(values, weights)
-    predicted = np.einsum("kp,kp->k", basis, without[regression.group])
-    missed = np.average((values - predicted) ** 2, weights=weights)
+    if target.kind == "censored":
+        fit, without, values = _censored(basis, group, values)
+    else:
+        fit = least_squares(basis, values, weights)
+        without = without_two(*group_sums(basis, weights, weights * values, group, GROUPS))
+    predicted = left_out_predictions(basis, without, group)
+    missed = np.average((values - predicted[0]) ** 2, weights=weights)
     variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
-    contact = pressure > 0
-    if not contact.any():
-        raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
-    lowest = min(-REACH * float(values[contact].mean()), float(predicted[contact].min()))
+    lowest = min(-REACH * float(values[contact].mean()), float(predicted[0, contact].min()))
     # A straight line through the predictions would do for the far ones; the scatter is wanted where contact is decided.
-    near = predicted >= lowest
-    parts = [near, *(near & (regression.group != group) for group in range(GROUPS))]
+    known = [np.ones(len(group), dtype=bool), *(group != g for g in range(GROUPS))]
+    near = [part & (s >= lowest) for part, s in zip(known, predicted, strict=True)]
+    scatters = tuple(residual_scatter(s[part], values[part]) for part, s in zip(near, predicted, strict=True))
     terms = len(indices)
     return LocalExpansion(
         indices=indices,
-        coefficients=np.vstack([fit.coefficients[:terms], without[:, :terms]]),
-        scatters=tuple(residual_scatter(predicted[part], values[part]) for part in parts),
+        coefficients=np.vstack([fit.coefficients[:terms], without[0, 1:, :terms]]),
+        scatters=scatters,
         lowest=lowest,
         target=target,
         fit=fit,
         cross_validated=float(missed / variance),
+        score=_score(scatters, lowest, target, predicted, group, pressure),
     )
 
 
-@dataclass(frozen=True)
-class _Regression:
-    """A basis whose rows belong to groups.
+def fit_best(
+    samples: Samples, degree: int, targets: Sequence[PressureTarget]
+) -> tuple[LocalExpansion, dict[Kind, float]]:
+    """The expansion of the target whose predictions of left-out surfaces score best.
 
-    basis : (K, P)
-    group : (K,)
+    samples, degree : as in `fit_local`
+    targets : candidates, of different kinds
+
+    Returns it, and the score of every kind, NaN where its fit is refused. Raises as `fit_local` does where all are.
     """
-
-    basis: np.ndarray
-    group: np.ndarray
-
-    def without_each_group(self, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Coefficients : (GROUPS, P) of the weighted least squares without each group, from sums of normal equations.
-
-        Raises IllPosedError where they are not positive definite.
-        """
-        weighted = weights[:, None] * self.basis
-        members = [self.group == group for group in range(GROUPS)]
-        matrices = np.stack([self.basis[member].T @ weighted[member] for member in members])
-        sides = np.stack([weighted[member].T @ values[member] for member in members])
-        matrices, sides = matrices.sum(axis=0) - matrices, sides.sum(axis=0) - sides
+    found: list[LocalExpansion] = []
+    scores: dict[Kind, float] = {}
+    refused: list[IllPosedError | ConvergenceError] = []
+    for target in targets:
         try:
-            return np.stack([scipy.linalg.solve(m, s, assume_a="pos") for m, s in zip(matrices, sides, strict=True)])
-        except np.linalg.LinAlgError as error:
-            raise IllPosedError(
-                "without a group of surfaces a coefficient is undetermined: take more samples, fewer variables or a "
-                "lower degree"
-            ) from error
-
-    def predictions(self, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Predictions : (K,) of values, each from the other groups."""
-        return np.einsum("kp,kp->k", self.basis, self.without_each_group(values, weights)[self.group])
+            found.append(fit_local(samples, degree, target))
+            scores[target.kind] = found[-1].score
+        except (IllPosedError, ConvergenceError) as error:
+            scores[target.kind] = math.nan
+            refused.append(error)
+    if not found:
+        raise refused[0]
+    return min(found, key=lambda one: one.score), scores
 
 
-def best_gap_stiffness(regression: _Regression, pressure: np.ndarray, gap: np.ndarray, guess: float) -> float:
+def _censored(basis: np.ndarray, group: np.ndarray, values: np.ndarray) -> tuple[Fit, np.ndarray, np.ndarray]:
+    """The expansion of a censored target, the same without each pair of groups, and the target drawn out of contact.
+
+    Without groups: a step of Newton's method from the maximum of all, which is exact to second order in their share.
+    """
+    found = censored_regression(basis, values)
+    contact = values > 0
+    rows = np.column_stack([basis, -np.where(contact, values / found.unit, 0.0)])
+    slope, weight = derivatives(rows, contact, found.parameters)
+    matrices, sides = group_sums(rows, weight, slope, group, GROUPS)
+    contacts, h = np.bincount(group, contact, GROUPS), found.parameters[-1]
+    matrices[:, -1, -1] += contacts / h**2
+    sides[:, -1] += contacts / h
+    sides += matrices @ found.parameters
+    moved = without_two(matrices, sides)
+    without = moved[..., :-1] / moved[..., -1:] * found.unit
+    fit = least_squares(basis, expected(found, basis @ found.coefficients, values))
+    return fit, without, completed(left_out_predictions(basis, without, group)[0], found.scatter, values)
+
+
+def _score(
+    scatters: tuple[ResidualScatter, ...],
+    lowest: float,
+    target: PressureTarget,
+    predicted: np.ndarray,
+    group: np.ndarray,
+    pressure: np.ndarray,
+) -> float:
+    """Continuous ranked probability score of p at left-out surfaces over its mean: the law of each without its group.
+
+    It asks for predictions that are sharp, and for a law as wide as they are wrong (Gneiting and Raftery, J. Am. Stat.
+    Assoc. 102 (2007) 359), as an integral over quantiles (Laio and Tamea, Hydrol. Earth Syst. Sci. 11 (2007) 1267).
+    """
+    uniform = (np.arange(SCORED) + 0.5) / SCORED
+    total = 0.0
+    for g in range(GROUPS):
+        members = np.flatnonzero(group == g)
+        s, p = predicted[g + 1, members], pressure[members, None]
+        near = s > lowest
+        quantiles = np.zeros((len(s), SCORED))
+        quantiles[near] = target.pressure(scatters[g + 1].draw(s[near, None], uniform))
+        total += 2 / SCORED * float(np.sum(((p < quantiles) - uniform) * (quantiles - p)))
+    return total / float(pressure.sum())
+
+
+def best_gap_stiffness(
+    basis: np.ndarray, group: np.ndarray, pressure: np.ndarray, gap: np.ndarray, guess: float
+) -> float:
     """The stiffness k of p - k gap that is predicted best from left-out surfaces.
 
     With 1 / B_00 the target has a kink at first contact: in contact neighbours yield as well, so that the pressure
     rises faster than the gap closes. The right k is some 1.1 / B_00 where heights are independent from node to node.
 
-    pressure, gap : (K,) [Pa], [m] at the rows of the regression
+    basis : (K, P) terms at the samples
+    group : (K,) of surfaces, numbers below GROUPS
+    pressure, gap : (K,) [Pa], [m]
     guess : [Pa/m] 1 / B_00
 
     Returns k [Pa/m], between half and twice the guess: the least of |e_p - k e_gap|^2 / Var(p - k gap), a ratio of two
-    quadratics in k, with e the errors of cross-validated predictions, which are linear in the target.
+    quadratics in k, with e the errors of cross-validated predictions, which are linear in the target. Raises
+    IllPosedError where pressure and gap are the same on every sample.
     """
-    ones = np.ones(len(pressure))
-    errors = [values - regression.predictions(values, ones) for values in (pressure, guess * gap)]
+    errors, ones = [], np.ones(len(pressure))
+    for values in (pressure, guess * gap):
+        without = without_one(*group_sums(basis, ones, values, group, GROUPS))
+        errors.append(values - left_out_predictions(basis, without, group))
     spread = [pressure - pressure.mean(), guess * (gap - gap.mean())]
     missed, variance = ([a @ a, a @ b, b @ b] for a, b in (errors, spread))
+    if not variance[0] > 0 and not variance[2] > 0:
+        raise IllPosedError("the target is the same on every sample: there is nothing to expand")
     factor = np.linspace(0.5, 2.0, 1501)
     share = (missed[0] - 2 * factor * missed[1] + factor**2 * missed[2]) / (
         variance[0] - 2 * factor * variance[1] + factor**2 * variance[2]

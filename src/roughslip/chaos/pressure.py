@@ -5,6 +5,7 @@ and leave it free elsewhere. The targets here say what r is out of contact as we
 
     trial pressure    r = p - gap / B_00                     p = r^+
     squared pressure  w = p^2 + p_1 p - k gap                p from w^+
+    censored          w = p^2 + p_1 p, known not to be positive out of contact, see `censored`
 
 The first is the step that an active-set solver would take; it serves on coarse meshes, where a contact is a cell. The
 second follows Hertz on fine ones: on a summit of curvature kappa, p_0^2 = k approach with k = (2 E* / pi)^2 kappa
@@ -12,7 +13,8 @@ second follows Hertz on fine ones: on a summit of curvature kappa, p_0^2 = k app
 root. At first contact even a fine mesh holds one cell, with p = approach / B_00; the term p_1 p with p_1 = k B_00 makes
 w linear in the approach from there on, at the slope that it has in the gap. As B_00 grows, w / p_1 becomes the trial
 pressure. Out of contact a sample far away says little about the pressure, so it counts less: weight
-1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean of w in contact.
+1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean of w in contact. Where the gap should have no say at all, eq. (8) is a
+censored regression, of p on coarse meshes by the same limit.
 """
 
 from __future__ import annotations
@@ -26,7 +28,8 @@ import numpy as np
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.errors import IllPosedError, ParameterError
 
-Kind = Literal["trial_pressure", "squared_pressure"]
+Kind = Literal["trial_pressure", "squared_pressure", "censored"]
+KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure", "censored")
 
 # On the resolved square (4000 samples, degree 3 in 8 variables) the Kolmogorov distance, over all samples and given
 # contact, is 0.005 and 0.03 with these two, and 0.013 and 0.09 without p_1. Scales of 0.1 to 3 were tried, and
@@ -39,9 +42,9 @@ CURVATURE = 10.0  # times Sq / l^2
 class PressureTarget:
     """A smooth variable whose positive part gives the pressure.
 
-    kind : "trial_pressure" or "squared_pressure"
-    gap_stiffness : what a metre of gap counts: 1 / B_00 [Pa/m], or k [Pa^2/m]; positive
-    cell_pressure_pa : [Pa] p_1 of the squared pressure, without effect on the trial pressure; not negative
+    kind : "trial_pressure", "squared_pressure" or "censored"
+    gap_stiffness : what a metre of gap counts: 1 / B_00 [Pa/m], or k [Pa^2/m]; positive; nothing if censored
+    cell_pressure_pa : [Pa] p_1, without effect on the trial pressure; not negative
 
     Raises ParameterError for an unknown kind or a number out of range.
     """
@@ -51,25 +54,31 @@ class PressureTarget:
     cell_pressure_pa: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.kind not in ("trial_pressure", "squared_pressure"):
-            raise ParameterError(f"target {self.kind!r} is not known: trial_pressure or squared_pressure")
+        if self.kind not in KINDS:
+            raise ParameterError(f"target {self.kind!r} is not known: {', '.join(KINDS)}")
         if not (math.isfinite(self.gap_stiffness) and self.gap_stiffness > 0):
             raise ParameterError(f"the stiffness of the gap must be positive and finite, not {self.gap_stiffness}")
         if not (math.isfinite(self.cell_pressure_pa) and self.cell_pressure_pa >= 0):
             raise ParameterError(f"the cell pressure must be finite and not negative, not {self.cell_pressure_pa} Pa")
 
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
-        """target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m], one of which is zero."""
+        """target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m], one of which is zero.
+
+        If censored, it is zero out of contact and no value of the variable there.
+        """
         power = pressure if self.kind == "trial_pressure" else pressure * (pressure + self.cell_pressure_pa)
+        if self.kind == "censored":
+            return power
         return power - self.gap_stiffness * gap
 
     def weights(self, target: np.ndarray) -> np.ndarray:
         """weight : (...) [-] 1 in contact, falling with the distance from it on the scale of the contact.
 
-        The trial pressure is linear in the gap far from contact too: all its weights are 1. Raises IllPosedError where
-        no sample of a squared pressure is in contact, since there is no scale then.
+        The trial pressure is linear in the gap far from contact too, and a likelihood weighs by itself: all their
+        weights are 1. Raises IllPosedError where no sample of a squared pressure is in contact, since there is no scale
+        then.
         """
-        if self.kind == "trial_pressure":
+        if self.kind != "squared_pressure":
             return np.ones_like(target)
         contact = target > 0
         if not np.any(contact):
@@ -140,6 +149,9 @@ def fit_all_samples(basis: np.ndarray, target: np.ndarray, kind: PressureTarget)
     basis : (K, P) terms at the samples
     target : (K,) [Pa] or [Pa^2] values of `kind`
 
-    Returns the fit. Raises as the regression and the weights do.
+    Returns the fit. Raises ParameterError for a censored target, which has no values out of contact; else as the
+    regression and the weights do.
     """
+    if kind.kind == "censored":
+        raise ParameterError("least squares need a target out of contact as well: trial_pressure or squared_pressure")
     return least_squares(basis, target, kind.weights(target))

@@ -52,14 +52,20 @@ class ResidualScatter:
     def draw(self, predicted: np.ndarray, uniform: np.ndarray) -> np.ndarray:
         """A target : (...) for each prediction : (...), at the quantile uniform : (...) in [0, 1) of its law.
 
-        Continuous in `uniform` and in the samples, so that the same draws tell two laws apart without noise.
+        Quantiles are linear from place to place and constant beyond. Continuous in both arguments and in the samples,
+        so that the same draws tell two laws apart without noise.
         """
-        between = 0.5 * (self.places[1:] + self.places[:-1])
-        place = np.searchsorted(between, predicted)
+        inside = np.clip(predicted, self.places[0], self.places[-1])
+        place = np.minimum(np.searchsorted(self.places, inside, side="right"), PLACES - 1)
+        low, high = self.places[place - 1], self.places[place]
+        far = np.divide(inside - low, high - low, out=np.zeros_like(low), where=high > low)
         rank, share = np.divmod(uniform * (QUANTILES - 1), 1.0)
         below = rank.astype(np.int64)
-        e = (1 - share) * self.quantiles[place, below] + share * self.quantiles[place, below + 1]
+        e = (1 - share) * self._between(place, far, below) + share * self._between(place, far, below + 1)
         return self.centre(predicted) + e
+
+    def _between(self, place: np.ndarray, far: np.ndarray, rank: np.ndarray) -> np.ndarray:
+        return (1 - far) * self.quantiles[place - 1, rank] + far * self.quantiles[place, rank]
 
 
 def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatter:
@@ -97,6 +103,6 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     window = min(n, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * n)))
     middle = (np.arange(PLACES) + 0.5) / PLACES * n
     first = np.clip(middle.astype(np.int64) - window // 2, 0, n - window)
-    probabilities = np.linspace(0, 1, QUANTILES)
-    quantiles = np.stack([np.quantile(residual[i : i + window], probabilities) for i in first])
+    windows = residual[first[:, None] + np.arange(window)]
+    quantiles = np.quantile(windows, np.linspace(0, 1, QUANTILES), axis=1).T
     return ResidualScatter(mean, float(s[0]), float(s[-1]), s[middle.astype(np.int64)], quantiles)

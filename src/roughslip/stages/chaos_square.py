@@ -11,8 +11,8 @@ from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.distribution import NORMAL_95, kolmogorov_distance, quantile_levels
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.local import LocalExpansion, Samples, fit_local
-from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.local import LocalExpansion, Samples, fit_best
+from roughslip.chaos.pressure import KINDS, Kind, PressureTarget
 from roughslip.chaos.regression import Fit
 from roughslip.chaos.sensitivity import sensitivity_to_directions
 from roughslip.errors import IllPosedError
@@ -56,14 +56,18 @@ def expansions(batches: list[store.Result], directions: np.ndarray, job: Job) ->
 
 
 def local_expansion(
-    batches: list[store.Result], directions: np.ndarray, nodes: Nodes, target: PressureTarget, job: Job
-) -> LocalExpansion:
-    """Ours, from every training node of its design."""
+    batches: list[store.Result],
+    directions: np.ndarray,
+    nodes: Nodes,
+    targets: tuple[PressureTarget, ...],
+    job: Job,
+) -> tuple[LocalExpansion, dict[Kind, float]]:
+    """Ours, from every training node of its design, and the scores of the targets that it was chosen from."""
     xi = store.read(job.arguments.design)["expansion"]
     variables = np.einsum("km,nvm->knv", xi, directions)
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = Samples(variables, nodes.distance2, pressure, gap)
-    return fit_local(samples, job.configuration["expansion"]["degree"], target)
+    return fit_best(samples, job.configuration["expansion"]["degree"], targets)
 
 
 def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarray:
@@ -105,7 +109,8 @@ def work(job: Job) -> None:
     places, variables = training_nodes(model, grid), job.configuration["expansion"]["variables"]
     with job.usage.core():
         directions = expansion.directions(model, grid, surface["modes"], places, variables)
-        local = local_expansion(batches, directions, places, expansion.target(job.configuration, model, grid), job)
+        targets = expansion.targets(job.configuration, model, grid)
+        local, scores = local_expansion(batches, directions, places, targets, job)
         found = expansions(batches, directions[0], job)
         fits = fits_of(found)
         sampled = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
@@ -145,6 +150,10 @@ def work(job: Job) -> None:
     title = "stiffness of the gap in the target of our expansion"
     unit = "Pa m-1" if local.target.kind == "trial_pressure" else "Pa2 m-1"
     results["gap_stiffness"] = store.Variable((), local.target.gap_stiffness, unit, title)
+    results["target"] = store.Variable(("target",), np.array(KINDS), "1", "what our expansion may expand")
+    title = "continuous ranked probability score at left-out surfaces over the mean pressure; NaN where not tried"
+    values = [scores.get(kind, np.nan) for kind in KINDS]
+    results["score"] = store.Variable(("target",), values, "1", title)
     results["captured_variance"] = surface.variable("captured_variance")
     modes = sensitivity_to_directions(local.indices, local.coefficients[0], directions[0])
     for name, values, title in (("first", modes.first, "alone"), ("total", modes.total, "alone and with others")):
@@ -152,7 +161,7 @@ def work(job: Job) -> None:
         results[f"sobol_{name}"] = store.Variable(("mode",), values, "1", title)
     title = "variables at the centre in terms of the modes"
     results["direction"] = store.Variable(("variable", "mode"), directions[0], "1", title)
-    store.write(job.arguments.output, results, job.key)
+    store.write(job.arguments.output, results, job.key, {"target": local.target.kind})
 
 
 def table(

@@ -18,7 +18,7 @@ def work(job: Job) -> None:
     grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration, job.arguments.scan)
     batches = [batch for batch in store.read_all(job.arguments.contact) if "pressure" in batch]
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
-    target, stencil = expansion.target(configuration, model, grid), expansion.stencil(model, grid)
+    target, stencil = expansion.strip_target(configuration, model, grid), expansion.stencil(model, grid)
     sample = model.sampler(grid)
     columns = training_columns(geometry.middle(configuration))
     with job.usage.core():

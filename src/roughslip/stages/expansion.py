@@ -7,11 +7,13 @@ import math
 import numpy as np
 
 from roughslip.chaos.functionals import Stencil, local_functionals, orthonormal_directions
-from roughslip.chaos.pressure import PressureTarget, pressure_target, summit_curvature
+from roughslip.chaos.pressure import KINDS, Kind, PressureTarget, pressure_target, summit_curvature
 from roughslip.grid import Grid
 from roughslip.stages import elastic, geometry
 from roughslip.stages.nodes import Nodes
 from roughslip.surface.model import SurfaceModel
+
+BEST = "best"  # in a scene: the target that scores best
 
 
 def directions(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Nodes, count: int) -> np.ndarray:
@@ -26,10 +28,21 @@ def directions(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Node
     return np.stack([orthonormal_directions(functionals[:, :, node], count) for node in range(len(nodes.x))])
 
 
-def target(configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> PressureTarget:
-    """The smooth variable whose positive part gives the pressure on a mesh."""
+def targets(configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> tuple[PressureTarget, ...]:
+    """The smooth variables that the square chooses from: the one that the scene names, or all of them."""
+    named = configuration["expansion"]["target"]
+    return tuple(_target(kind, configuration, surface, grid) for kind in (KINDS if named == BEST else (named,)))
+
+
+def strip_target(configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> PressureTarget:
+    """The smooth variable of the strip; the best is the squared pressure, on coarse meshes the trial pressure."""
+    named = configuration["expansion"]["target"]
+    return _target("squared_pressure" if named == BEST else named, configuration, surface, grid)
+
+
+def _target(kind: Kind, configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> PressureTarget:
     return pressure_target(
-        configuration["expansion"]["target"],
+        kind,
         influence_diagonal=elastic.influence(configuration, grid).diagonal,
         plane_strain_modulus_pa=elastic.material(configuration).plane_strain_modulus_pa,
         summit_curvature_per_m=summit_curvature(surface.rms_height_m, math.sqrt(math.prod(surface.lengths_m))),

@@ -25,7 +25,7 @@ def work(job: Job) -> None:
         stored["whiten"],
         stored["coefficients"],
         expansion.stencil(model, grid),
-        expansion.target(configuration, model, grid),
+        expansion.strip_target(configuration, model, grid),
     )
     sample = model.sampler(grid)
     windows = geometry.windows(configuration)

@@ -1,0 +1,277 @@
+"""The local expansion: a response whose law is known is found again with its errors, by every kind of target."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from roughslip.chaos.censored import censored_regression
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.local import (
+    GROUPS,
+    Samples,
+    best_gap_stiffness,
+    fit_best,
+    fit_local,
+    jackknife_deviations,
+)
+from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.regression import least_squares
+from roughslip.errors import IllPosedError, ParameterError
+
+TARGETS = {
+    "trial_pressure": PressureTarget("trial_pressure", 2.0),
+    "squared_pressure": PressureTarget("squared_pressure", 2.0, 1.5),
+    "censored": PressureTarget("censored", 2.0, 1.5),
+}
+KINDS = list(TARGETS)
+SURFACES, NODES = 800, 3
+DRIFT = 0.5  # of the target over a unit of squared distance
+
+
+def response(u):
+    """A cubic polynomial of three variables, some 30 % of it positive."""
+    return -0.6 + u[..., 0] + 0.5 * u[..., 1] + 0.25 * u[..., 0] * u[..., 1] + 0.04 * (u[..., 2] ** 3 - 3 * u[..., 2])
+
+
+def scatter(u):
+    """Standard deviation that grows where the response is positive."""
+    return 0.2 + 0.2 * np.maximum(response(u), 0.0)
+
+
+def pressures(r, target):
+    """p, gap of a target r; where it is censored the gap tells nothing."""
+    gap = np.maximum(-r, 0.0) / target.gap_stiffness
+    return target.pressure(r), np.where(gap > 0, 1.0, 0.0) if target.kind == "censored" else gap
+
+
+def samples(target, seed=0, surfaces=SURFACES, variables=8, drift=DRIFT):
+    """Nodes of a surface share half the variance of their variables, and their scatter."""
+    generator = np.random.default_rng([2011, seed])
+    shape = (surfaces, NODES, variables)
+    u = (generator.standard_normal(shape) + generator.standard_normal(shape)[:, :1]) / np.sqrt(2)
+    u[:, 0] = generator.standard_normal(shape[::2])  # by itself
+    distance2 = np.array([0.0, 0.5, 1.0])
+    r = response(u) - drift * distance2 + scatter(u) * generator.standard_normal((surfaces, 1))
+    return Samples(u, distance2, *pressures(r, target))
+
+
+def truth(target, count=1_000_000):
+    """Pressures at distance 0."""
+    generator = np.random.default_rng(7)
+    u = generator.standard_normal((count, 3))
+    return pressures(response(u) + scatter(u) * generator.standard_normal(count), target)[0]
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return {kind: fit_local(samples(target), 3, target) for kind, target in TARGETS.items()}
+
+
+@pytest.fixture(scope="module")
+def true():
+    return {kind: truth(target) for kind, target in TARGETS.items()}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_distribution_is_recovered(fitted, true, kind):
+    """Within four standard errors of so many surfaces seen at one node, though the expansion has 166 coefficients."""
+    drawn, p = fitted[kind].draw(np.random.default_rng(3), 200_000), true[kind]
+    share = np.mean(p > 0)
+    assert np.mean(drawn > 0) == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / SURFACES))
+    assert drawn.mean() == pytest.approx(p.mean(), abs=4 * p.std() / np.sqrt(SURFACES))
+    assert drawn.std() == pytest.approx(p.std(), rel=0.15)  # 4 sqrt((kurtosis - 1) / 4 n) with a kurtosis of some 5
+    levels = np.r_[0.0, np.quantile(p[p > 0], [0.1, 0.5, 0.9])]
+    curves = [np.searchsorted(np.sort(one), levels, side="right") / len(one) for one in (drawn, p)]
+    assert np.max(np.abs(curves[0] - curves[1])) < 4 * 0.5 / np.sqrt(SURFACES)
+
+
+@pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])
+def test_predictions_of_left_out_surfaces_miss_the_scatter_and_no_more(fitted, kind):
+    """The share of noise in the variance, and some 166 / (800 nodes at one to three independent each) more."""
+    one, target = samples(TARGETS[kind]), TARGETS[kind]
+    values = target.values(one.pressure, one.gap)
+    weights = target.weights(values)
+    noise = np.average(scatter(one.variables) ** 2, weights=weights)
+    variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
+    terms, found = 166, fitted[kind].cross_validated
+    assert noise / variance < found < noise / variance * (1 + 2.5 * terms / SURFACES)
+    assert 0 < fitted[kind].fit.leave_one_out < found  # neighbours tell of each other
+
+
+def jackknife_of(expansion):
+    drawn = expansion.draw(np.random.default_rng(5), 4000, left_out=True)[1:]
+    return [np.sqrt(np.sum(jackknife_deviations(x) ** 2)) for x in (np.mean(drawn > 0, axis=1), drawn.mean(axis=1))]
+
+
+@pytest.mark.parametrize("kind", ["squared_pressure", "censored"])
+def test_the_jackknife_tells_the_spread_of_repetitions(kind):
+    """40 spreads are known to 11 %, the root mean square of 40 jackknives from 20 groups to a few per cent."""
+    target, found, told = TARGETS[kind], [], []
+    for seed in range(40):
+        one = fit_local(samples(target, seed, 200, 3), 2, target)
+        drawn = one.draw(np.random.default_rng(5), 4000)
+        found.append([np.mean(drawn > 0), drawn.mean()])
+        told.append(jackknife_of(one))
+    ratio = np.sqrt(np.mean(np.square(told), axis=0)) / np.std(found, axis=0, ddof=1)
+    assert np.all((ratio > 1 / 1.5) & (ratio < 1.5)), ratio
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_drift_with_the_distance_is_taken_out(kind, true):
+    """Twice the drift at nodes further out changes nothing at the centre, but for errors of the coefficient."""
+    target, p = TARGETS[kind], true[kind]
+    near, far = (
+        fit_local(samples(target, 1, 400, 3, drift), 3, target).draw(np.random.default_rng(3), 50_000)
+        for drift in (0.0, 1.5)
+    )
+    for drawn in (near, far):
+        assert np.mean(drawn > 0) == pytest.approx(np.mean(p > 0), abs=4 * 0.5 / np.sqrt(400))
+    assert np.mean(far > 0) == pytest.approx(np.mean(near > 0), abs=0.04)
+    assert far.mean() == pytest.approx(near.mean(), rel=0.1)
+
+
+def test_left_out_fits_have_not_seen_their_group():
+    target = TARGETS["squared_pressure"]
+    whole = samples(target, 2, 200, 3)
+    one = fit_local(whole, 2, target)
+    keep = np.arange(200) % GROUPS != 3
+    values = target.values(whole.pressure, whole.gap)
+    weights = target.weights(values)  # of all: the scale of the weights is not left out
+
+    basis = hermite_basis(whole.variables[keep].reshape(-1, 3), multi_indices(3, 2))
+    basis = np.column_stack([basis, np.tile(whole.distance2, keep.sum())])
+    alone = least_squares(basis, values[keep].ravel(), weights[keep].ravel())
+    np.testing.assert_allclose(one.coefficients[1 + 3], alone.coefficients[:-1], atol=1e-11)
+
+
+def test_censored_fits_without_a_group_are_near_those_that_never_had_it():
+    """A step of Newton's method errs by the square of what a group moves, of some P / 20 K, against that itself."""
+
+    target = TARGETS["censored"]
+    whole = samples(target, 2, 400, 3)
+    one = fit_local(whole, 2, target)
+    keep = np.arange(400) % GROUPS != 3
+    basis = hermite_basis(whole.variables[keep].reshape(-1, 3), multi_indices(3, 2))
+    basis = np.column_stack([basis, np.tile(whole.distance2, keep.sum())])
+    alone = censored_regression(basis, target.values(whole.pressure, whole.gap)[keep].ravel()).coefficients[:-1]
+    moved = np.linalg.norm(alone - one.coefficients[0])
+    assert np.linalg.norm(one.coefficients[4] - alone) < 0.1 * moved
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_units_do_not_matter(kind):
+    target = TARGETS[kind]
+    whole = samples(target, 3, 200, 3)
+    power = 1 if kind == "trial_pressure" else 2
+    other = replace(
+        target, gap_stiffness=target.gap_stiffness * 1e9 ** (power + 1), cell_pressure_pa=target.cell_pressure_pa * 1e9
+    )
+    scaled = replace(whole, pressure=whole.pressure * 1e9, gap=whole.gap * 1e-9)
+    plain, large = fit_local(whole, 2, target), fit_local(scaled, 2, other)
+    one, two = (e.draw(np.random.default_rng(1), 2000, left_out=True) for e in (plain, large))
+    np.testing.assert_allclose(two, 1e9 * one, atol=1e9 * 1e-7)  # a Newton step and draws near zero among them
+    assert large.score == pytest.approx(plain.score, rel=1e-7)
+    assert large.cross_validated == pytest.approx(plain.cross_validated, rel=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])
+def test_the_order_of_surfaces_matters_by_their_groups_alone(kind):
+    target = TARGETS[kind]
+    whole = samples(target, 3, 200, 3)
+    turned = np.arange(200).reshape(-1, GROUPS)[::-1].ravel()
+    other = Samples(whole.variables[turned], whole.distance2, whole.pressure[turned], whole.gap[turned])
+    one, two = (fit_local(s, 2, target).draw(np.random.default_rng(1), 2000, left_out=True) for s in (whole, other))
+    np.testing.assert_allclose(two, one, atol=1e-9)
+
+
+def test_the_stiffness_takes_the_kink_out():
+    """p = 1.3 v where v > 0, gap = -v else: p - 1.3 gap is linear. The search ends at twice the guess."""
+    generator = np.random.default_rng(4)
+    u = generator.standard_normal((400, 2))
+    basis, group = np.column_stack([np.ones(400), u]), np.arange(400) % GROUPS
+    v = 0.3 + u @ [1.0, 0.5]
+    for guess in (1.0, 1.6, 0.8):
+        found = best_gap_stiffness(basis, group, 1.3 * np.maximum(v, 0), np.maximum(-v, 0), guess)
+        assert found == pytest.approx(1.3, abs=0.001 * guess)  # its grid
+    assert best_gap_stiffness(basis, group, 1.3 * np.maximum(v, 0), np.maximum(-v, 0), 0.1) == pytest.approx(0.2)
+
+
+def test_the_score_is_the_ranked_probability_score_of_the_truth():
+    """Its mean under the law is E|X - X'| / 2, X and X' drawn for one u; 20 coefficients from 1000 surfaces add some %."""
+    target = TARGETS["trial_pressure"]
+    one = fit_local(samples(target, 5, 1000, 3, drift=0.0), 3, target)
+    generator = np.random.default_rng(8)
+    u = generator.standard_normal((200_000, 3))
+    x = [pressures(response(u) + scatter(u) * generator.standard_normal(200_000), target)[0] for _ in range(2)]
+    assert one.score == pytest.approx(0.5 * np.mean(np.abs(x[0] - x[1])) / np.mean(x[0]), rel=0.1)
+
+
+@pytest.mark.parametrize("law", ["trial_pressure", "squared_pressure"])
+def test_the_best_is_the_target_that_the_response_follows(law):
+    """Of the two that use the gap; weak scatter, so that a wrong bend at first contact is told."""
+    generator = np.random.default_rng(6)
+    u = generator.standard_normal((400, 1, 3))
+    strong = replace(TARGETS[law], cell_pressure_pa=0.0)
+    whole = Samples(u, np.zeros(1), *pressures(response(u) + 0.02 * generator.standard_normal((400, 1)), strong))
+    candidates = [TARGETS["trial_pressure"], replace(TARGETS["squared_pressure"], cell_pressure_pa=0.0)]
+    best, scores = fit_best(whole, 3, candidates)
+    assert best.target.kind == law
+    assert best.score == scores[law] == min(scores.values())
+    assert max(scores.values()) > 1.5 * best.score
+
+
+def test_a_candidate_that_is_refused_leaves_the_others():
+    """15 samples in contact, which are not more than 20 coefficients; with the gap all 600 count."""
+    whole = samples(TARGETS["trial_pressure"], 5, 200, 3)
+    few = replace(whole, pressure=np.where(np.cumsum(whole.pressure > 0).reshape(200, 3) <= 15, whole.pressure, 0.0))
+    best, scores = fit_best(few, 3, [TARGETS["censored"], TARGETS["trial_pressure"]])
+    assert best.target.kind == "trial_pressure"
+    assert np.isnan(scores["censored"])
+    with pytest.raises(IllPosedError, match="15 of 600 samples are in contact"):
+        fit_best(few, 3, [TARGETS["censored"]])
+
+
+def test_mean_pressures_are_those_of_the_response():
+    target = TARGETS["trial_pressure"]
+    one = fit_local(samples(target, 5, 2000, 3), 3, target)
+    at = np.random.default_rng(2).standard_normal((200, 3))
+    found = one.mean_pressure_at(at)
+    assert np.sqrt(np.mean((found - np.maximum(response(at), 0)) ** 2)) < 0.1  # a quarter of the scatter in contact
+    assert np.all(found[response(at) < -0.5] == 0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_tells_nothing_is_refused(kind):
+    target = TARGETS[kind]
+    whole = samples(target, 3, 200, 3)
+
+    def first(count):
+        return Samples(whole.variables[:count], whole.distance2, whole.pressure[:count], whole.gap[:count])
+
+    with pytest.raises(IllPosedError, match="19 surfaces are too few"):
+        fit_local(first(19), 1, target)
+    with pytest.raises(IllPosedError, match="no sample is in contact"):
+        fit_local(replace(whole, pressure=0 * whole.pressure), 1, target)
+    with pytest.raises(IllPosedError, match="condition number|dependent|undetermined"):  # variables that do not vary
+        fit_local(replace(whole, variables=0 * whole.variables + 2.0), 1, target)
+    with pytest.raises(IllPosedError, match="the same on every sample|no scatter"):
+        fit_local(replace(whole, pressure=0 * whole.pressure + 1.0, gap=0 * whole.gap), 1, target)
+
+
+def test_samples_that_do_not_match_are_refused():
+    whole = samples(TARGETS["trial_pressure"], 3, 20, 3)
+    with pytest.raises(ParameterError, match="do not match"):
+        replace(whole, gap=whole.gap[1:])
+    with pytest.raises(ParameterError, match="distances"):
+        replace(whole, distance2=np.zeros(2))
+    with pytest.raises(ParameterError, match="finite"):
+        replace(whole, pressure=np.where(whole.pressure > 0, np.nan, 0.0))
+
+
+def test_jackknife_deviations_of_a_mean_sum_to_its_variance():
+    """Twenty groups of one sample each: the variance of a mean is s^2 / n, exactly."""
+    values = np.random.default_rng(9).standard_normal(20)
+    without = (values.sum() - values) / 19
+    assert np.sum(jackknife_deviations(without) ** 2) == pytest.approx(np.var(values, ddof=1) / 20, rel=1e-12)

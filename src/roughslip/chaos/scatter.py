@@ -54,12 +54,23 @@ class ResidualScatter:
 
         Continuous in `uniform` and in the samples, so that the same draws tell two laws apart without noise.
         """
-        between = 0.5 * (self.places[1:] + self.places[:-1])
-        place = np.searchsorted(between, predicted)
+        place = self._place(predicted)
         rank, share = np.divmod(uniform * (QUANTILES - 1), 1.0)
         below = rank.astype(np.int64)
         e = (1 - share) * self.quantiles[place, below] + share * self.quantiles[place, below + 1]
         return self.centre(predicted) + e
+
+    def cumulative(self, predicted: np.ndarray, target: np.ndarray) -> np.ndarray:
+        """Probability (n, m) that the target is at most target : (m,), for each prediction : (n,); inverse of `draw`."""
+        e = target - self.centre(predicted)[:, None]
+        place, found = self._place(predicted), np.empty(e.shape)
+        for number in np.unique(place):
+            rows = place == number
+            found[rows] = np.interp(e[rows], self.quantiles[number], np.linspace(0, 1, QUANTILES))
+        return found
+
+    def _place(self, predicted: np.ndarray) -> np.ndarray:
+        return np.searchsorted(0.5 * (self.places[1:] + self.places[:-1]), predicted)
 
 
 def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatter:

@@ -52,17 +52,36 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
     _check(samples, variables)
     if variables > MOST_SOBOL_VARIABLES:
         raise ParameterError(
-            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take a Latin hypercube"
+            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take another design"
         )
     if samples > 2**_SOBOL_BITS:
         raise ParameterError(f"a Sobol sequence has at most 2^{_SOBOL_BITS} samples, not {samples}")
     doublings = (samples - 1).bit_length()
     sequence = qmc.Sobol(variables, scramble=True, bits=_SOBOL_BITS, rng=generator)
     # In the middle of the finest cells, of side 2^-bits: never 0 or 1, where a normal is infinite.
-    places = sequence.random_base2(doublings) + 0.5**(_SOBOL_BITS + 1)
+    places = sequence.random_base2(doublings) + 0.5 ** (_SOBOL_BITS + 1)
     rows = [np.arange(1)]
     rows += [2**m + generator.permutation(2**m) for m in range(doublings)]
     return ndtri(places[np.concatenate(rows)[:samples]])
+
+
+def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarray:
+    """xi : (samples, variables) [-] of a kind: "monte_carlo", "latin_hypercube" or "sobol".
+
+    seed : the same for every number of samples; all but the Latin hypercube then begin with the same samples
+
+    Raises ParameterError as these do, and for another kind.
+    """
+    generator = np.random.default_rng(seed)
+    match kind:
+        case "monte_carlo":
+            _check(samples, variables)
+            return np.stack([monte_carlo([*seed, number], variables) for number in range(samples)])
+        case "latin_hypercube":
+            return latin_hypercube(generator, samples, variables)
+        case "sobol":
+            return sobol(generator, samples, variables)
+    raise ParameterError(f"design {kind!r} is not known: monte_carlo, latin_hypercube or sobol")
 
 
 def _check(samples: int, variables: int) -> None:

@@ -25,7 +25,9 @@ from roughslip.chaos.local import GROUPS, LocalExpansion, Samples, jackknife_dev
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
 QUANTILE = 0.95  # of the error over the scatter of the training surfaces: what is asked holds in as many studies
-DRAWS = 2**13  # of the variables, at which the distributions of all groups are compared: the same, so that only the fits differ
+DRAWS = (
+    2**13
+)  # of the variables, at which the distributions of all groups are compared: the same, so that only the fits differ
 LEVELS = 100  # pressures, quantiles given contact
 REPLICATES = 1000
 

@@ -57,7 +57,8 @@ def local_expansion(
     batches: list[store.Result], directions: np.ndarray, nodes: expansion.Nodes, target: PressureTarget, job: Job
 ) -> LocalExpansion:
     """Ours, from every training node of its design."""
-    xi = store.read(job.arguments.design)["expansion"]
+    chosen = job.configuration["expansion"]["samples"] == "auto"  # then stage training_square drew the samples
+    xi = samples_of(batches, "expansion", "xi") if chosen else store.read(job.arguments.design)["expansion"]
     variables = np.einsum("km,nvm->knv", xi, directions)
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = Samples(variables, nodes.distance2, pressure, gap)

@@ -8,7 +8,8 @@ from copy import deepcopy
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from roughslip import scene_roughness
+from roughslip import scene_expansion, scene_roughness
+from roughslip.scene_expansion import AUTO
 from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
 
@@ -16,15 +17,14 @@ Scene = dict[str, Any]
 
 SOLVED_FRICTION = ("mean_at_median", "least_contact_fraction")
 GIVEN_FRICTION = "statistics"
-AUTO = "auto"  # in place of a number: found while running
 ORDER, SHARE = "square.modes", "square.variance_share"
 
 # In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "friction": {GIVEN_FRICTION: SOLVED_FRICTION, **dict.fromkeys(SOLVED_FRICTION, (GIVEN_FRICTION,))},
-    "expansion": {"samples": ("cdf_error",)},
     "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
     **scene_roughness.REPLACES,
+    **scene_expansion.REPLACES,
 }
 
 # What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
@@ -204,13 +204,8 @@ _RULES = (
     _Rule(
         ("expansion.samples", *_TERMS.split()),
         lambda n, v, d: n != AUTO or _TRAINING_NODES * _terms(v, d) * 2 ** _terms(v, d).bit_length() <= _NUMBERS,
-        f"with more samples than terms, C({{1}} + {{2}}, {{2}}), at {_TRAINING_NODES} nodes of each, samples times terms "
-        f"would exceed {_NUMBERS} (0.8 GB of memory)",
-    ),
-    _Rule(
-        ("expansion.design", "expansion.samples"),
-        lambda design, n: n != AUTO or design != "latin_hypercube",
-        "sobol or monte_carlo where expansion.samples is auto, as they can be extended",
+        f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {_TRAINING_NODES} nodes of each, samples times "
+        f"terms exceed {_NUMBERS} (0.8 GB of memory): take a lower expansion.degree",
     ),
     _Rule(
         ("expansion.draws", "expansion.cdf_error"),
@@ -334,7 +329,7 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
     if isinstance(scene.get("square"), dict):
         yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("expansion"), dict):
-        yield from (m for m in _wrong_number(scene) if all(map(sound, m.keys)))
+        yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):
         yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
@@ -386,16 +381,6 @@ def _wrong_form(friction: Scene) -> Iterator[Mistake]:
     elif len(solved) < len(SOLVED_FRICTION):
         (absent,) = set(SOLVED_FRICTION) - set(solved)
         yield Mistake((f"friction.{absent}", f"friction.{solved[0]}"), f"missing; goes with friction.{solved[0]}")
-
-
-def _wrong_number(scene: Scene) -> Iterator[Mistake]:
-    """The samples of the expansion are given, or the error for which they are found, one of them."""
-    samples, error = get(scene, "expansion.samples"), get(scene, "expansion.cdf_error")
-    if samples == AUTO and error is None:
-        yield Mistake(("expansion.cdf_error", "expansion.samples"), "missing; expansion.samples = auto needs it")
-    elif samples is not None and samples != AUTO and error is not None:
-        text = f"{shown(error)} is not allowed; only expansion.samples = auto takes it, here {shown(samples)}"
-        yield Mistake(("expansion.cdf_error", "expansion.samples"), text)
 
 
 def _wrong_truncation(scene: Scene) -> Iterator[Mistake]:

@@ -8,8 +8,8 @@ of these surfaces:
     bias      how far sup |C(p)| exceeds the same quantile of its noise,
               C(p) = mean over surfaces of [indicator(pressure <= p) - P(pressure <= p)],
 
-the probability predicted from the other surfaces. C is an estimate of F - F_expansion at the same surfaces, so that what
-their heights explain cancels; it sees a target or variables that do not serve, which the scatter does not.
+the probability predicted from the other surfaces. C estimates F - F_expansion at the same surfaces, so that what their
+heights explain cancels; it sees a target or variables that do not serve, which the scatter does not.
 """
 
 from __future__ import annotations
@@ -25,9 +25,7 @@ from roughslip.chaos.local import GROUPS, LocalExpansion, Samples, jackknife_dev
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
 QUANTILE = 0.95  # of the error over the scatter of the training surfaces: what is asked holds in as many studies
-DRAWS = (
-    2**13
-)  # of the variables, at which the distributions of all groups are compared: the same, so that only the fits differ
+DRAWS = 2**13  # of the variables; the same for every group, and each with the whole law of its scatter
 LEVELS = 100  # pressures, quantiles given contact
 REPLICATES = 1000
 

@@ -148,7 +148,7 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
         raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
     lowest = min(-REACH * float(values[contact].mean()), float(predicted[contact].min()))
     # A straight line through the predictions would do for the far ones; the scatter is wanted where contact is decided.
-    # Without a group the predictions of the others move as well, and their law makes up for it: b_-gh = b_-g + b_-h - b.
+    # Without a group the predictions of the others move too, and their law makes up for it: b_-gh = b_-g + b_-h - b.
     moves = [(regression.group != group, without[group] - fit.coefficients) for group in range(GROUPS)]
     parts = [(predicted, values), *((predicted[kept] + basis[kept] @ move, values[kept]) for kept, move in moves)]
     terms = len(indices)

@@ -61,7 +61,13 @@ class ResidualScatter:
         return self.centre(predicted) + e
 
     def cumulative(self, predicted: np.ndarray, target: np.ndarray) -> np.ndarray:
-        """Probability (n, m) that the target is at most target : (m,), for each prediction : (n,); inverse of `draw`."""
+        """Law of the target given its prediction, the inverse of `draw`.
+
+        predicted : (n,)
+        target : (m,)
+
+        Returns F : (n, m) [-] probability that the target is at most so much.
+        """
         e = target - self.centre(predicted)[:, None]
         place, found = self._place(predicted), np.empty(e.shape)
         for number in np.unique(place):

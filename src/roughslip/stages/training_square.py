@@ -1,4 +1,4 @@
-"""Stage training_square: as many solves as the expansion of the square needs for the error asked of its distribution."""
+"""Stage training_square: as many solves as the error asked of the distribution at the centre of the square takes."""
 
 from __future__ import annotations
 

@@ -94,8 +94,8 @@ def test_a_calibrated_prediction_is_not_seen_to_be_off():
 
 
 def test_nodes_unlike_the_centre_are_seen_as_bias():
-    """A third of the samples has the response doubled: contact is as likely, large pressures are likelier. The bias seen
-    is no more than the true error, and at 4000 surfaces most of it."""
+    """A third of the samples has the response doubled: contact is as likely, large pressures are likelier. The bias
+    seen is no more than the true error, and at 4000 surfaces most of it."""
     samples = Surfaces(6, outer=2.0)(0, 4000)
     expansion = fit(samples)
     error = cdf_error(expansion, samples, np.random.default_rng(7))

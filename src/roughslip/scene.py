@@ -196,6 +196,8 @@ def _schema_mistakes(values: Scene, schema: Scene) -> Iterator[tuple[KeyPath, st
 
 def describe_allowed(schema: Scene) -> str:
     """What a part of the schema allows, in words: `a number > 0 and <= 1 [m]`."""
+    if isinstance(schema["type"], list):  # a number, or a word in its place
+        return f"{describe_allowed({**schema, 'type': schema['type'][0]})}, or {schema['pattern'].strip('^$')}"
     if "enum" in schema:
         return "one of " + ", ".join(schema["enum"])
     match schema["type"]:

@@ -8,7 +8,8 @@ from copy import deepcopy
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from roughslip import scene_roughness
+from roughslip import scene_expansion, scene_roughness
+from roughslip.scene_expansion import AUTO
 from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
 
@@ -23,6 +24,7 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "friction": {GIVEN_FRICTION: SOLVED_FRICTION, **dict.fromkeys(SOLVED_FRICTION, (GIVEN_FRICTION,))},
     "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
     **scene_roughness.REPLACES,
+    **scene_expansion.REPLACES,
 }
 
 # What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
@@ -38,8 +40,10 @@ SLICES = {
         "scan": "roughness.scan",
         "twins": "seed",
         "surface": f"roughness {_SQUARE} {ORDER} {SHARE}",
-        "design": "seed square.latin_hypercube_samples expansion.samples",
+        "design": "seed square.latin_hypercube_samples expansion.samples expansion.design",
         "contact_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance",
+        "training_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
+        f" {_TERMS} expansion.target expansion.samples expansion.cdf_error expansion.design",
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
@@ -110,6 +114,8 @@ def stages_needed(scene: Scene) -> set[str]:
     stages = {"claims", "costs", "report"}
     for target in scene["targets"]:
         stages.update(_STAGES[target])
+    if "chaos_square" in stages and get(scene, "expansion.samples") == AUTO:
+        stages.add("training_square")
     if "figure5" in scene["targets"] and not _friction_is_given(scene):
         stages.update(_STRIP_STAGES)
     if get(scene, "roughness.scan") is not None and stages & {"surface", "contact_strip", "scan"}:
@@ -163,6 +169,8 @@ _NUMBERS = 100_000_000  # in one array: 0.8 GB
 _CELLS = 4_000_000
 _ROWS = 3  # across the strip
 _FUNCTIONALS, _TRAINING_SPACING = 8, 8  # of the expansion along the strip, as in its stages
+_TRAINING_NODES = 16  # at most, of a surface of the square
+_DRAWS = 10  # over the square of the error asked of a distribution: drawing it adds 1.36 / sqrt(10) of that, with 95 %
 
 _RULES = (
     _Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
@@ -178,20 +186,31 @@ _RULES = (
         for rule in (
             _Rule(
                 (samples, "square.modes"),
-                lambda n, modes: n * modes <= _NUMBERS,
+                lambda n, modes: n == AUTO or n * modes <= _NUMBERS,
                 f"samples times square.modes = {{1}} at most {_NUMBERS} (0.8 GB of memory)",
             ),
             _Rule(
                 (samples, *_TERMS.split()),
-                lambda n, v, d: n > _terms(v, d),
+                lambda n, v, d: n == AUTO or n > _terms(v, d),
                 "more than the terms of the expansion, C({1} + {2}, {2})",
             ),
             _Rule(
                 (samples, *_TERMS.split()),
-                lambda n, v, d: n <= _terms(v, d) or n * _terms(v, d) <= _NUMBERS,
+                lambda n, v, d: n == AUTO or n <= _terms(v, d) or n * _terms(v, d) <= _NUMBERS,
                 f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_NUMBERS} (0.8 GB of memory)",
             ),
         )
+    ),
+    _Rule(
+        ("expansion.samples", *_TERMS.split()),
+        lambda n, v, d: n != AUTO or _TRAINING_NODES * _terms(v, d) * 2 ** _terms(v, d).bit_length() <= _NUMBERS,
+        f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {_TRAINING_NODES} nodes of each, samples times "
+        f"terms exceed {_NUMBERS} (0.8 GB of memory): take a lower expansion.degree",
+    ),
+    _Rule(
+        ("expansion.draws", "expansion.cdf_error"),
+        lambda draws, error: draws * error**2 >= _DRAWS,
+        f"at least {_DRAWS} / expansion.cdf_error^2, or the draws alone err by as much as {{1}}",
     ),
     *(
         _Rule((f"strip.{length}", "strip.cell_m"), _is_multiple, "a whole multiple of strip.cell_m = {1} [m]")
@@ -314,6 +333,8 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from _wrong_form(scene["friction"])
     if isinstance(scene.get("square"), dict):
         yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
+    if isinstance(scene.get("expansion"), dict):
+        yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):
         yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()

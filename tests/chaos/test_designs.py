@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ndtr, ndtri
 from scipy.stats import norm
 
-from roughslip.chaos.designs import latin_hypercube, monte_carlo
+from roughslip.chaos.designs import MOST_SOBOL_VARIABLES, design, latin_hypercube, monte_carlo, sobol
 from roughslip.errors import ParameterError
 
 
@@ -70,3 +70,68 @@ def test_a_monte_carlo_sample_depends_on_its_number_alone():
 def test_empty_designs_are_refused(samples, variables):
     with pytest.raises(ParameterError, match="samples and variables"):
         latin_hypercube(np.random.default_rng(0), samples, variables)
+
+
+# --- Sobol ---
+
+
+@pytest.mark.parametrize("samples", [1, 2, 64, 1024])
+def test_a_power_of_two_of_a_sobol_sequence_has_one_sample_a_stratum(samples):
+    xi = sobol(np.random.default_rng(4), samples, 101)
+    strata = np.floor(samples * ndtr(xi)).astype(int)
+    for variable in range(101):
+        assert np.array_equal(np.sort(strata[:, variable]), np.arange(samples))
+
+
+def test_a_sobol_sequence_can_be_extended():
+    longest = sobol(np.random.default_rng(5), 1024, 7)
+    for samples in (1, 64, 512, 700):  # past a power of two as well
+        assert np.array_equal(sobol(np.random.default_rng(5), samples, 7), longest[:samples])
+    assert not np.array_equal(sobol(np.random.default_rng(6), 64, 7), longest[:64])
+
+
+def test_two_variables_of_a_sobol_sequence_fill_every_box_of_its_net():
+    """The first two dimensions are a (0, 2)-sequence: 2^8 points, one in each of the boxes 2^-k by 2^-(8 - k)."""
+    places = ndtr(sobol(np.random.default_rng(7), 256, 2))
+    for k in range(9):
+        boxes = np.floor(places * [2**k, 2 ** (8 - k)]).astype(int) @ [2 ** (8 - k), 1]
+        assert np.array_equal(np.sort(boxes), np.arange(256))
+
+
+def test_rows_taken_in_turn_are_no_strata():
+    """Every 20th row: 205 of 4096 samples; means of the first variable within 4 standard errors. In the order of the
+    sequence such rows lie in one quarter of it, with a mean of at least 0.3."""
+    xi = sobol(np.random.default_rng(8), 4096, 3)
+    means = [xi[group::20].mean(axis=0) for group in range(20)]
+    assert np.max(np.abs(means)) < 4 / math.sqrt(204)
+
+
+def test_places_at_the_ends_stay_finite(monkeypatch):
+    """The finest cells at 0 and 1."""
+    from scipy.stats import qmc
+
+    ends = np.array([[0.0], [1.0 - 2.0**-30]])
+    monkeypatch.setattr(qmc.Sobol, "random_base2", lambda self, m: ends)
+    xi = sobol(np.random.default_rng(9), 2, 1)[:, 0]
+    assert np.allclose(xi, [ndtri(2.0**-31), -ndtri(2.0**-31)])
+
+
+def test_more_variables_or_samples_than_a_sobol_sequence_has_are_refused():
+    assert sobol(np.random.default_rng(0), 2, MOST_SOBOL_VARIABLES).shape == (2, MOST_SOBOL_VARIABLES)
+    with pytest.raises(ParameterError, match="take another design"):
+        sobol(np.random.default_rng(0), 2, MOST_SOBOL_VARIABLES + 1)
+    with pytest.raises(ParameterError, match="samples"):
+        sobol(np.random.default_rng(0), 2**30 + 1, 1)
+
+
+def test_a_design_by_its_name():
+    for kind, method in (("latin_hypercube", latin_hypercube), ("sobol", sobol)):
+        assert np.array_equal(design(kind, [7, 3], 50, 4), method(np.random.default_rng([7, 3]), 50, 4))
+    rows = design("monte_carlo", [7, 3], 50, 4)
+    assert np.array_equal(rows[12], monte_carlo([7, 3, 12], 4))
+    assert np.array_equal(rows[:20], design("monte_carlo", [7, 3], 20, 4))
+    with pytest.raises(ParameterError, match="not known"):
+        design("halton", [7, 3], 50, 4)
+    for kind in ("monte_carlo", "latin_hypercube", "sobol"):
+        with pytest.raises(ParameterError, match="samples and variables"):
+            design(kind, [7, 3], 0, 4)

@@ -154,6 +154,22 @@ MISTAKES = {
     "square: {modes: 0, variance_share: 0.9}": "square.modes: 0 is not allowed; a whole number >= 1 and <= 262144",
     "square: {variance_share: 0}": "square.variance_share: 0 is not allowed; a number > 0 and <= 1",
     "square: {variance_share: 1.01}": "square.variance_share: 1.01 is not allowed; a number > 0 and <= 1",
+    # the two forms of the samples of the expansion
+    "expansion: {samples: automatic, cdf_error: 0.01}": "expansion.samples: 'automatic' is not allowed; "
+    "a whole number >= 10 and <= 1000000, or auto",
+    "expansion: {samples: 9}": "expansion.samples: 9 is not allowed; a whole number >= 10 and <= 1000000, or auto",
+    "expansion: {samples: auto}": "expansion.cdf_error: missing; expansion.samples = auto needs it",
+    "expansion: {cdf_error: 0.01}": "expansion.cdf_error: 0.01 is not allowed beside expansion.samples = 1000; "
+    "only auto takes it",
+    "expansion: {samples: auto, cdf_error: 0}": "expansion.cdf_error: 0 is not allowed; a number >= 0.0005 and <= 0.2",
+    "expansion: {samples: auto, cdf_error: 0.01, design: latin_hypercube}": "expansion.design: 'latin_hypercube' is "
+    "not allowed; sobol or monte_carlo with expansion.samples = auto, to be extended",
+    "expansion: {samples: auto, cdf_error: 0.005, draws: 399999}": "expansion.draws: 399999 is not allowed; "
+    "at least 10 / expansion.cdf_error^2, or the draws alone err by as much as 0.005",
+    "expansion: {samples: auto, cdf_error: 0.01, degree: 7}\nstrip: {training_samples: 100}\n"
+    "square: {latin_hypercube_samples: 8000}": "expansion.samples: 'auto' is not allowed; with more samples than the "
+    "C(8 + 7, 7) terms, at 16 nodes of each, samples times terms exceed 100000000 (0.8 GB of memory): take a lower "
+    "expansion.degree",
     # the two forms of friction
     "friction: {}\nextends: given\ntargets: [figure3]": "friction.mean_at_median: missing; needed for figure3, "
     "for which friction.statistics cannot stand in",

@@ -41,7 +41,7 @@ SAID = [
     "batches: [8] is not allowed; a group of the keys square_samples, strip_samples, expansion_samples, realisations",
     "ensemble.damping_ratios: [0.3, 0.2] is not allowed; strictly increasing damping ratios",
     "ensemble.discarded_periods: 40 is not allowed; less than ensemble.duration_periods = 20",
-    "expansion.samples: 5000000 is not allowed; a whole number >= 10 and <= 1000000",
+    "expansion.samples: 5000000 is not allowed; a whole number >= 10 and <= 1000000, or auto",
     "material.young_modulus_gpa: unknown key; did you mean young_modulus_pa? allowed: young_modulus_pa, poisson_ratio",
     "oscillator.stochastic_static_limit: 'perhaps' is not allowed; true or false",
     "roughness.correlation_length_m: '1e-6' is text, not a number; write 1.0e-6, a number > 0 and <= 1 [m]",

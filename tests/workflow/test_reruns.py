@@ -53,6 +53,20 @@ EDITS = {
     "shell line": ("workflow/rules/outputs.smk", '+ ".cycles ', '+ ".cycles  ', CYCLES),
 }
 
+# The square alone, its training solves found while running.
+FOUND = """\
+extends: tiny
+description: "Training solves found while running"
+targets: [figure2]
+expansion: {samples: auto, cdf_error: 0.1, design: sobol}
+"""
+FOUND_END = {"chaos_square": 1, "figure2": 1, "claims": 1, "costs": 1, "scene_report": 1, "found": 1}
+FOUND_EDITS = {
+    ("cdf_error: 0.1", "cdf_error: 0.09"): {"training_square": 1, **FOUND_END},
+    ("sobol", "monte_carlo"): {"design": 1, "contact_square": 2, "training_square": 1, **FOUND_END},
+    ("sobol", "sobol, draws: 3000"): FOUND_END,
+}
+
 # Edits that act on nothing.
 COMMENTS = (
     (SCENE, "samples: 8\n", "samples: 8  # few\n"),
@@ -92,6 +106,18 @@ def plans(finished, tmp_path_factory):
 @pytest.mark.parametrize("edit", [*MODULES, *EDITS])
 def test_an_edit_reruns_what_it_acts_on(plans: dict[str, Future], edit):
     assert plans[edit].result() == (MODULES[edit] if edit in MODULES else EDITS[edit][3])
+
+
+def test_solves_found_while_running_rerun_by_what_they_read(finished, tmp_path):
+    project = finished.copy(tmp_path / "copy", "tiny")
+    project.scene("found", FOUND)
+    project.make("-j2", "found")
+    assert project.plan("found") == {}
+    for (old, new), jobs in FOUND_EDITS.items():
+        project.edit("config/scenes/found.yaml", old, new)
+        assert project.plan("found") == jobs
+        project.edit("config/scenes/found.yaml", new, old)
+    assert project.plan("found") == {}
 
 
 def test_a_second_run_has_nothing_to_do(finished):

@@ -19,6 +19,7 @@ GROUND = "roughness: {scan: {form: plane, covariance: best, marginal: gaussian, 
   blank_rms_m: 3.0e-7, blank_length_m: 3.0e-6}}}\n"
 
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
+FOUND = "expansion: {samples: auto, cdf_error: 0.1}\n"
 GIVEN = f"friction:\n  statistics: {STATISTICS}\n"
 SCENES = {
     "targets: [figure2]": {**SQUARE, **END},
@@ -27,6 +28,8 @@ SCENES = {
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, "figure3": 1, **END},
     f"targets: [figure5]\n{GIVEN}": {**OSCILLATOR, **END},
     f"targets: [figure2, figure5]\n{GIVEN}": {**SQUARE, **OSCILLATOR, **END},
+    f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "training_square": 1, **END},
+    f"targets: [figure3]\n{FOUND}": {**STRIP, "figure3": 1, **END},
     f"targets: [figure3]\n{GROUND}": {**STRIP, "figure3": 1, **SCAN, **END},
     f"targets: [figure2, figure_scan]\n{GROUND}": {**SQUARE, **SCAN, **END},
     f"targets: [figure_scan]\n{GROUND}": {**SCAN, **END},

@@ -89,12 +89,17 @@ class Scenes:
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
     def square_contacts(self, name: str) -> list[str]:
-        """Contact results of every design on the square."""
+        """Contact results of every design on the square whose number of samples is given."""
         return [
             f"results/{name}/contact/square-{design}-{first}-{last}.nc"
             for design, total in DESIGNS.items()
+            if scene_rules.get(self.valid[name], total) != scene_rules.AUTO
             for first, last in self.batches(name, total, "batches.square_samples")
         ]
+
+    def square_training(self, name: str) -> list[str]:
+        """The solves that train the expansion of the square where their number is found while running, else nothing."""
+        return [f"results/{name}/contact/training.nc"] if "training_square" in self.stages(name) else []
 
     def strip_contacts(self, name: str, below: int | None = None) -> list[str]:
         """Contact results of the strips, all or those of batches that begin below a sample number."""

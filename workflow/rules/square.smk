@@ -1,6 +1,7 @@
 # The square of Figure 2.
 # In:  key files.
-# Out: surface/modes.nc, surface/design.nc, contact/square-<design>-<first>-<last>.nc, chaos/square.nc.
+# Out: surface/modes.nc, surface/design.nc, contact/square-<design>-<first>-<last>.nc, contact/training.nc where the number of
+#      training samples is found while running, chaos/square.nc.
 
 
 rule surface:
@@ -56,13 +57,31 @@ rule contact_square:
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 
+rule training_square:
+    input:
+        key=scenes.key("training_square"),
+        scan=scan_models,
+        surface=rules.surface.output.result,
+    output:
+        result="results/{scene}/contact/training.nc",
+        usage="results/{scene}/usage/training_square.json",
+    log:
+        "results/{scene}/logs/training_square.log",
+    threads: 1
+    params:
+        scan=scan_option,
+    shell:
+        STAGE + ".training_square --key {input.key:q} {params.scan} --surface {input.surface:q}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
 rule chaos_square:
     input:
         key=scenes.key("chaos_square"),
         scan=scan_models,
         surface=rules.surface.output.result,
         design=rules.design.output.result,
-        contact=lambda wildcards: scenes.square_contacts(wildcards.scene),
+        contact=lambda wildcards: scenes.square_contacts(wildcards.scene) + scenes.square_training(wildcards.scene),
     output:
         result="results/{scene}/chaos/square.nc",
         usage="results/{scene}/usage/chaos_square.json",

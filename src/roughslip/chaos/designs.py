@@ -1,4 +1,4 @@
-"""Where to sample the Gaussian variables xi: Monte Carlo and Latin hypercube designs."""
+"""Where to sample the Gaussian variables xi: Monte Carlo, Latin hypercube and Sobol designs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip.errors import ParameterError
+
+MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
+_SOBOL_BITS = 30
 
 
 def monte_carlo(seed: list[int], variables: int) -> np.ndarray:
@@ -22,10 +25,65 @@ def latin_hypercube(generator: np.random.Generator, samples: int, variables: int
 
     Method: McKay, Beckman and Conover, Technometrics 21 (1979) 239: the strata in random order, a random place in each.
     """
-    if samples < 1 or variables < 1:
-        raise ParameterError(f"a design needs samples and variables, not {samples} and {variables}")
+    _check(samples, variables)
     strata = np.stack([generator.permutation(samples) for _ in range(variables)], axis=1)
     # Held off the ends of its stratum by a rounding error, or it could round into the next one, the last to infinity.
     margin = samples * np.finfo(np.float64).eps
     place = np.clip(generator.random((samples, variables)), margin, 1.0 - margin)
     return ndtri((strata + place) / samples)
+
+
+def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
+    """Standard normals at a scrambled Sobol sequence, which can be extended.
+
+    generator : in the same state it gives the same sequence, whatever its length
+    samples : from 1 to 2^30; a power of two is best, as then every variable has one sample in each of as many strata
+    variables : from 1 to MOST_SOBOL_VARIABLES
+
+    Returns xi : (samples, variables) [-]. The first 2^m rows are those of the design with 2^m samples. Within each
+    doubling the rows come in random order: in that of the sequence every so-many-th row would lie in one corner, and
+    groups of rows taken in turn must be alike. Raises ParameterError.
+
+    Method: I. M. Sobol', USSR Comput. Math. Math. Phys. 7 (1967) 86; scrambled after Owen by random linear maps of the
+    digits and a digital shift, Matousek, J. Complexity 14 (1998) 527.
+    """
+    from scipy.stats import qmc  # a second of import, which the stages that draw nothing need not wait for
+
+    _check(samples, variables)
+    if variables > MOST_SOBOL_VARIABLES:
+        raise ParameterError(
+            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take another design"
+        )
+    if samples > 2**_SOBOL_BITS:
+        raise ParameterError(f"a Sobol sequence has at most 2^{_SOBOL_BITS} samples, not {samples}")
+    doublings = (samples - 1).bit_length()
+    sequence = qmc.Sobol(variables, scramble=True, bits=_SOBOL_BITS, rng=generator)
+    # In the middle of the finest cells, of side 2^-bits: never 0 or 1, where a normal is infinite.
+    places = sequence.random_base2(doublings) + 0.5 ** (_SOBOL_BITS + 1)
+    rows = [np.arange(1)]
+    rows += [2**m + generator.permutation(2**m) for m in range(doublings)]
+    return ndtri(places[np.concatenate(rows)[:samples]])
+
+
+def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarray:
+    """xi : (samples, variables) [-] of a kind: "monte_carlo", "latin_hypercube" or "sobol".
+
+    seed : the same for every number of samples; all but the Latin hypercube then begin with the same samples
+
+    Raises ParameterError as these do, and for another kind.
+    """
+    generator = np.random.default_rng(seed)
+    match kind:
+        case "monte_carlo":
+            _check(samples, variables)
+            return np.stack([monte_carlo([*seed, number], variables) for number in range(samples)])
+        case "latin_hypercube":
+            return latin_hypercube(generator, samples, variables)
+        case "sobol":
+            return sobol(generator, samples, variables)
+    raise ParameterError(f"design {kind!r} is not known: monte_carlo, latin_hypercube or sobol")
+
+
+def _check(samples: int, variables: int) -> None:
+    if samples < 1 or variables < 1:
+        raise ParameterError(f"a design needs samples and variables, not {samples} and {variables}")

@@ -55,10 +55,7 @@ class ResidualScatter:
         Quantiles are linear from place to place and constant beyond. Continuous in both arguments and in the samples,
         so that the same draws tell two laws apart without noise.
         """
-        inside = np.clip(predicted, self.places[0], self.places[-1])
-        place = np.minimum(np.searchsorted(self.places, inside, side="right"), PLACES - 1)
-        low, high = self.places[place - 1], self.places[place]
-        far = np.divide(inside - low, high - low, out=np.zeros_like(low), where=high > low)
+        place, far = self._place(predicted)
         rank, share = np.divmod(uniform * (QUANTILES - 1), 1.0)
         below = rank.astype(np.int64)
         e = (1 - share) * self._between(place, far, below) + share * self._between(place, far, below + 1)
@@ -66,6 +63,29 @@ class ResidualScatter:
 
     def _between(self, place: np.ndarray, far: np.ndarray, rank: np.ndarray) -> np.ndarray:
         return (1 - far) * self.quantiles[place - 1, rank] + far * self.quantiles[place, rank]
+
+    def cumulative(self, predicted: np.ndarray, target: np.ndarray) -> np.ndarray:
+        """Law of the target given its prediction, the inverse of `draw`.
+
+        predicted : (n,)
+        target : (m,)
+
+        Returns F : (n, m) [-] probability that the target is at most so much.
+        """
+        place, far = self._place(predicted)
+        e = target - self.centre(predicted)[:, None]
+        probabilities, found = np.linspace(0, 1, QUANTILES), np.empty(e.shape)
+        for row in range(len(predicted)):
+            quantiles = (1 - far[row]) * self.quantiles[place[row] - 1] + far[row] * self.quantiles[place[row]]
+            found[row] = np.interp(e[row], quantiles, probabilities, left=0.0, right=1.0)
+        return found
+
+    def _place(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The place above each prediction, and how far it lies from the one below, as a share."""
+        inside = np.clip(predicted, self.places[0], self.places[-1])
+        place = np.minimum(np.searchsorted(self.places, inside, side="right"), PLACES - 1)
+        low, high = self.places[place - 1], self.places[place]
+        return place, np.divide(inside - low, high - low, out=np.zeros_like(low), where=high > low)
 
 
 def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatter:

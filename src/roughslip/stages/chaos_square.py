@@ -63,7 +63,8 @@ def local_expansion(
     job: Job,
 ) -> tuple[LocalExpansion, dict[Kind, float]]:
     """Ours, from every training node of its design, and the scores of the targets that it was chosen from."""
-    xi = store.read(job.arguments.design)["expansion"]
+    chosen = job.configuration["expansion"]["samples"] == "auto"  # then stage training_square drew the samples
+    xi = samples_of(batches, "expansion", "xi") if chosen else store.read(job.arguments.design)["expansion"]
     variables = np.einsum("km,nvm->knv", xi, directions)
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = Samples(variables, nodes.distance2, pressure, gap)
@@ -152,8 +153,7 @@ def work(job: Job) -> None:
     results["gap_stiffness"] = store.Variable((), local.target.gap_stiffness, unit, title)
     results["target"] = store.Variable(("target",), np.array(KINDS), "1", "what our expansion may expand")
     title = "continuous ranked probability score at left-out surfaces over the mean pressure; NaN where not tried"
-    values = [scores.get(kind, np.nan) for kind in KINDS]
-    results["score"] = store.Variable(("target",), values, "1", title)
+    results["score"] = store.Variable(("target",), [scores.get(kind, np.nan) for kind in KINDS], "1", title)
     results["captured_variance"] = surface.variable("captured_variance")
     modes = sensitivity_to_directions(local.indices, local.coefficients[0], directions[0])
     for name, values, title in (("first", modes.first, "alone"), ("total", modes.total, "alone and with others")):

@@ -1,11 +1,9 @@
-"""Stage design: Latin hypercube designs, which are drawn whole. Monte Carlo samples are drawn where they are used."""
+"""Stage design: designs that are drawn whole. Monte Carlo samples of the reference are drawn where they are used."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from roughslip import store
-from roughslip.chaos.designs import latin_hypercube
+from roughslip.chaos.designs import design
 from roughslip.errors import InputError
 from roughslip.stages import geometry
 from roughslip.stages.command import Job, execute
@@ -27,6 +25,8 @@ def samples_of(configuration: geometry.Configuration, modes: int) -> dict[str, i
     found, lines = {}, []
     for name, (key, _) in DESIGNS.items():
         section, _, last = key.partition(".")
+        if configuration[section][last] == "auto":  # drawn by stage training_square, as far as it needs them
+            continue
         found[name] = configuration[section][last]
         if found[name] * modes > MOST_NUMBERS:
             lines.append(
@@ -41,11 +41,12 @@ def samples_of(configuration: geometry.Configuration, modes: int) -> dict[str, i
 def work(job: Job) -> None:
     """Write the design of the paper's fits and the smaller one of ours: a variable a mode of the square."""
     modes = len(store.read(job.arguments.surface)["eigenvalue"])
+    expansion = job.configuration["expansion"]
     variables = {}
     with job.usage.core():
         for name, samples in samples_of(job.configuration, modes).items():
-            generator = np.random.default_rng([job.configuration["seed"], DESIGNS[name][1]])
-            xi = latin_hypercube(generator, samples, modes)
+            kind = "latin_hypercube" if name == "latin_hypercube" else expansion.get("design", "latin_hypercube")
+            xi = design(kind, [job.configuration["seed"], DESIGNS[name][1]], samples, modes)
             title = f"standard normal variables of the {name} design"
             variables[name] = store.Variable((f"{name}_sample", "mode"), xi, "1", title)
     store.write(job.arguments.output, variables, job.key)

@@ -9,7 +9,6 @@ import os
 import signal
 import sys
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -32,7 +31,7 @@ class Usage:
     def __init__(self, path: str | Path, stage: str) -> None:
         self.path = Path(path)
         self.stage = stage
-        self.did: Counter[str] = Counter()
+        self.did: dict[str, float] = {}
         self.core_cpu_seconds = 0.0
         self._last_line = time.perf_counter()
 
@@ -68,9 +67,10 @@ class Usage:
             finally:
                 self.core_cpu_seconds += time.process_time() - start - compiler()
 
-    def count(self, **did: int) -> None:
+    def count(self, **did: float) -> None:
         """Add to the counts of what the job did: `usage.count(solves=3)`."""
-        self.did.update(did)
+        for name, number in did.items():
+            self.did[name] = self.did.get(name, 0) + number
 
     def progress(self, done: int, total: int) -> None:
         """A line on stderr, which is the job's log: every few seconds, and when all is done."""

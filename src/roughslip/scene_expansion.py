@@ -1,0 +1,30 @@
+"""The two forms of `expansion.samples`, a number or an error for which it is found, and the keys that go with each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from roughslip.scene_roughness import Mistake
+from roughslip.scene_yaml import shown
+
+AUTO = "auto"
+EXTENDED = ("sobol", "monte_carlo")  # designs that can be
+SAMPLES, ERROR, DESIGN = "expansion.samples", "expansion.cdf_error", "expansion.design"
+
+# In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = {"expansion": {"samples": ("cdf_error",)}}
+
+
+def mistakes(expansion: dict[str, Any]) -> Iterator[Mistake]:
+    """What does not go with the samples; what the schema refuses is left to it."""
+    samples, error, design = (expansion.get(key) for key in ("samples", "cdf_error", "design"))
+    if samples == AUTO:
+        if error is None:
+            yield Mistake((ERROR, SAMPLES), f"missing; {SAMPLES} = {AUTO} needs it")
+        if design is not None and design not in EXTENDED:
+            text = f"{shown(design)} is not allowed; {' or '.join(EXTENDED)} with {SAMPLES} = {AUTO}, to be extended"
+            yield Mistake((DESIGN, SAMPLES), text)
+    elif samples is not None and error is not None:
+        text = f"{shown(error)} is not allowed beside {SAMPLES} = {shown(samples)}; only {AUTO} takes it"
+        yield Mistake((ERROR, SAMPLES), text)

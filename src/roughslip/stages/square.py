@@ -1,0 +1,79 @@
+"""Contact of samples of the square with the plane, at one penetration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip import store
+from roughslip.contact.influence import Influence
+from roughslip.contact.solve import solve
+from roughslip.grid import Grid
+from roughslip.stages import elastic, geometry, surfaces
+from roughslip.stages.command import Job
+from roughslip.stages.nodes import Nodes
+from roughslip.surface.karhunen_loeve import heights
+from roughslip.surface.model import SurfaceModel
+
+
+@dataclass(frozen=True)
+class Square:
+    """The square and the plane.
+
+    model, grid : surfaces, and the mesh of the square
+    modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
+    plane_m : [m] height of the plane
+    influence : of a pressure on displacements
+    tolerance : [-] of a solve
+    """
+
+    model: SurfaceModel
+    grid: Grid
+    modes: np.ndarray
+    plane_m: float
+    influence: Influence
+    tolerance: float
+
+
+def square(job: Job) -> Square:
+    """The square of a stage that was given the modes as --surface."""
+    configuration = job.configuration
+    model, grid = surfaces.gaussian_model(configuration, job.arguments.scan), geometry.square_grid(configuration)
+    return Square(
+        model,
+        grid,
+        store.read(job.arguments.surface)["modes"],
+        float(model.plane_height(configuration["square"]["penetration_percentile"])),
+        elastic.influence(configuration, grid),
+        configuration["numerics"]["contact_tolerance"],
+    )
+
+
+def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job) -> dict[str, store.Variable]:
+    """Pressure and gap at some nodes, area fraction, mean pressure and residual of every sample.
+
+    xi : `count` samples (M,) of the variables of the modes
+    """
+    pressure, gap = np.empty((count, len(nodes.x))), np.empty((count, len(nodes.x)))
+    area, mean_pressure, residual = np.empty(count), np.empty(count), np.empty(count)
+    effort = np.empty(count, dtype=np.int32)
+    kept = nodes.x, nodes.y
+    for row, one in enumerate(xi):
+        rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
+        solution = solve(problem.influence, rough, problem.tolerance)
+        pressure[row], gap[row] = solution.pressure[kept], solution.gap[kept]
+        area[row] = np.count_nonzero(solution.pressure) / problem.grid.size
+        mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual
+        effort[row] = solution.work
+        job.usage.progress(row + 1, count)
+    job.usage.count(solves=count, solves_without_contact=int(np.sum(area == 0)))
+    return {
+        "pressure": store.Variable(("sample", "node"), pressure, "Pa", "contact pressure at nodes around the centre"),
+        "gap": store.Variable(("sample", "node"), gap, "m", "gap at nodes around the centre"),
+        "area_fraction": store.Variable(("sample",), area, "1", "share of the nodes in contact"),
+        "mean_pressure": store.Variable(("sample",), mean_pressure, "Pa", "mean pressure on the square"),
+        "residual": store.Variable(("sample",), residual, "1", "relative residual of the complementarity"),
+        "work": store.Variable(("sample",), effort, "1", "work of the solver, as its method counts it"),
+    }

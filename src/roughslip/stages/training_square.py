@@ -1,0 +1,73 @@
+"""Stage training_square: as many solves as the error asked of the distribution at the centre of the square takes."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+from roughslip import store
+from roughslip.chaos.designs import design
+from roughslip.chaos.enrichment import enrich
+from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.local import LocalExpansion, Samples, fit_best
+from roughslip.stages import expansion, geometry
+from roughslip.stages.command import Job, execute
+from roughslip.stages.nodes import training_nodes
+from roughslip.stages.square import solved, square
+
+DESIGN = "sobol"  # where the scene names none: it can be extended
+LEAST = 128  # solves to begin with: six in each of the groups that are left out
+MOST = 2**14  # a scatter of 0.001 on the resolved square took 4096
+MOST_NUMBERS = 100_000_000  # in one array: 0.8 GB
+
+
+def numbers(terms: int, nodes: int, modes: int) -> tuple[int, int]:
+    """Solves to begin with, more than the terms as for a given number, and solves never to exceed; powers of two."""
+    room = MOST_NUMBERS // max(terms * nodes, modes)
+    return max(LEAST, 2 ** terms.bit_length()), min(MOST, 2 ** (room.bit_length() - 1))
+
+
+def work(job: Job) -> None:
+    """Solve, fit and solve more; write what stage contact_square writes of a design, and the design."""
+    asked = job.configuration["expansion"]
+    seed = [job.configuration["seed"], geometry.STREAM_EXPANSION_DESIGN]
+    problem = square(job)
+    nodes = training_nodes(problem.model, problem.grid)
+    batches: list[dict[str, store.Variable]] = []
+    with job.usage.core():
+        directions = expansion.directions(problem.model, problem.grid, problem.modes, nodes, asked["variables"])
+        targets = expansion.targets(job.configuration, problem.model, problem.grid)
+
+        def solve(first: int, last: int) -> Samples:
+            xi = design(asked.get("design", DESIGN), seed, last, len(problem.modes))[first:]
+            found = solved(problem, xi, last - first, nodes, job)
+            title = "standard normal variables of the samples"
+            batches.append({**found, "xi": store.Variable(("sample", "mode"), xi, "1", title)})
+            variables = np.einsum("km,nvm->knv", xi, directions)
+            return Samples(variables, nodes.distance2, found["pressure"].values, found["gap"].values)
+
+        def fit(samples: Samples) -> LocalExpansion:
+            return fit_best(samples, asked["degree"], targets)[0]
+
+        terms = len(multi_indices(asked["variables"], asked["degree"]))
+        least, most = numbers(terms, len(nodes.x), len(problem.modes))
+        drawing = [job.configuration["seed"], geometry.STREAM_ENRICHMENT]
+        enriched = enrich(solve, fit, asked["cdf_error"], least=least, most=most, seed=drawing)
+    for count, error in enriched.history:
+        print(f"training_square: {count} solves, estimated error of the distribution {error:.3g}", file=sys.stderr)
+    reached = enriched.error
+    job.usage.count(fits=len(enriched.history), cdf_error_asked=asked["cdf_error"], cdf_error=round(reached.total, 6))
+    one = batches[0]
+    variables = {
+        name: one[name]._replace(values=np.concatenate([batch[name].values for batch in batches])) for name in one
+    }
+    titles = {"scatter": "from the scatter of its samples, with 95 %", "bias": "beyond what the scatter explains"}
+    for name, title in titles.items():
+        value = getattr(reached, name)
+        variables[f"cdf_error_{name}"] = store.Variable((), value, "1", f"estimated error of the distribution {title}")
+    store.write(job.arguments.output, variables, job.key, {"first": 0, "design": "expansion"})
+
+
+if __name__ == "__main__":
+    execute("training_square", work, files=("surface",), optional=("scan",))

@@ -1,0 +1,95 @@
+"""Training solves of the square that are found while running: what is solved, written and told."""
+
+import argparse
+import json
+
+import numpy as np
+import pytest
+
+from roughslip import store
+from roughslip.chaos.designs import design
+from roughslip.errors import ConvergenceError
+from roughslip.stages import contact_square, surface, training_square
+from roughslip.stages import design as design_stage
+from roughslip.stages.command import Job
+from roughslip.stages.geometry import STREAM_EXPANSION_DESIGN
+from roughslip.stages.usage import Usage
+
+SCENE = {
+    "seed": 7,
+    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
+    "roughness": {"covariance": "gaussian", "rms_height_m": 5e-8, "correlation_length_m": 6e-7},
+    "square": {"edge_m": 6e-4, "nodes": 8, "modes": 64, "penetration_percentile": 50.0},
+    "numerics": {"contact_tolerance": 1e-10},
+    "expansion": {
+        "variables": 2,
+        "degree": 2,
+        "target": "trial_pressure",
+        "samples": "auto",
+        "cdf_error": 0.03,
+        "design": "sobol",
+    },
+}
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Runs a stage on the scene, with changes of its expansion, and reads its result and the record of its cost."""
+
+    def run_stage(stage, result, expansion=(), **files):
+        path, record = tmp_path / result, tmp_path / "usage.json"
+        arguments = argparse.Namespace(output=path, scan=None, surface=tmp_path / "modes.nc", **files)
+        scene = SCENE | {"expansion": SCENE["expansion"] | dict(expansion)}
+        with Usage(record, "stage") as usage:
+            stage.work(Job(store.Key(scene, "code"), arguments, usage))
+        return store.read(path), json.loads(record.read_text())["did"]
+
+    run_stage(surface, "modes.nc")
+    return run_stage
+
+
+def test_solves_are_those_of_a_design_with_as_many_samples(run, tmp_path):
+    """Bit for bit, with the design beside them, in the variables that stage chaos_square reads."""
+    found, did = run(training_square, "training.nc", {"cdf_error": 0.008})
+    count = len(found["pressure"])
+    assert count > training_square.LEAST
+    xi = design("sobol", [7, STREAM_EXPANSION_DESIGN], count, 64)
+    np.testing.assert_array_equal(found["xi"], xi)
+    given = store.Variable(("sample", "mode"), xi, "1", "variables")
+    store.write(tmp_path / "design.nc", {"expansion": given}, store.Key({}, "code"))
+    batch = {"design": tmp_path / "design.nc", "design_name": "expansion", "first": 0, "last": count}
+    known, _ = run(contact_square, "batch.nc", **batch)
+    for name in known:
+        np.testing.assert_array_equal(found[name], known[name])
+        assert found.variable(name).dimensions == known.variable(name).dimensions
+    assert {name: found.attributes[name] for name in ("first", "design")} == {"first": 0, "design": "expansion"}
+    assert did["solves"] == count
+    assert did["cdf_error_asked"] == 0.008
+    assert did["cdf_error"] == pytest.approx(found["cdf_error_scatter"] + found["cdf_error_bias"], abs=1e-6)
+    assert did["cdf_error"] <= 0.008
+    assert training_square.LEAST * 2 ** (did["fits"] - 1) == count
+
+
+def test_more_is_not_solved_than_what_is_asked_takes(run):
+    found, did = run(training_square, "training.nc", {"cdf_error": 0.2, "design": "monte_carlo"})
+    assert did["solves"] == len(found["pressure"]) == training_square.LEAST
+    np.testing.assert_array_equal(found["xi"], design("monte_carlo", [7, STREAM_EXPANSION_DESIGN], 128, 64))
+
+
+def test_the_most_ends_in_an_error_that_says_what_was_reached(run, monkeypatch):
+    monkeypatch.setattr(training_square, "MOST", 128)
+    with pytest.raises(ConvergenceError, match=r"128 surfaces do not give the distribution to within 0\.001"):
+        run(training_square, "training.nc", {"cdf_error": 0.001})
+
+
+def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold():
+    """165 terms are the study's; 2^20 numbers of 1e8 are 95 modes or terms at a node."""
+    assert training_square.numbers(10, 4, 64) == (128, 2**14)
+    assert training_square.numbers(165, 16, 101) == (256, 2**14)
+    assert training_square.numbers(715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
+    assert training_square.numbers(165, 16, 50_000) == (256, 2**10)  # 2000
+
+
+def test_the_design_of_these_solves_is_not_drawn_whole(run):
+    scene = SCENE | {"square": SCENE["square"] | {"latin_hypercube_samples": 4000}}
+    assert design_stage.samples_of(scene, 64) == {"latin_hypercube": 4000}

@@ -111,9 +111,7 @@ def main() -> None:
     arguments = parser.parse_args()
     batches = store.read_all(arguments.solves)
     pressure = np.concatenate([batch["pressure"] for batch in batches])
-    store.write(
-        arguments.output, gathered(pressure, batches[0]["percentile"]), store.read_key(arguments.key)
-    )
+    store.write(arguments.output, gathered(pressure, batches[0]["percentile"]), store.read_key(arguments.key))
 
 
 if __name__ == "__main__":

@@ -71,19 +71,19 @@ PLANS = {
 class Campaign:
     """What is measured.
 
-    draws : from each expansion; a contact probability of 0.1 is then known to 0.7 %
+    draws : from each expansion, as many as in the study; a contact probability of 0.05 is then known to 0.7 %
     timed : solves that are timed at each penetration
     multilevel : surfaces a level
     """
 
     plans: Mapping[str, Plan] = field(default_factory=lambda: PLANS)
-    draws: int = 200_000
+    draws: int = 400_000
     timed: int = 100
     multilevel: int = 400
     generic: chaos_generic.Campaign = field(default_factory=chaos_generic.Campaign)
 
 
-QUICK = Campaign({"paper": Plan({250: 2, 1000: 1}, 1, 1, 1)}, 20_000, 5, 12, chaos_generic.QUICK)
+QUICK = Campaign({"paper": Plan({250: 1, 500: 1}, 1, 1, 1)}, 20_000, 5, 10, chaos_generic.QUICK)
 
 
 def centre(
@@ -101,7 +101,7 @@ def centre(
             for level, reference in enumerate(references):
                 try:
                     seconds, pressure = measure.timed(
-                        lambda w=way, s=solved, at=level: w(square, s, at)(campaign.draws)
+                        lambda w=way, s=solved, at=level, n=number: w(square, s, at)(campaign.draws, n)
                     )
                 except IllPosedError as error:
                     refused[f"{label(square.name, level)} {method} {samples} {number}"] = str(error)

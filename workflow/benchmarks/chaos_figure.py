@@ -40,6 +40,9 @@ def figure(rows: Sequence[Row]) -> Figure:
             _panel(axes, of_panel)
             head(axes, next(letters), f"{scene}, penetration {percentile} %")
         line[0].set_ylabel("largest error of the distribution [-]")
+    errors = [row["error"] for row in rows]
+    for axes in places.ravel():
+        axes.set_ylim(0.6 * min(errors), 1.5 * max(errors))
     for axes in places[-1]:
         axes.set_xlabel("contact solves")
     canvas.legend(*places[0, -1].get_legend_handles_labels(), loc="outside lower center", ncols=7, fontsize="small")

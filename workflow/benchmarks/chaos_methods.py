@@ -13,7 +13,7 @@ from roughslip.stages.centre_distribution import Expansion, draw, draw_local
 from workflow.benchmarks.chaos_problem import Solved, Square
 from workflow.benchmarks.measure import OURS
 
-Drawn = Callable[[int], np.ndarray]  # number of draws -> pressures : (n,) [Pa]
+Drawn = Callable[[int, int], np.ndarray]  # number of draws, and of their stream -> pressures : (n,) [Pa]
 Method = Callable[[Square, Solved, int], Drawn]  # the last is the number of the penetration
 
 DIRECT = ("monte_carlo", "latin_hypercube", "sobol")
@@ -23,7 +23,7 @@ EQUATIONS = ("equation_8", "equation_9")
 def direct(square: Square, solved: Solved, level: int) -> Drawn:
     """The pressures themselves, at the central nodes."""
     pressure = solved.pressure[:, level, : square.central].ravel()
-    return lambda _: pressure
+    return lambda count, stream: pressure
 
 
 def equation(method: str) -> Method:
@@ -33,7 +33,7 @@ def equation(method: str) -> Method:
         basis = hermite_basis(solved.xi @ square.directions[0].T, square.indices)
         one = Expansion(method, basis, solved.pressure[:, level, 0], square.indices)
         coefficients = one.fit().coefficients
-        return lambda count: draw(one, coefficients, count, [square.seed, geometry.STREAM_DRAWS])
+        return lambda count, stream: draw(one, coefficients, count, [square.seed, geometry.STREAM_DRAWS, stream])
 
     return fitted
 
@@ -43,7 +43,7 @@ def ours(square: Square, solved: Solved, level: int) -> Drawn:
     variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
     samples = Samples(variables, square.nodes.distance2, solved.pressure[:, level], solved.gap[:, level])
     found = fit_local(samples, int(square.indices.sum(axis=1).max()), square.target)
-    return lambda count: draw_local(found, count, [square.seed, geometry.STREAM_DRAWS])
+    return lambda count, stream: draw_local(found, count, [square.seed, geometry.STREAM_DRAWS, stream])
 
 
 # By the design of the solves: the paper's fits and ours take Latin hypercubes, as in the study.

@@ -128,7 +128,8 @@ class Square:
         """The square of a scene of the project."""
         configuration = load(name, ROOT / "config" / "scenes", ROOT / "config" / "scene.schema.yaml")
         model, grid = surfaces.gaussian_model(configuration), geometry.square_grid(configuration)
-        modes = karhunen_loeve(model.covariance, grid, configuration["square"]["modes"]).modes
+        order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
+        modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
         nodes, terms = expansion.training_nodes(model, grid), configuration["expansion"]
         return cls(
             name,

@@ -31,7 +31,8 @@ def variables(seed: int, number: int, modes: int) -> np.ndarray:
 def solves(configuration: geometry.Configuration, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
     """Pressure [Pa] and gap [m] : (samples, penetrations, central nodes) of samples first ... last - 1."""
     model, grid = surfaces.gaussian_model(configuration), geometry.square_grid(configuration)
-    modes = karhunen_loeve(model.covariance, grid, configuration["square"]["modes"]).modes
+    order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
+    modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
     planes = np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES])
     influence, nodes = elastic.influence(configuration, grid), expansion.central_nodes(model, grid)
     shape = (last - first, len(planes), len(nodes.x))

@@ -17,6 +17,8 @@ rule pressure_solves:
         result="results/{scene}/pressure_solves/{first}-{last}.nc",
     log:
         "results/{scene}/logs/pressure_solves-{first}-{last}.log",
+    wildcard_constraints:
+        scene="|".join(SURFACES),
     threads: 1
     shell:
         EVIDENCE + ".references.pressure_solves --key {input.key:q} --first {wildcards.first} --last {wildcards.last}"
@@ -29,10 +31,11 @@ rule pressure_reference:
         solves=lambda wildcards: solves(wildcards.scene, REFERENCE_SURFACES),
     output:
         result="results/reference/{scene}/pressure.nc",
-    wildcard_constraints:
-        scene="|".join(SURFACES),
     log:
         "results/{scene}/logs/pressure_reference.log",
+    wildcard_constraints:
+        scene="|".join(SURFACES),
     threads: 1
     shell:
-        EVIDENCE + ".references.pressure --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"
+        EVIDENCE
+        + ".references.pressure --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"

@@ -100,7 +100,8 @@ def test_the_distance_is_the_largest_of_both_sides_of_every_step():
     pressure = np.repeat([0.0, 0.3], [90, 10])
     assert linear_reference(0.0).distance(pressure) == pytest.approx(0.07)
     assert linear_reference(0.0).distance(np.repeat([0.0, 0.8], [90, 10])) == pytest.approx(0.08)  # below the step
-    assert linear_reference(0.0).distance(np.repeat([0.0, 0.5], [70, 30])) == pytest.approx(0.2)  # the atom at zero
+    often = np.concatenate([np.zeros(70), np.linspace(0.01, 0.99, 30)])
+    assert linear_reference(0.0).distance(often) == pytest.approx(0.201)  # the atom at zero, and up to 0.01
     assert linear_reference(0.042).distance(pressure) == pytest.approx(math.sqrt(0.07**2 - 0.042**2))
     assert linear_reference(0.08).distance(pressure) == 0
 

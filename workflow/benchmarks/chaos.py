@@ -12,7 +12,7 @@ import argparse
 import math
 import statistics
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
@@ -22,12 +22,14 @@ from roughslip.errors import IllPosedError
 from workflow.benchmarks import chaos_generic, chaos_multilevel, measure
 from workflow.benchmarks.chaos_generic_peers import PEERS
 from workflow.benchmarks.chaos_methods import DIRECT, EQUATIONS, METHODS
-from workflow.benchmarks.chaos_problem import PERCENTILES, Reference, Solved, Square, references
+from workflow.benchmarks.chaos_problem import PERCENTILES, Difference, Reference, Solved, Square, references
 from workflow.benchmarks.chaos_summary import DECISIVE, summary
 from workflow.benchmarks.measure import Row, case, row
 
 PACKAGES = ("numpy", "scipy", "numba", "openturns")
 REFERENCES = Path("results/reference")
+
+Judged = tuple[float, dict[str, Difference]]  # seconds of a design and its differences from the reference
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ def centre(
 ) -> tuple[list[Row], dict[str, str]]:
     """A row a penetration, method and number of solves, with the errors of every design; why designs were refused."""
     solve_seconds = square.seconds(campaign.timed)
-    found: dict[tuple[int, str, int], list[tuple[float, dict[str, float]]]] = defaultdict(list)
+    found: dict[tuple[int, str, int], list[Judged]] = defaultdict(list)
     refused = {}
     for kind, number, solved in plan.designs(square):
         samples = len(solved.xi)
@@ -107,7 +109,7 @@ def centre(
                     refused[f"{label(square.name, level)} {method} {samples} {number}"] = str(error)
                     continue
                 whole = samples * solve_seconds[level] + seconds
-                found[level, method, samples].append((whole, reference.errors(pressure)))
+                found[level, method, samples].append((whole, reference.differences(pressure)))
         if kind not in DIRECT or number == 0:
             measure.say(f"{square.name}: {kind} of {samples} solves")
     rows = [
@@ -122,14 +124,24 @@ def label(scene: str, level: int) -> str:
     return case(scene=scene, percentile=f"{PERCENTILES[level]:g}", quantity="pressure")
 
 
-def as_row(name: str, method: str, samples: int, results: Sequence[tuple[float, dict[str, float]]]) -> Row:
-    """The median distance over designs as the error; `errors` holds every error of every design, None for NaN."""
-    errors = {
-        quantity: [one[quantity] if math.isfinite(one[quantity]) else None for _, one in results]
-        for quantity in results[0][1]
+def as_row(name: str, method: str, samples: int, results: Sequence[Judged]) -> Row:
+    """The median distance over designs as the error, net of that of the reference.
+
+    errors, seen : quantity -> net and seen error of every design, None for NaN
+    reference_errors : quantity -> standard error of the reference, the median over designs
+    """
+    found = {quantity: [one[quantity] for _, one in results] for quantity in results[0][1]}
+    more = {
+        "errors": {quantity: _finite(one.net for one in all_) for quantity, all_ in found.items()},
+        "seen": {quantity: _finite(one.seen for one in all_) for quantity, all_ in found.items()},
+        "reference_errors": {q: statistics.median(one.reference_error for one in all_) for q, all_ in found.items()},
     }
-    median = statistics.median(one["distance"] for _, one in results)
-    return row(name, method, median, [seconds for seconds, _ in results], samples, errors=errors)
+    median = statistics.median(more["errors"]["distance"])
+    return row(name, method, median, [seconds for seconds, _ in results], samples, **more)
+
+
+def _finite(values: Iterable[float]) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values]
 
 
 def run(campaign: Campaign, peers: Sequence[str], kept: Path) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The pressure at the centre of a scene's square: its solves in several designs, and its judge, the reference.
 
 Every error is told net of what the reference itself may be off: sqrt(max(0, e^2 - s^2)) with its standard error s, for
-the largest difference of two distributions that at the pressure where it is found.
+the largest difference of two distributions that at the pressure where it is found. What was seen is kept beside it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
@@ -36,6 +37,20 @@ JUDGED = (0.5, 0.9, 0.99)  # quantiles given contact
 QUANTILES = {f"quantile_{100 * probability:.0f}": probability for probability in JUDGED}
 
 
+class Difference(NamedTuple):
+    """What was seen, and the standard error of the reference in the same unit."""
+
+    seen: float
+    reference_error: float
+
+    @property
+    def net(self) -> float:
+        """What is left when the error of the reference is taken out, with the sign of what was seen."""
+        if not math.isfinite(self.seen):
+            return self.seen
+        return math.copysign(math.sqrt(max(0.0, self.seen**2 - self.reference_error**2)), self.seen)
+
+
 @dataclass(frozen=True)
 class Reference:
     """The kept reference of a scene at one penetration.
@@ -49,7 +64,7 @@ class Reference:
     error: np.ndarray
     numbers: dict[str, tuple[float, float]]
 
-    def distance(self, pressure: np.ndarray) -> float:
+    def distance(self, pressure: np.ndarray) -> Difference:
         """Largest difference of the distribution of pressures : (n,) [Pa], the atom at zero included.
 
         Between levels the reference is a straight line, which errs by less than 1e-4.
@@ -61,24 +76,19 @@ class Reference:
         sides[1] = np.where(points > 0, sides[1], sides[0])
         off = np.maximum(*(np.abs(share - expected) for share in sides))
         worst = int(np.argmax(off))
-        return net(float(off[worst]), float(np.interp(points[worst], self.level, self.error)))
+        return Difference(float(off[worst]), float(np.interp(points[worst], self.level, self.error)))
 
-    def errors(self, pressure: np.ndarray) -> dict[str, float]:
+    def differences(self, pressure: np.ndarray) -> dict[str, Difference]:
         """The distance, and relative errors with their signs; NaN for the quantiles of pressures without contact."""
         positive = pressure[pressure > 0]
         found = {"contact_probability": len(positive) / len(pressure), "mean_pressure": float(pressure.mean())}
         of_contact = np.quantile(positive, JUDGED) if len(positive) else np.full(len(JUDGED), np.nan)
         found |= dict(zip(QUANTILES, map(float, of_contact), strict=True))
-        errors = {"distance": self.distance(pressure)}
-        for name, (value, error) in self.numbers.items():
-            off = found[name] - value
-            errors[name] = math.copysign(net(abs(off), error), off) / value
-        return errors
-
-
-def net(off: float, error: float) -> float:
-    """What is left of a difference when the standard error of the reference is taken out."""
-    return math.sqrt(max(0.0, off**2 - error**2)) if math.isfinite(off) else off
+        relative = {
+            name: Difference((found[name] - value) / value, error / value)
+            for name, (value, error) in self.numbers.items()
+        }
+        return {"distance": self.distance(pressure), **relative}
 
 
 def references(path: Path) -> list[Reference]:

@@ -3,6 +3,8 @@
 #   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
 #   make benchmark PEERS=1               beside public solvers, from an environment of its own, .venv-peers
 #   make stress SEED=today               other random problems than the usual ones, the same all day
+#   make reference JOBS=8                with results/reference/<scene>/pressure.nc deleted, 75 minutes on one core are solved
+#                                        anew; it may be interrupted, what is solved stays under results/<scene>/pressure_solves
 
 PYTHON ?= python3
 JOBS ?= 2
@@ -47,7 +49,7 @@ benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 beside
 stress: $(VENV)/run.stamp ## solve thousands of random problems, every answer judged apart from the solver
 	$(RUN) snakemake -j$(JOBS) stress $(if $(SEED),--config seed=$(SEED))
 
-reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference
+reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)
 	$(RUN) snakemake -j$(JOBS) reference
 
 clean: ## remove all that was generated, .venv too; results/reference stays

@@ -43,6 +43,7 @@ include: "workflow/rules/surface.smk"
 include: "workflow/rules/square.smk"
 include: "workflow/rules/strip.smk"
 include: "workflow/rules/oscillator.smk"
+include: "workflow/rules/references.smk"
 include: "workflow/rules/outputs.smk"
 include: "workflow/rules/evidence.smk"
 

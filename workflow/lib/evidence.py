@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
+from typing import Any
 
 from workflow.lib.closure import absolute_imports, closure, code_hash
 from workflow.lib.keys import write_key
+from workflow.lib.references import SURFACES, reference_file
 
 
 def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: object) -> str:
@@ -22,9 +25,29 @@ def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: 
     return path
 
 
+def measured_scenes(stage: str, scenes: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """What a benchmark depends on besides: chaos on the scenes that have a reference, and on these references."""
+    if stage != "chaos":
+        return {}
+    found = {name: {"scene": scenes[name]} for name in SURFACES if name in scenes}
+    for name in found:
+        file = Path(reference_file(name))
+        found[name]["reference"] = hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "missing"
+    return {"scenes": found}
+
+
 def _of_the_package(module: str, root: Path) -> list[str]:
-    """Modules of roughslip that the module imports; the hash of each covers what they import in turn."""
+    """Modules of roughslip that the module imports, also as `from package import module`; each hash covers the rest."""
     files = closure(module, root)
     modules = [".".join(file.relative_to(root).with_suffix("").parts) for file in files]
-    imports = [target for file, name in zip(files, modules, strict=True) for target, _ in absolute_imports(file, name)]
-    return sorted({target for target in imports if target.partition(".")[0] == "roughslip"})
+    found = set()
+    for file, name in zip(files, modules, strict=True):
+        for target, names in absolute_imports(file, name):
+            if target.partition(".")[0] == "roughslip":
+                found |= {target, *(f"{target}.{part}" for part in names if _is_module(f"{target}.{part}", root))}
+    return sorted(found)
+
+
+def _is_module(name: str, root: Path) -> bool:
+    path = (root / "src").joinpath(*name.split("."))
+    return path.with_suffix(".py").is_file() or path.is_dir()

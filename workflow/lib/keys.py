@@ -26,8 +26,11 @@ def write_key(path: str | Path, configuration: dict, module: str, source_root: s
     Safe beside other invocations and in dry runs: readers see the old file or the new one, whole.
     Raises ValueError for NaN or infinity and TypeError for what JSON cannot hold.
     """
-    path = Path(path)
-    key = {"configuration": configuration, "code": code_hash(module, source_root, lock)}
+    replace_if_changed(Path(path), {"configuration": configuration, "code": code_hash(module, source_root, lock)})
+
+
+def replace_if_changed(path: Path, key: dict) -> None:
+    """Write a key whole where the file is not there or holds another one; raises as write_key."""
     text = json.dumps(key, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False) + "\n"
     if path.is_file() and path.read_bytes() == text.encode():
         return

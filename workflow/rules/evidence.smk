@@ -6,16 +6,13 @@
 #      its log tells which. `--config seed=today` for other problems, `--config problems=100` for fewer.
 import itertools
 
-from workflow.lib.evidence import evidence_key
+from workflow.lib.evidence import evidence_key, measured_scenes
 from workflow.lib.scenes import BENCHMARKS
 
 STRESSED = ("contact",)
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
 BENCHMARK_LOCK = ROOT / "requirements-peers.lock" if "peers" in BENCHMARK_OPTIONS else LOCK
 STRESS_OPTIONS = {name: str(config[name]) for name in ("seed", "problems") if name in config}
-
-os.environ["PYTHONPATH"] += os.pathsep + str(ROOT)
-EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow'
 
 
 rule benchmark:
@@ -30,7 +27,12 @@ for stage in BENCHMARKS:
             f"benchmark_{stage}"
         input:
             key=lambda wildcards, stage=stage: evidence_key(
-                "benchmarks", stage, ROOT, BENCHMARK_LOCK, options=BENCHMARK_OPTIONS
+                "benchmarks",
+                stage,
+                ROOT,
+                BENCHMARK_LOCK,
+                options=BENCHMARK_OPTIONS,
+                **measured_scenes(stage, scenes.valid),
             ),
         output:
             result=f"results/benchmarks/{stage}.json",

@@ -160,6 +160,7 @@ rule reference:
     input:
         key=lambda wildcards: scenes.key_file(scenes.default[0], "reference"),
         scenes=[f"results/{name}/report.html" for name in scenes.default],
+        pressure=missing(scenes.default),
     output:
         usage=temp("results/.reference-usage.json"),
     log:

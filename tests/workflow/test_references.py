@@ -1,0 +1,188 @@
+"""The reference of the centre's pressure: its errors by plain sums, the kept files, what makes them anew."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from roughslip import store
+from roughslip.errors import InputError
+from roughslip.scene import load
+from workflow.lib.references import SURFACES, reference_file, solves, solves_key
+from workflow.references import pressure, pressure_solves
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Of the first 300 surfaces that the kept reference of `paper` was made of: contacts, mean pressures [Pa].
+CONTACTS = [116, 185, 251]
+MEANS = [8.089286e6, 1.568353e7, 2.378430e7]
+
+
+def scene(name):
+    return load(name, ROOT / "config/scenes", ROOT / "config/scene.schema.yaml")
+
+
+# The numbers, from samples.
+
+
+def clustered(generator, surfaces):
+    """Four alike but dependent pressures a surface, about a third of them positive."""
+    common = generator.standard_normal((surfaces, 1))
+    return np.maximum(common + generator.standard_normal((surfaces, 4)) - 0.6, 0.0)
+
+
+def test_shares_and_their_errors_are_those_of_the_means_of_surfaces():
+    values = clustered(np.random.default_rng(1), 300)
+    levels = pressure.levels_of(values)
+    share, error = pressure.cumulative(values, levels)
+    means = np.array([np.mean(values <= level, axis=1) for level in levels])
+    np.testing.assert_allclose(share, means.mean(axis=1), rtol=1e-13)
+    np.testing.assert_allclose(error, means.std(axis=1, ddof=1) / math.sqrt(300), atol=1e-12)
+    assert pressure.mean_and_error(values)[1] == pytest.approx(values.mean(axis=1).std(ddof=1) / math.sqrt(300))
+
+
+def test_errors_of_quantiles_are_those_seen_in_many_references():
+    """400 references of 400 surfaces: their scatter is known to 3.5 %."""
+    generator, probabilities = np.random.default_rng(2), np.array([0.25, 0.5, 0.9])
+    found = [pressure.quantiles_given_contact(clustered(generator, 400), probabilities) for _ in range(400)]
+    values, errors = (np.array(part) for part in zip(*found, strict=True))
+    np.testing.assert_allclose(errors.mean(axis=0), values.std(axis=0), rtol=0.15)
+
+
+def test_independent_nodes_give_binomial_errors():
+    values = np.maximum(np.random.default_rng(3).standard_normal((20_000, 4)), 0.0)
+    kept = pressure.gathered(values[:, None, :], np.array([50.0]))
+    error = float(kept["contact_probability_standard_error"].values[0])
+    assert error == pytest.approx(math.sqrt(0.25 / 80_000), rel=0.02)
+
+
+def test_a_reference_without_contact_is_refused():
+    with pytest.raises(InputError, match="contact at every penetration"):
+        pressure.gathered(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1), np.array([20.0, 50.0]))
+
+
+# The kept files.
+
+
+@pytest.fixture(params=sorted(SURFACES))
+def kept(request):
+    return store.read(ROOT / reference_file(request.param))
+
+
+def test_the_kept_distribution_is_one(kept):
+    assert list(kept["percentile"]) == list(pressure_solves.PERCENTILES)
+    assert int(kept["nodes"]) == 4
+    for row in range(3):
+        level, share = kept["level"][row], kept["cumulative"][row]
+        assert level[0] == 0
+        assert np.all(np.diff(level) > 0)
+        assert np.all(np.diff(share) >= 0)
+        assert np.diff(share).max() < 0.003 * kept["contact_probability"][row]  # a step of the table
+        assert share[-1] == 1
+        assert kept["contact_probability"][row] == 1 - share[0]
+        assert kept["cumulative_standard_error"][row, -1] == 0
+    assert np.all(np.diff(kept["contact_probability"]) > 0)  # deeper, more contact
+    assert np.all(np.diff(kept["mean_pressure"]) > 0)
+    assert np.all(np.diff(kept["quantile"], axis=1) > 0)
+
+
+def test_the_kept_numbers_follow_from_the_kept_distribution(kept):
+    """E p = int (1 - F) dp; quantiles given contact where F says, to the width of a step of the table."""
+    for row in range(3):
+        level, share = kept["level"][row], kept["cumulative"][row]
+        mean = float(np.sum(np.diff(level) * (1 - 0.5 * (share[1:] + share[:-1]))))
+        assert mean == pytest.approx(kept["mean_pressure"][row], rel=1e-3)
+        contact = kept["contact_probability"][row]
+        at = np.interp(kept["quantile"][row], level, share)
+        np.testing.assert_allclose((at - share[0]) / contact, kept["probability"], atol=2e-4)
+
+
+def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
+    """Var = F (1 - F) / n (1 + 3 rho) / 4 with a correlation rho of the four nodes, here between -0.08 and 1.
+
+    Below zero where the heights are independent, since a node in contact presses its neighbours down.
+    """
+    surfaces = int(kept["surfaces"])
+    for row in range(3):
+        share = kept["cumulative"][row, :-40]  # fewer than some hundred pressures above the last levels
+        binomial = np.sqrt(share * (1 - share) / surfaces)
+        ratio = kept["cumulative_standard_error"][row, :-40] / binomial
+        assert 0.5 * math.sqrt(1 - 3 * 0.08) < ratio.min()
+        assert ratio.max() < 1
+    assert np.array_equal(kept["contact_probability_standard_error"], kept["cumulative_standard_error"][:, 0])
+
+
+def test_the_kept_references_are_large_enough_to_judge():
+    """Kolmogorov distances down to 0.01 are judged."""
+    for name, (surfaces, _) in SURFACES.items():
+        kept = store.read(ROOT / reference_file(name))
+        assert int(kept["surfaces"]) <= surfaces
+        assert kept["cumulative_standard_error"].max() < 0.0015
+
+
+def test_kept_references_are_of_the_scenes_of_today(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in SURFACES:
+        key = store.read_key(Path(solves_key(name, scene(name))))
+        assert json.loads(store.read(ROOT / reference_file(name)).attributes["configuration"]) == key.configuration
+
+
+# Their solves.
+
+
+def test_the_solver_of_today_gives_the_pressures_of_the_reference():
+    """To the tolerance of a solve, 1e-6 of the heights, and the rounding of the numbers written down."""
+    found, gap = pressure_solves.solves(scene("paper"), 0, 300)
+    assert np.count_nonzero(found, axis=(0, 2)).tolist() == CONTACTS
+    np.testing.assert_allclose(found.mean(axis=(0, 2), dtype=np.float64), MEANS, rtol=1e-5)
+    assert np.all((found == 0) | (np.abs(gap) < 1e-6 * 5e-8))
+    assert found.dtype == np.float32
+
+
+def test_batches_do_not_depend_on_each_other():
+    whole = pressure_solves.solves(scene("paper"), 0, 12)
+    parts = [pressure_solves.solves(scene("paper"), first, first + 6) for first in (0, 6)]
+    assert np.array_equal(whole, np.concatenate(parts, axis=1))
+
+
+def test_a_reference_is_made_of_whole_batches():
+    assert len(solves("paper")) == 5
+    assert solves("resolved", 15_000) == [
+        "results/resolved/pressure_solves/0-10000.nc",
+        "results/resolved/pressure_solves/10000-20000.nc",
+    ]
+    assert len(solves("resolved", 10**9)) == 40
+
+
+def test_only_the_physics_makes_solves_anew(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def key(changed):
+        return Path(solves_key("paper", changed)).read_text()
+
+    one = scene("paper")
+    first = key(one)
+    for section, name, value, changes in (
+        ("roughness", "rms_height_m", 6e-8, True),
+        ("material", "young_modulus_pa", 2e11, True),
+        ("square", "nodes", 12, True),
+        ("square", "penetration_percentile", 40, False),
+        ("expansion", "samples", 500, False),
+        ("numerics", "contact_tolerance", 1e-8, False),
+    ):
+        assert (key({**one, section: {**one[section], name: value}}) != first) is changes, name
+    assert json.loads(first)["code"] == "any"
+
+
+def test_references_are_made_where_they_are_missing_and_never_again(empty, tmp_path):
+    project = empty.copy(tmp_path / "copy")
+    project.path("config/config.yaml").write_text("scenes: [paper]\n")
+    assert project.plan("reference", "--config", "reference_surfaces=300000")["pressure_solves"] == 2
+    project.path("results/reference/paper").mkdir(parents=True)
+    project.path("results/reference/paper/pressure.nc").write_bytes(b"kept")
+    assert not {"pressure_solves", "pressure_reference"} & set(project.plan("reference"))
+    assert set(project.plan("benchmark_chaos")) == {"benchmark_chaos"}

@@ -92,14 +92,14 @@ def test_the_kept_distribution_is_one(kept):
 
 
 def test_the_kept_numbers_follow_from_the_kept_distribution(kept):
-    """E p = int (1 - F) dp; quantiles given contact where F says, to the width of a step of the table."""
+    """E p = int (1 - F) dp; quantiles given contact where F says, to a fifth of a step of the table."""
     for row in range(3):
         level, share = kept["level"][row], kept["cumulative"][row]
         mean = float(np.sum(np.diff(level) * (1 - 0.5 * (share[1:] + share[:-1]))))
         assert mean == pytest.approx(kept["mean_pressure"][row], rel=1e-3)
         contact = kept["contact_probability"][row]
         at = np.interp(kept["quantile"][row], level, share)
-        np.testing.assert_allclose((at - share[0]) / contact, kept["probability"], atol=2e-4)
+        np.testing.assert_allclose((at - share[0]) / contact, kept["probability"], atol=5e-4)
 
 
 def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):

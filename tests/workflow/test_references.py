@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -91,14 +92,14 @@ def test_the_kept_distribution_is_one(kept):
 
 
 def test_the_kept_numbers_follow_from_the_kept_distribution(kept):
-    """E p = int (1 - F) dp; quantiles given contact where F says, to the width of a step of the table."""
+    """E p = int (1 - F) dp; quantiles given contact where F says, to a fifth of a step of the table."""
     for row in range(3):
         level, share = kept["level"][row], kept["cumulative"][row]
         mean = float(np.sum(np.diff(level) * (1 - 0.5 * (share[1:] + share[:-1]))))
         assert mean == pytest.approx(kept["mean_pressure"][row], rel=1e-3)
         contact = kept["contact_probability"][row]
         at = np.interp(kept["quantile"][row], level, share)
-        np.testing.assert_allclose((at - share[0]) / contact, kept["probability"], atol=2e-4)
+        np.testing.assert_allclose((at - share[0]) / contact, kept["probability"], atol=5e-4)
 
 
 def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
@@ -183,6 +184,8 @@ def test_references_are_made_where_they_are_missing_and_never_again(empty, tmp_p
     project.path("config/config.yaml").write_text("scenes: [paper]\n")
     assert project.plan("reference", "--config", "reference_surfaces=300000")["pressure_solves"] == 2
     project.path("results/reference/paper").mkdir(parents=True)
-    project.path("results/reference/paper/pressure.nc").write_bytes(b"kept")
+    kept = project.path("results/reference/paper/pressure.nc")
+    kept.write_bytes(b"kept")
+    os.utime(kept, (1e9, 1e9))  # older than its key, as in a fresh copy of the repository
     assert not {"pressure_solves", "pressure_reference"} & set(project.plan("reference"))
     assert set(project.plan("benchmark_chaos")) == {"benchmark_chaos"}

@@ -199,7 +199,7 @@ def test_the_stiffness_takes_the_kink_out():
 
 
 def test_the_score_is_the_ranked_probability_score_of_the_truth():
-    """Its mean under the law is E|X - X'| / 2, X and X' drawn for one u; 20 coefficients from 1000 surfaces add some %."""
+    """Its mean under the law is E|X - X'| / 2, X and X' for one u; 20 coefficients from 1000 surfaces add some %."""
     target = TARGETS["trial_pressure"]
     one = fit_local(samples(target, 5, 1000, 3, drift=0.0), 3, target)
     generator = np.random.default_rng(8)
@@ -254,9 +254,9 @@ def test_what_tells_nothing_is_refused(kind):
         fit_local(first(19), 1, target)
     with pytest.raises(IllPosedError, match="no sample is in contact"):
         fit_local(replace(whole, pressure=0 * whole.pressure), 1, target)
-    with pytest.raises(IllPosedError, match="condition number|dependent|undetermined"):  # variables that do not vary
+    with pytest.raises(IllPosedError, match=r"condition number|dependent|undetermined"):  # variables that do not vary
         fit_local(replace(whole, variables=0 * whole.variables + 2.0), 1, target)
-    with pytest.raises(IllPosedError, match="the same on every sample|no scatter"):
+    with pytest.raises(IllPosedError, match=r"the same on every sample|no scatter"):
         fit_local(replace(whole, pressure=0 * whole.pressure + 1.0, gap=0 * whole.gap), 1, target)
 
 

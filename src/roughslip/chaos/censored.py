@@ -2,8 +2,8 @@
 
     r = theta' psi / h + e / h,  e standard normal;   y = r where r > 0, else r <= 0 is all that is known.
 
-In these parameters, theta = beta / sigma and h = 1 / sigma, the log-likelihood is concave, and Newton's method finds the
-one maximum:
+In the parameters theta = beta / sigma and h = 1 / sigma the log-likelihood is concave: Newton's method finds the one
+maximum of
 
     log L = sum_contact [log h - (h y - theta' psi)^2 / 2] + sum_out log Phi(-theta' psi)
 

@@ -183,6 +183,10 @@ def fit_best(
     targets : candidates, of different kinds
 
     Returns it, and the score of every kind, NaN where its fit is refused. Raises as `fit_local` does where all are.
+
+    Measured over ten designs: on the paper's square (percentiles 20, 50, 80) always the trial pressure, whose
+    distribution was nearest in 7, 5 and 4 of them (L1); on the resolved one (20, 80) always the censored, nearest in 5
+    and 4. Where scores are within a tenth of each other distributions differ by less than they scatter.
     """
     found: list[LocalExpansion] = []
     scores: dict[Kind, float] = {}

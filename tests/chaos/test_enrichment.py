@@ -93,6 +93,14 @@ def test_a_calibrated_prediction_is_not_seen_to_be_off():
     assert abs(seen[:, 0].mean()) < 4 * seen[:, 0].std() / np.sqrt(GROUPS - 1)
 
 
+def test_predictions_are_judged_at_the_centre_alone():
+    samples = Surfaces(13)(0, 200)
+    other = Samples(samples.variables, NODES, samples.pressure * [1, 1, 0], samples.gap)
+    expansion = fit(samples)
+    seen = [miscalibration(expansion, some, LEVELS) for some in (samples, other)]
+    np.testing.assert_array_equal(*seen)
+
+
 def test_nodes_unlike_the_centre_are_seen_as_bias():
     """A third of the samples has the response doubled: contact is as likely, large pressures are likelier. The bias
     seen is no more than the true error, and at 4000 surfaces most of it."""

@@ -198,6 +198,15 @@ def test_the_stiffness_takes_the_kink_out():
     assert best_gap_stiffness(basis, group, 1.3 * np.maximum(v, 0), np.maximum(-v, 0), 0.1) == pytest.approx(0.2)
 
 
+def test_a_trial_pressure_is_fitted_with_its_best_stiffness():
+    u = np.random.default_rng(4).standard_normal((400, 1, 3))
+    r = response(u) + 0.01 * np.random.default_rng(5).standard_normal((400, 1))
+    whole = Samples(u, np.zeros(1), 1.3 * np.maximum(r, 0), np.maximum(-r, 0))
+    assert fit_local(whole, 3, PressureTarget("trial_pressure", 1.0)).target.gap_stiffness == pytest.approx(
+        1.3, abs=0.01
+    )
+
+
 def test_the_score_is_the_ranked_probability_score_of_the_truth():
     """Its mean under the law is E|X - X'| / 2, X and X' for one u; 20 coefficients from 1000 surfaces add some %."""
     target = TARGETS["trial_pressure"]

@@ -25,6 +25,7 @@ from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid
 from roughslip.scene import load
 from roughslip.stages import elastic, expansion, geometry, surfaces
+from roughslip.stages.nodes import Nodes, central_nodes, training_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from roughslip.surface.model import GaussianModel
 from workflow.references.pressure_solves import PERCENTILES, TOLERANCE
@@ -126,7 +127,7 @@ class Square:
     grid: Grid
     modes: np.ndarray
     influence: Influence
-    nodes: expansion.Nodes
+    nodes: Nodes
     central: int
     directions: np.ndarray
     indices: np.ndarray
@@ -140,7 +141,7 @@ class Square:
         model, grid = surfaces.gaussian_model(configuration), geometry.square_grid(configuration)
         order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
         modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
-        nodes, terms = expansion.training_nodes(model, grid), configuration["expansion"]
+        nodes, terms = training_nodes(model, grid), configuration["expansion"]
         return cls(
             name,
             configuration,
@@ -149,10 +150,10 @@ class Square:
             modes,
             elastic.influence(configuration, grid),
             nodes,
-            len(expansion.central_nodes(model, grid).x),
+            len(central_nodes(model, grid).x),
             expansion.directions(model, grid, modes, nodes, terms["variables"]),
             multi_indices(terms["variables"], terms["degree"]),
-            expansion.target(configuration, model, grid),
+            expansion.targets(configuration, model, grid)[0],
             np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES]),
         )
 

@@ -1,7 +1,7 @@
 """Contact solves of a scene's square at three penetrations, of which the reference of the centre's pressure is made.
 
 A sample is one surface, its Karhunen-Loeve variables from default_rng([seed, STREAM, number]), solved at every
-penetration. Kept are pressure and gap of the four central nodes, in the order of `expansion.central_nodes`: falling
+penetration. Kept are pressure and gap of the four central nodes, in the order of `nodes.central_nodes`: falling
 number along x, and for each of these falling number along y.
 """
 
@@ -14,7 +14,8 @@ import numpy as np
 
 from roughslip import store
 from roughslip.contact.solve import sweep
-from roughslip.stages import elastic, expansion, geometry, surfaces
+from roughslip.stages import elastic, geometry, surfaces
+from roughslip.stages.nodes import central_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 
 PERCENTILES = (20.0, 50.0, 80.0)
@@ -34,7 +35,7 @@ def solves(configuration: geometry.Configuration, first: int, last: int) -> tupl
     order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
     modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
     planes = np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES])
-    influence, nodes = elastic.influence(configuration, grid), expansion.central_nodes(model, grid)
+    influence, nodes = elastic.influence(configuration, grid), central_nodes(model, grid)
     shape = (last - first, len(planes), len(nodes.x))
     pressure, gap = np.empty(shape, dtype=KEPT), np.empty(shape, dtype=KEPT)
     for row, number in enumerate(range(first, last)):

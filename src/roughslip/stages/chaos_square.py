@@ -103,10 +103,8 @@ def work(job: Job) -> None:
     draws, drawing = job.configuration["expansion"]["draws"], [job.configuration["seed"], geometry.STREAM_DRAWS]
     nodes = samples_of(batches, "monte_carlo", "pressure")
     surface = store.read(job.arguments.surface)
-    model, grid = (
-        surfaces.gaussian_model(job.configuration, job.arguments.scan),
-        geometry.square_grid(job.configuration),
-    )
+    model = surfaces.gaussian_model(job.configuration, job.arguments.scan)
+    grid = geometry.square_grid(job.configuration)
     places, variables = training_nodes(model, grid), job.configuration["expansion"]["variables"]
     with job.usage.core():
         directions = expansion.directions(model, grid, surface["modes"], places, variables)

@@ -71,7 +71,7 @@ def test_a_stage_that_fails_late_leaves_no_result(project):
     """Nor the old one, nor a temporary file; its message is shown once, without a traceback."""
     design = "src/roughslip/stages/design.py"
     project.edit(
-        design, "    store.write(", '    if sizes:\n        raise store.StoreError("no luck")\n    store.write('
+        design, "    store.write(", '    if variables:\n        raise store.StoreError("no luck")\n    store.write('
     )
     run = project.snakemake("-j1", "results/tiny/surface/design.nc")
     said = run.stdout + run.stderr

@@ -15,8 +15,9 @@ from workflow.lib.scenes import Scenes
 
 # One stage's command. `exec`, so that the stage is a child of Snakemake itself and dies with it. Paths reach it through the
 # environment: in the command they would re-run everything when the tree moves or .venv is made anew.
-os.environ.update(PYTHONPATH=str(SOURCE), ROUGHSLIP_PYTHON=sys.executable)
+os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
 STAGE = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
+EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow'  # references, benchmarks, stress campaigns: no part of a scene
 
 try:
     scenes = Scenes(ROOT, words=sys.argv[1:])

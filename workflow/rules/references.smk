@@ -5,8 +5,6 @@
 #      batches made elsewhere count, if they are younger than their key.
 from workflow.lib.references import SURFACES, missing, solves, solves_key
 
-os.environ["PYTHONPATH"] += os.pathsep + str(ROOT)
-EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow'
 REFERENCE_SURFACES = int(config["reference_surfaces"]) if "reference_surfaces" in config else None
 
 

@@ -153,6 +153,7 @@ class _Refit:
 
     @property
     def exact(self) -> bool:
+        """Whether the target is met to rounding: what is left of it says nothing about further columns."""
         return bool(np.linalg.norm(self.residual) <= self.negligible)
 
     @property

@@ -7,16 +7,13 @@ is linear in the heights and in the modulus, and a solver that compares with a f
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from scipy import fft
 
 from roughslip.grid import Grid
-
-T = TypeVar("T")
+from workflow.stress.drawing import one_of, power
 
 MOST_NODES = 128  # on an axis
 TOLERANCES = (1e-10, 1e-3, 1e-6, 1e-12)
@@ -67,18 +64,18 @@ class Problem:
 def random_problem(seed: int, number: int) -> Problem:
     """The problem of this number."""
     generator = np.random.default_rng([seed, number])
-    control = _one_of(generator, CONTROLS, CONTROL_SHARES)
-    surface = _one_of(generator, SURFACES, SURFACE_SHARES / SURFACE_SHARES.sum())
+    control = one_of(generator, CONTROLS, CONTROL_SHARES)
+    surface = one_of(generator, SURFACES, SURFACE_SHARES / SURFACE_SHARES.sum())
     grid = _mesh(generator)
     if grid.size == 1 and control == "periodic-load":  # refused: see contact_refusals
         control = "load"
-    scale, modulus = _power(generator, -12, 3), _power(generator, -3, 15)
-    tolerance = _one_of(generator, TOLERANCES, TOLERANCE_SHARES)
-    length = _power(generator, -0.5, math.log10(2 * max(grid.shape)))  # in the shorter edge of a cell
+    scale, modulus = power(generator, -12, 3), power(generator, -3, 15)
+    tolerance = one_of(generator, TOLERANCES, TOLERANCE_SHARES)
+    length = power(generator, -0.5, math.log10(2 * max(grid.shape)))  # in the shorter edge of a cell
     torus = grid.shape if control == "periodic-load" and generator.random() < 0.5 else None
     heights = _heights(generator, surface, grid, length, torus)
     if generator.random() < 0.15:  # heights over another zero
-        heights += generator.choice((-1.0, 1.0)) * _power(generator, -1, 2)
+        heights += generator.choice((-1.0, 1.0)) * power(generator, -1, 2)
     heights *= scale
     labels = {"length": f"{length:.3g}", "scale": f"{scale:.3g}"}
     planes: tuple[float, ...] = ()
@@ -89,7 +86,7 @@ def random_problem(seed: int, number: int) -> Problem:
         count = generator.integers(2, 7) if control == "sweep" else 1
         found = [_plane(generator, surface, heights, scale) for _ in range(count)]
         planes, labels["level"] = tuple(plane for plane, _ in found), ",".join(level for _, level in found)
-    cap = _power(generator, -2, 1) if generator.random() < 0.4 else math.inf
+    cap = power(generator, -2, 1) if generator.random() < 0.4 else math.inf
     return Problem(number, grid, modulus, heights, surface, control, planes, load, cap, tolerance, labels)
 
 
@@ -103,8 +100,8 @@ def _mesh(generator: np.random.Generator) -> Grid:
         ny = nx
     elif kind < 0.55:
         nx, ny = (int(n) for n in generator.integers(MOST_NODES // 2, MOST_NODES + 1, 2))
-    edge = _power(generator, -9, 3)
-    aspect = 1.0 if generator.random() < 0.4 else _power(generator, -2, 2)
+    edge = power(generator, -9, 3)
+    aspect = 1.0 if generator.random() < 0.4 else power(generator, -2, 2)
     return Grid(int(nx), int(ny), edge * max(aspect, 1.0), edge * max(1 / aspect, 1.0))
 
 
@@ -157,7 +154,7 @@ def _plane(generator: np.random.Generator, surface: str, heights: np.ndarray, sc
         second, highest = np.sort(heights, axis=None)[-2:]
         return float(second + generator.random() * (highest - second)), "one-node"
     if generator.random() < 0.15 or (surface == "constant" and generator.random() < 0.7):
-        depth = _power(generator, -3, 3)
+        depth = power(generator, -3, 3)
         return float(heights.min() - depth * (float(np.ptp(heights)) or scale)), f"full-{depth:.2g}"
     limit = math.log(0.9999 / 0.0001)
     above = 100 / (1 + math.exp(generator.uniform(-limit, limit)))
@@ -168,15 +165,6 @@ def _load(
     generator: np.random.Generator, grid: Grid, modulus: float, heights: np.ndarray, scale: float
 ) -> tuple[float, str]:
     """A mean pressure over that of the order E* times the range of heights over the edge of the mesh."""
-    level = _power(generator, -4, 3)
+    level = power(generator, -4, 3)
     edge = math.sqrt(grid.size * grid.cell_area)
     return level * modulus * (float(np.ptp(heights)) or scale) / edge, f"{level:.2g}"
-
-
-def _power(generator: np.random.Generator, low: float, high: float) -> float:
-    """Log-uniform between powers of ten."""
-    return float(10 ** generator.uniform(low, high))
-
-
-def _one_of(generator: np.random.Generator, choices: Sequence[T], shares: Sequence[float] | np.ndarray) -> T:
-    return choices[int(generator.choice(len(choices), p=shares))]

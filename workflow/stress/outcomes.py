@@ -51,12 +51,19 @@ class Verdict:
     broken: tuple[str, ...] = ()
 
 
-def problem_row(stage: str, case: str, judged: Callable[[], Verdict]) -> Row:
-    """The row of a problem that has a solution: solved and judged with every warning an error."""
-    outcome, residual, why = _outcome(judged)
+def problem_row(
+    stage: str, case: str, judged: Callable[[], Verdict], honest: Callable[[RoughslipError], bool] | None = None
+) -> Row:
+    """The row of a problem: solved and judged with every warning an error.
+
+    honest : whether a typed error answers it; if not given, only one on the way from DEMANDED to a tighter tolerance
+    """
     tighter = float(fields(case)["tolerance"]) < DEMANDED
-    excused = outcome == ConvergenceError.__name__ and tighter and residual <= DEMANDED
-    return _row(stage, case, outcome, residual, "" if outcome == CONVERGED or excused else why)
+
+    def on_the_way(error: RoughslipError) -> bool:
+        return isinstance(error, ConvergenceError) and tighter and error.residual <= DEMANDED
+
+    return _row(stage, case, *_outcome(judged, honest or on_the_way))
 
 
 def refusal_row(stage: str, case: str, call: Callable[[], object]) -> Row:
@@ -66,19 +73,21 @@ def refusal_row(stage: str, case: str, call: Callable[[], object]) -> Row:
         call()
         return Verdict(0.0)
 
-    outcome, _, why = _outcome(accepted)
+    outcome, _, why = _outcome(accepted, lambda error: isinstance(error, ParameterError))
     if outcome == CONVERGED:
         outcome, why = ACCEPTED, "no error"
-    return _row(stage, case, outcome, math.nan, "" if outcome == ParameterError.__name__ else why)
+    return _row(stage, case, outcome, math.nan, why)
 
 
-def _outcome(judged: Callable[[], Verdict]) -> tuple[str, float, str]:
+def _outcome(judged: Callable[[], Verdict], honest: Callable[[RoughslipError], bool]) -> tuple[str, float, str]:
+    """Outcome, residual, and why it is a failure, empty if it is none."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
             verdict = judged()
         except RoughslipError as error:
-            return type(error).__name__, getattr(error, "residual", math.nan), str(error)
+            why = "" if honest(error) else str(error) or repr(error)
+            return type(error).__name__, getattr(error, "residual", math.nan), why
         except Exception as error:  # of any kind: it is told by its name, and is a failure
             return type(error).__name__, math.nan, str(error) or repr(error)
     return FALSE_CLAIM if verdict.broken else CONVERGED, verdict.residual, "; ".join(verdict.broken)

@@ -13,6 +13,8 @@ WORST_CONDITION = 1e8  # half the digits of the coefficients are rounding there
 LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding and says nothing about the sample left out
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: what the rounding of its mean can leave
 
+ALIKE = 1e-6  # of the root mean square of a term: samples that differ by no more in any of them are at one point
+
 FOLDS = 10
 LARGEST_ERROR = 10.0  # variances of the target that an expansion may err by at fresh samples, as far as is known
 
@@ -25,7 +27,7 @@ class Fit:
 
     coefficients : (P,) in the unit of the target
     condition_number : [-] ratio of the extreme singular values of the weighted basis with unit columns
-    samples : K, the distinct samples that entered
+    samples : K, the distinct points that entered
     effective_samples : [-] (sum w)^2 / sum w^2 (Kish 1965); equals K for equal weights
     r_squared : [-] share that the expansion explains, in sample
     leave_one_out : [-] share that the residuals keep when each sample is predicted from the others; 1 - leave_one_out
@@ -70,7 +72,9 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
     target : (K,) what is expanded
     weights : (K,) [-] not negative, 1 if not given; only their ratios count
 
-    Samples alike in all terms and in the target are one sample with the sum of their weights: a copy says nothing new.
+    Samples alike in all terms are one with their mean target and the sum of their weights, and are left out together:
+    else each would predict the others, and leave-one-out would praise terms that pass through every point. What targets
+    of one point scatter counts as error.
 
     Returns the fit. Raises ParameterError for input that is not finite or of the wrong shape; IllPosedError where the
     effective samples are not more than the terms, where a column vanishes, where the condition number exceeds
@@ -80,7 +84,11 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
     without refits (PRESS: Allen, Technometrics 16 (1974) 125; for expansions Blatman and Sudret, J. Comput. Phys. 230
     (2011) 2345).
     """
-    basis, target, weights = distinct_samples(basis, target, weights)
+    return fit_distinct(*distinct_samples(basis, target, weights))
+
+
+def fit_distinct(basis: np.ndarray, target: np.ndarray, weights: np.ndarray, within: float) -> Fit:
+    """As `least_squares`, of what `distinct_samples` returns."""
     samples, terms = basis.shape
     effective = effective_samples(weights)
     if min(samples, effective) <= terms:
@@ -102,17 +110,17 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
     freedom = 1.0 - np.einsum("kp,kp->k", q, q)
     if np.min(freedom) < LEAST_FREEDOM:
         raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {REMEDY}")
-    variance = variance_of_target(target, weights)
+    variance = variance_of_target(target, weights, within)
     inverse = scipy.linalg.solve_triangular(r, np.eye(terms), check_finite=False) / norms[:, None]
     trace = float(weights.sum() * np.sum(inverse**2))
-    left_out = float(np.sum((residual / freedom) ** 2) / weights.sum())
-    folds = np.sum(_folds_left_out(q, residual) ** 2) / weights.sum()
+    left_out = float(np.sum((residual / freedom) ** 2) / weights.sum()) + within
+    folds = np.sum(_folds_left_out(q, residual) ** 2) / weights.sum() + within
     return Fit(
         coefficients=scipy.linalg.solve_triangular(r, projected, check_finite=False) / norms,
         condition_number=condition,
         samples=samples,
         effective_samples=effective,
-        r_squared=float(1.0 - np.sum(residual**2) / weights.sum() / variance),
+        r_squared=float(1.0 - (np.sum(residual**2) / weights.sum() + within) / variance),
         leave_one_out=left_out / variance,
         corrected_leave_one_out=left_out / variance * correction(terms, effective, trace),
         least_eigenvalue=float(scipy.linalg.svdvals(r * norms, check_finite=False)[-1] ** 2 / weights.sum()),
@@ -147,9 +155,9 @@ def effective_samples(weights: np.ndarray) -> float:
     return float(weights.sum() ** 2 / np.sum(weights**2))
 
 
-def variance_of_target(target: np.ndarray, weights: np.ndarray) -> float:
-    """Weighted variance of target : (K,). Raises IllPosedError where that is rounding of its magnitude."""
-    variance = float(np.average((target - np.average(target, weights=weights)) ** 2, weights=weights))
+def variance_of_target(target: np.ndarray, weights: np.ndarray, within: float = 0.0) -> float:
+    """Weighted variance of target : (K,), and what it scatters within points. IllPosedError where that is rounding."""
+    variance = float(np.average((target - np.average(target, weights=weights)) ** 2, weights=weights)) + within
     if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
         raise IllPosedError("the target is the same on every sample: there is nothing to expand")
     return variance
@@ -157,12 +165,14 @@ def variance_of_target(target: np.ndarray, weights: np.ndarray) -> float:
 
 def distinct_samples(
     basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The samples that count, after a check of all input: copies as one, none without weight, the largest weight 1.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """One sample a point, after a check of all input: none without weight, the largest weight 1.
 
     basis, target, weights : as in `least_squares`
 
-    Returns them in their order. Raises ParameterError for input that is not finite or of the wrong shape.
+    Returns them in the order in which the points first come, means over the samples of a point with the sum of their
+    weights, and the mean square of the target about the mean of its point. Raises ParameterError for input that is not
+    finite or of the wrong shape.
     """
     if basis.ndim != 2 or target.shape != basis.shape[:1]:
         raise ParameterError(f"a regression needs a target for each row of its basis: {target.shape}, {basis.shape}")
@@ -173,13 +183,40 @@ def distinct_samples(
         raise ParameterError("basis, target and weights of a regression must be finite")
     if np.any(weights < 0) or not np.any(weights > 0):
         raise ParameterError("weights of a regression must be non-negative and not all zero")
-    weights = weights / weights.max()
-    if basis.shape[1] > 1 and len(np.unique(target)) < len(target):  # a constant alone tells no samples apart
-        seen: dict[tuple[float, bytes], int] = {}
-        first = [seen.setdefault((y, row.tobytes()), k) for k, (y, row) in enumerate(zip(target, basis, strict=True))]
-        weights = np.bincount(first, weights, len(weights))
     kept = weights > 0
-    return basis[kept], target[kept], weights[kept] / weights.max()
+    basis, target, weights = basis[kept], target[kept], weights[kept] / weights.max()
+    point = same_points(basis) if basis.shape[1] > 1 else np.arange(len(basis))  # a constant tells no samples apart
+    count = int(point.max()) + 1
+    if count == len(basis):
+        return basis, target, weights, 0.0
+    sums = np.bincount(point, weights)
+    share = weights / sums[point]
+    # About one sample of the point: the mean of equal numbers is then exactly theirs.
+    first = np.unique(point, return_index=True)[1]
+    mean = target[first] + np.bincount(point, share * (target - target[first[point]]))
+    terms = basis[first]
+    np.add.at(terms, point, share[:, None] * (basis - basis[first[point]]))
+    within = float(np.average((target - mean[point]) ** 2, weights=weights))
+    return terms, mean, sums / sums.max(), within
+
+
+def same_points(basis: np.ndarray) -> np.ndarray:
+    """(K,) number of the point of each sample, 0, 1, ... as they first come: those ALIKE in all terms share it.
+
+    Such samples are neighbours in the order along any direction, here a fixed one at random.
+    """
+    size = np.sqrt(np.mean(basis**2, axis=0))
+    direction = np.random.default_rng(0).standard_normal(basis.shape[1])
+    along = basis @ np.divide(direction, size, out=np.zeros_like(size), where=size > 0)
+    order = np.argsort(along, kind="stable")
+    apart = np.ones(len(basis), dtype=bool)
+    near = 1 + np.flatnonzero(np.diff(along[order]) <= ALIKE * np.abs(direction).sum())
+    difference = np.abs(basis[order[near]] - basis[order[near - 1]])
+    apart[near] = np.any(difference > ALIKE * size, axis=1)
+    point = np.empty(len(basis), dtype=np.int64)
+    point[order] = np.cumsum(apart) - 1
+    first, number = np.unique(point, return_index=True, return_inverse=True)[1:]
+    return np.argsort(np.argsort(first))[number]
 
 
 def _folds_left_out(q: np.ndarray, residual: np.ndarray) -> np.ndarray:

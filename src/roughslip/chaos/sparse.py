@@ -16,7 +16,7 @@ from roughslip.chaos.regression import (
     correction,
     distinct_samples,
     effective_samples,
-    least_squares,
+    fit_distinct,
     variance_of_target,
 )
 from roughslip.errors import IllPosedError, ParameterError
@@ -62,17 +62,17 @@ def sparse_least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndar
     Method: hybrid least-angle regression (Efron et al., Ann. Stat. 32 (2004) 407; Blatman and Sudret, J. Comput. Phys.
     230 (2011) 2345).
     """
-    basis, target, weights = distinct_samples(basis, target, weights)
+    basis, target, weights, within = distinct_samples(basis, target, weights)
     if basis.shape[1] == 0 or not np.all(basis[:, 0] == 1):
         raise ParameterError("column 0 of the candidates must be the constant 1")
     effective = effective_samples(weights)
     if effective < LEAST_SAMPLES:
         raise IllPosedError(f"{effective:.0f} effective samples are too few to choose terms by: take {LEAST_SAMPLES}")
-    variance = variance_of_target(target, weights)
+    variance = variance_of_target(target, weights, within)
     active, errors, best = [], [], 0
     for column, left_out, trace in _path(basis, target, weights, int(np.ceil(effective)) - 1):
         active.append(column)
-        error = left_out / variance
+        error = (left_out + within) / variance
         trusted = error * (trace - len(active) + 1) <= LARGEST_ERROR  # 1 / the least eigenvalue, if the others are 1
         errors.append(error * correction(len(active), effective, trace) if trusted else np.inf)
         if errors[-1] < errors[best]:
@@ -81,7 +81,8 @@ def sparse_least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndar
             break
     enough = np.array(errors) <= errors[best] * (1.0 + ALIKE * np.sqrt(2.0 / effective))
     chosen = np.array(active[: int(np.argmax(enough)) + 1])
-    return SparseFit(chosen, checked(least_squares(basis[:, chosen], target, weights)), np.array(errors))
+    columns = np.ascontiguousarray(basis[:, chosen])
+    return SparseFit(chosen, checked(fit_distinct(columns, target, weights, within)), np.array(errors))
 
 
 def _path(basis: np.ndarray, target: np.ndarray, weights: np.ndarray, most: int) -> Iterator[tuple[int, float, float]]:

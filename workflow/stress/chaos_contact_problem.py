@@ -1,4 +1,4 @@
-"""Random contact pressures without a contact solve: a known response to Gaussian variables, whose positive part presses.
+"""Random contact pressures without a contact solve: the positive part of a known response to Gaussian variables.
 
 The response r of a surface is a polynomial of its variables, or bent or exponential in one direction of them, and
 scatters; where it is positive it gives the pressure, where it is negative the gap. The plane is set so that none, one,
@@ -63,6 +63,15 @@ class Problem:
     gap_unit: float
     guess: float
     asked: float
+
+    @property
+    def terms(self) -> int:
+        return comb(self.variables + self.degree, self.degree)
+
+    def well_posed(self) -> bool:
+        """Whether a problem can be solved beyond doubt: then no error answers it."""
+        clear = self.contact == "half" and self.copies == "no" and self.scatter >= 0.1 and 1 <= self.degree <= 4
+        return clear and self.surfaces >= max(25 * self.terms, 200) and self.entry != "enriched"
 
     @property
     def distance2(self) -> np.ndarray:

@@ -1,4 +1,12 @@
-"""The judge of expansions: their polynomials evaluated anew at fresh points, beside the function itself."""
+"""The judge of expansions: their polynomials evaluated anew at fresh points, beside the function itself.
+
+What K independent samples cannot have seen is not asked for: whatever happens with a probability of 1 - RISK^(1/K) at
+most, they miss with a probability of RISK. So the worst points of that share are left out of the mean square error.
+
+What is told, the larger of the corrected leave-one-out error and the error bound, is an estimate from N - A degrees of
+freedom, at N points with A terms: of normal residuals it is that many times too low with a probability of RISK,
+(N - A) over the RISK quantile of chi-squared. TWICE that is allowed, as residuals of bent functions are not normal.
+"""
 
 from __future__ import annotations
 
@@ -8,37 +16,111 @@ import numpy as np
 from scipy.stats import chi2
 
 from roughslip.chaos.expansion import Expansion
+from roughslip.chaos.sensitivity import Sensitivity
 from workflow.stress.chaos_problem import Problem, product_terms
 from workflow.stress.outcomes import Verdict
 
 FRESH = 4000
 RISK = 1e-6
+TWICE = 2.0
+SAME_POINT = 1e-5  # samples that differ by no more in any variable are one to the judge
+ROUNDING = 1e-13  # of the largest target: what a sum of some hundred terms may lose
+WILD = 10.0  # times the error of the mean of the samples
+WELL_SEEN, ENOUGH = 0.3, 4  # least eigenvalue, samples a term, with which an expansion must not be refused
 
 
-def diagnose(problem: Problem, found: Expansion) -> dict:
-    rng = np.random.default_rng([problem.number, 7])
-    points = problem.fresh(rng, FRESH)
-    own = product_terms(found.basis.families, found.basis.indices, points) @ found.fit.coefficients
-    truth = problem.truth(points)
-    sq = (own - truth) ** 2
-    w = np.ones(len(problem.target)) if problem.weights is None else problem.weights
-    pts = np.round(problem.points / 1e-5)
-    _, first, inverse = np.unique(pts, axis=0, return_index=True, return_inverse=True)
-    n = len(first)
-    q = 1 - RISK ** (1 / n)
-    keep = int(np.ceil((1 - q) * FRESH))
-    trim = float(np.sum(np.sort(sq)[:keep]) / FRESH) + problem.noise**2
-    y = problem.target
-    mean = np.average(y, weights=w)
-    variance = float(np.average((y - mean) ** 2, weights=w))
-    const = float(np.mean((mean - truth) ** 2)) + problem.noise**2
-    return {
-        "e": float(sq.mean()) + problem.noise**2,
-        "trim": trim,
-        "const": const,
-        "med": float(np.median(sq)),
-        "var": variance,
-        "distinct": n,
-        "max": float(np.abs(y).max()),
-        "cond": found.fit.condition_number,
+def judge(problem: Problem, found: Expansion) -> Verdict:
+    """Whether an expansion is as good as it says; the residual is its error over the largest that it allows."""
+    fit, points = found.fit, problem.fresh(np.random.default_rng([problem.number, 2]), FRESH)
+    terms = product_terms(found.basis.families, found.basis.indices, points)
+    own, truth = terms @ fit.coefficients, problem.truth(points)
+    if not np.isfinite(own).all():
+        return Verdict(math.inf, ("values are not finite",))
+    weights = np.ones(len(problem.target)) if problem.weights is None else problem.weights
+    mean = np.average(problem.target, weights=weights)
+    variance = float(np.average((problem.target - mean) ** 2, weights=weights))
+    rounding = ROUNDING * float(np.max(np.abs(problem.target)))
+    count = distinct(problem.points)
+    squares = (own - truth) ** 2
+    error = seen_error(squares, count) + problem.noise**2
+    allowed = beyond(count - len(terms.T)) * told(found) * variance + rounding**2
+    by_the_mean = float(np.mean((mean - truth) ** 2)) + problem.noise**2
+    whole = float(squares.mean()) + problem.noise**2
+    met = {
+        "the error at fresh points": (error, allowed),
+        "the error beside that of the mean": (whole, max(WILD * (by_the_mean + variance), allowed)),
+        "values are those of the coefficients": (
+            np.max(np.abs(found(points) - own)),
+            ROUNDING * np.max(np.abs(terms) @ np.abs(fit.coefficients)),
+        ),
+        "its basis has no other terms": (_foreign(problem, found), 0),
+        "figures are not negative": (-min(fit.leave_one_out, fit.cross_validation, fit.least_eigenvalue), 0),
+        "r_squared": (fit.r_squared, 1.0),
+        "leave-one-out, from the residuals": (1.0 - fit.r_squared, fit.leave_one_out * (1 + 1e-9) + 1e-12),
     }
+    broken = [f"{name}: {value:.3e} for {limit:.3e}" for name, (value, limit) in met.items() if not value <= limit]
+    return Verdict(error / allowed, tuple(broken))
+
+
+def told(found: Expansion) -> float:
+    """Share of the variance of the target that an expansion says it misses."""
+    return max(found.fit.corrected_leave_one_out, found.fit.error_bound)
+
+
+def distinct(points: np.ndarray) -> int:
+    """Points among the samples : (K, v)."""
+    return len(np.unique(np.round(points / SAME_POINT), axis=0))
+
+
+def well_posed(problem: Problem) -> bool:
+    """Whether a problem can be solved beyond doubt: then no error answers it."""
+    count, terms = distinct(problem.points), len(problem.basis.indices)
+    exact = problem.target - problem.target.mean()
+    varies = np.max(np.abs(exact)) > 1e-9 * np.max(np.abs(problem.target))
+    if problem.weights is not None or not varies or count < max(ENOUGH * terms, 40):
+        return False
+    values = product_terms(problem.families, problem.basis.indices, problem.points)
+    if count < len(problem.points):
+        values = values[np.unique(np.round(problem.points / SAME_POINT), axis=0, return_index=True)[1]]
+    return bool(np.linalg.eigvalsh(values.T @ values / len(values))[0] > WELL_SEEN)
+
+
+def judge_shares(problem: Problem, found: Expansion, shares: Sensitivity) -> tuple[str, ...]:
+    """What is wrong with moments and Sobol' indices: by sums over the terms, variable by variable."""
+    indices, c = found.basis.indices, found.fit.coefficients
+    constant = ~indices.any(axis=1)
+    squares = np.where(constant, 0.0, (c / np.max(np.abs(c))) ** 2)
+    alone = (indices > 0).sum(axis=1) == 1
+    first = np.array([squares[alone & (powers > 0)].sum() for powers in indices.T]) / squares.sum()
+    total = np.array([squares[powers > 0].sum() for powers in indices.T]) / squares.sum()
+    met = {
+        "the mean": abs(shares.mean - c[constant].sum()) <= ROUNDING * np.max(np.abs(c)),
+        "the variance": abs(shares.variance / (squares.sum() * np.max(np.abs(c)) ** 2) - 1) <= ROUNDING,
+        "first": np.allclose(shares.first, first, rtol=0, atol=ROUNDING),
+        "total": np.allclose(shares.total, total, rtol=0, atol=ROUNDING),
+        "0 <= first <= total <= 1": bool(
+            np.all((shares.first >= 0) & (shares.first <= shares.total + ROUNDING) & (shares.total <= 1 + ROUNDING))
+        ),
+    }
+    return tuple(f"Sobol' indices: {name}" for name, right in met.items() if not right)
+
+
+def seen_error(squares: np.ndarray, count: int) -> float:
+    """Mean of squared errors : (n,) without the worst ones that so many samples cannot have seen."""
+    kept = math.ceil(RISK ** (1 / count) * len(squares))
+    return float(np.sort(squares)[:kept].sum()) / len(squares)
+
+
+def beyond(freedom: int) -> float:
+    """By how much an error estimated from so many degrees of freedom may be too low."""
+    return TWICE * freedom / float(chi2.ppf(RISK, freedom)) if freedom > 0 else math.inf
+
+
+def _foreign(problem: Problem, found: Expansion) -> int:
+    """Terms that are not of the truncation, or are there twice."""
+    indices = found.basis.indices
+    cost = np.sum(indices.astype(np.float64) ** problem.norm, axis=1, where=indices > 0)
+    wrong = cost > problem.degree**problem.norm * (1 + 1e-9)
+    if problem.interaction is not None:
+        wrong |= (indices > 0).sum(axis=1) > problem.interaction
+    return int(wrong.sum()) + len(indices) - len(np.unique(indices, axis=0))

@@ -199,7 +199,7 @@ def _copied(generator: np.random.Generator, copies: str, xi: np.ndarray) -> tupl
             origin = origin // 2 if generator.random() < 0.7 else origin // int(generator.integers(3, 6))
         case "one-sample":
             origin = np.zeros(count, dtype=np.int64)
-    jitter = power(generator, -13, -6) * generator.standard_normal(xi.shape) if copies == "near" else 0.0
+    jitter = power(generator, -13, -7.5) * generator.standard_normal(xi.shape) if copies == "near" else 0.0
     return xi[origin] + jitter, origin
 
 

@@ -163,12 +163,13 @@ def command(
     rows_of: Callable[[int, int], list[Row]],
     refused: Callable[[], list[Row]],
     keys: Sequence[str],
+    problems: int = 10_000,
 ) -> int:
     """The command of a stage's campaign; returns its exit status, 1 if any problem failed."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--output", type=Path, help="the JSON file")
     parser.add_argument("--seed", default=SEED, type=_seed, help=f"a whole number, or `today`; {SEED} if not given")
-    parser.add_argument("--problems", type=int, default=10_000, help="how many, from number 0 on")
+    parser.add_argument("--problems", type=int, default=problems, help="how many, from number 0 on")
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="the problems of these numbers alone")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
     arguments = parser.parse_args()

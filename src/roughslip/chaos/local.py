@@ -272,7 +272,7 @@ def best_gap_stiffness(
     spread = [pressure - pressure.mean(), guess * (gap - gap.mean())]
     missed, variance = ([a @ a, a @ b, b @ b] for a, b in (errors, spread))
     if not variance[0] > 0 and not variance[2] > 0:
-        raise IllPosedError("the target is the same on every sample: there is nothing to expand")
+        raise IllPosedError("the target is the same on every sample: there is nothing to expand; take its value")
     factor = np.linspace(0.5, 2.0, 1501)
     share = (missed[0] - 2 * factor * missed[1] + factor**2 * missed[2]) / (
         variance[0] - 2 * factor * variance[1] + factor**2 * variance[2]

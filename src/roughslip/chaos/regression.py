@@ -13,7 +13,8 @@ WORST_CONDITION = 1e8  # half the digits of the coefficients are rounding there
 LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding and says nothing about the sample left out
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: what the rounding of its mean can leave
 
-ALIKE = 1e-6  # of the root mean square of a term: samples that differ by no more in any of them are at one point
+ALIKE = 1e-5  # of the root mean square of a term: samples that differ by no more in any of them are at one point, as
+# copies in single precision are
 
 FOLDS = 10
 LARGEST_ERROR = 10.0  # variances of the target that an expansion may err by at fresh samples, as far as is known
@@ -159,7 +160,7 @@ def variance_of_target(target: np.ndarray, weights: np.ndarray, within: float = 
     """Weighted variance of target : (K,), and what it scatters within points. IllPosedError where that is rounding."""
     variance = float(np.average((target - np.average(target, weights=weights)) ** 2, weights=weights)) + within
     if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
-        raise IllPosedError("the target is the same on every sample: there is nothing to expand")
+        raise IllPosedError("the target is the same on every sample: there is nothing to expand; take its value")
     return variance
 
 

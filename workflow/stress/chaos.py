@@ -1,0 +1,110 @@
+"""Random polynomial chaos expansions, and bad input: every answer is judged, every failure is told by its number.
+
+`python -m workflow.stress.chaos -j 2 --output results/stress/chaos.json` runs the campaign, `--only 17` one of it. Of
+SHARE problems one is of contact pressures, the others are of functions of any kind.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+
+from roughslip.chaos.expansion import Expansion, expand, expand_adaptively
+from roughslip.chaos.regression import least_squares
+from roughslip.chaos.sensitivity import sensitivity
+from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
+from workflow.benchmarks.measure import case
+from workflow.stress import chaos_contact, outcomes
+from workflow.stress.chaos_judge import judge, judge_shares, well_posed
+from workflow.stress.chaos_problem import Problem, random_problem
+from workflow.stress.chaos_refusals import REFUSED
+from workflow.stress.outcomes import Row, Verdict
+
+STAGE = "chaos"
+SHARE = 4
+CLASSES = ("entry", "function", "copies")
+PROBLEMS = 2000
+ADVICE = re.compile(r"\b(take|lower|use|ask|penetrate|expand|give)\b")
+
+
+def rows_of(seed: int, number: int) -> list[Row]:
+    """The row of the problem of this number."""
+    if number % SHARE == 0:
+        contact = chaos_contact.random_problem(seed, number)
+        return [_row(chaos_contact.case_of(contact), lambda: chaos_contact.judged(contact), contact.well_posed)]
+    problem = random_problem(seed, number)
+    return [_row(case_of(problem), lambda: judged(problem), lambda: well_posed(problem))]
+
+
+def refused() -> list[Row]:
+    """A row for each kind of bad input."""
+    return [
+        outcomes.refusal_row(STAGE, case(entry="refused", input=name.replace(" ", "-")), call)
+        for name, call in REFUSED.items()
+    ]
+
+
+def case_of(problem: Problem) -> str:
+    return case(
+        number=problem.number,
+        entry=problem.entry,
+        function=problem.name,
+        variables=len(problem.families),
+        normal=problem.families.count("hermite"),
+        degree=problem.degree,
+        norm=f"{problem.norm:.3g}",
+        interaction=problem.interaction,
+        terms=len(problem.basis.indices),
+        **problem.labels,
+        tolerance=1,
+    )
+
+
+def judged(problem: Problem) -> Verdict:
+    """The function expanded, and the shares of its variables where they explain anything."""
+    found = solution(problem)
+    verdict = judge(problem, found)
+    if len(found.basis.indices) == 1 or not found.fit.coefficients[1:].any():
+        return verdict
+    shares = sensitivity(found.basis.indices, found.fit.coefficients)
+    return Verdict(verdict.residual, verdict.broken + judge_shares(problem, found, shares))
+
+
+def solution(problem: Problem) -> Expansion:
+    """What the package gives for a problem."""
+    points, target, weights = problem.points, problem.target, problem.weights
+    match problem.entry:
+        case "least-squares":
+            return Expansion(problem.basis, least_squares(problem.basis(points), target, weights))
+        case "full" | "sparse":
+            return expand(points, target, problem.basis, weights, sparse=problem.entry == "sparse")
+    found, _ = expand_adaptively(
+        points,
+        target,
+        problem.families,
+        range(problem.degree + 1),
+        weights,
+        norm=problem.norm,
+        interaction=problem.interaction,
+        sparse=problem.entry == "adaptive-sparse",
+    )
+    return found
+
+
+def honest(error: RoughslipError, solvable: Callable[[], bool]) -> bool:
+    """Whether an error answers a problem: of a type that says so, with advice, and not where there is a solution."""
+    typed = isinstance(error, IllPosedError | ConvergenceError)
+    return typed and ADVICE.search(str(error)) is not None and not solvable()
+
+
+def _row(name: str, judged_: Callable[[], Verdict], solvable: Callable[[], bool]) -> Row:
+    return outcomes.problem_row(STAGE, name, judged_, lambda error: honest(error, solvable))
+
+
+def main() -> int:
+    return outcomes.command(__doc__, STAGE, rows_of, refused, CLASSES, PROBLEMS)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

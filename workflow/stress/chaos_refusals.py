@@ -1,0 +1,3 @@
+"""Bad input to polynomial chaos, each kind once: a ParameterError and nothing else is the answer to all of it."""
+
+REFUSED = {}

@@ -1,7 +1,7 @@
 """Random polynomial chaos expansions, and bad input: every answer is judged, every failure is told by its number.
 
 `python -m workflow.stress.chaos -j 2 --output results/stress/chaos.json` runs the campaign, `--only 17` one of it. Of
-SHARE problems one is of contact pressures, the others are of functions of any kind.
+SHARE problems one is of contact pressures, at one node or along a strip, the others are of functions of any kind.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from roughslip.chaos.regression import least_squares
 from roughslip.chaos.sensitivity import sensitivity
 from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
 from workflow.benchmarks.measure import case
-from workflow.stress import chaos_contact, outcomes
+from workflow.stress import chaos_contact, chaos_strip, outcomes
 from workflow.stress.chaos_judge import judge, judge_shares, well_posed
 from workflow.stress.chaos_problem import Problem, random_problem
 from workflow.stress.chaos_refusals import REFUSED
@@ -30,6 +30,9 @@ ADVICE = re.compile(r"\b(take|lower|use|ask|penetrate|expand|give)\b")
 
 def rows_of(seed: int, number: int) -> list[Row]:
     """The row of the problem of this number."""
+    if number % (2 * SHARE) == SHARE:
+        strip = chaos_strip.random_problem(seed, number)
+        return [_row(chaos_strip.case_of(strip), lambda: chaos_strip.judged(strip), strip.well_posed)]
     if number % SHARE == 0:
         contact = chaos_contact.random_problem(seed, number)
         return [_row(chaos_contact.case_of(contact), lambda: chaos_contact.judged(contact), contact.well_posed)]

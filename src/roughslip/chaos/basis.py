@@ -8,6 +8,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from roughslip.chaos.checks import finite
 from roughslip.chaos.indices import multi_indices
 from roughslip.errors import ParameterError
 
@@ -43,10 +44,9 @@ class Basis:
         Returns values : (K, P). Raises ParameterError where the variables do not match, or a point is not finite or
         outside the interval of a uniform variable.
         """
-        if points.ndim != 2 or points.shape[1] != len(self.families):
+        points = finite("points of the variables", points, 2)
+        if points.shape[1] != len(self.families):
             raise ParameterError(f"points {points.shape} must be a table of {len(self.families)} variables")
-        if not np.isfinite(points).all():
-            raise ParameterError("samples of the variables must be finite")
         values = [
             POLYNOMIALS[family](np.ascontiguousarray(x), int(highest))
             for family, x, highest in zip(self.families, points.T, self.indices.max(axis=0, initial=0), strict=True)

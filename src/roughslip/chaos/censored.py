@@ -18,6 +18,7 @@ import numpy as np
 import scipy.linalg
 from scipy.special import log_ndtr, ndtr, ndtri
 
+from roughslip.chaos.checks import finite
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
 STEPS = 60
@@ -60,10 +61,9 @@ def censored_regression(basis: np.ndarray, target: np.ndarray) -> CensoredFit:
 
     Method: Newton in Olsen's parameters, with steps halved until the likelihood rises.
     """
-    if basis.ndim != 2 or target.shape != basis.shape[:1]:
+    basis, target = finite("basis of a regression", basis, 2), finite("target of a regression", target, 1)
+    if target.shape != basis.shape[:1]:
         raise ParameterError(f"a regression needs a target for each row of its basis: {target.shape}, {basis.shape}")
-    if not (np.isfinite(basis).all() and np.isfinite(target).all()):
-        raise ParameterError("basis and target of a regression must be finite")
     contact, terms = target > 0, basis.shape[1]
     if contact.sum() <= terms:
         raise IllPosedError(

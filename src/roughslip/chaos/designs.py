@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtri
 
+from roughslip.chaos.checks import whole
 from roughslip.errors import ParameterError
 
 MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
@@ -85,5 +86,5 @@ def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarr
 
 
 def _check(samples: int, variables: int) -> None:
-    if samples < 1 or variables < 1:
-        raise ParameterError(f"a design needs samples and variables, not {samples} and {variables}")
+    whole("number of samples", samples, 1)
+    whole("number of variables", variables, 1)

@@ -19,10 +19,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.chaos.checks import whole
 from roughslip.chaos.designs import sobol
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import GROUPS, LocalExpansion, Samples, jackknife_deviations
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
 
 QUANTILE = 0.95  # of the error over the scatter of the training surfaces: what is asked holds in as many studies
 DRAWS = 2**13  # of the variables; the same for every group, and each with the whole law of its scatter
@@ -107,7 +108,7 @@ def miscalibration(expansion: LocalExpansion, samples: Samples, levels: np.ndarr
     Returns C : (GROUPS, n) [-]. The groups are those of fit_local.
     """
     central = np.abs(samples.distance2) < 1e-9
-    group = np.arange(len(samples.pressure)) % GROUPS
+    group = samples.group
     found = np.empty((GROUPS, len(levels)))
     for number in range(GROUPS):
         pressure = np.sort(samples.pressure[group == number][:, central], axis=None)
@@ -136,9 +137,9 @@ def enrich(
     No surface is solved twice, and none beyond the first number that serves. Raises ParameterError for numbers out of
     range, ConvergenceError where `most` surfaces do not serve.
     """
-    if not 0 < asked < 1:
+    if not 0 < real("error asked for", asked) < 1:
         raise ParameterError(f"the error asked for must lie between 0 and 1, not {asked}")
-    if not GROUPS <= least <= most:
+    if not GROUPS <= whole("least number of surfaces", least, 0) <= whole("most surfaces", most, 0):
         raise ParameterError(f"between {GROUPS} and {most} surfaces are needed to begin with, not {least}")
     samples = solve(0, least)
     history: list[tuple[int, float]] = []

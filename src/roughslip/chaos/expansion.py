@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.chaos.basis import Basis, Family, truncated
+from roughslip.chaos.checks import whole
 from roughslip.chaos.regression import Fit, checked, least_squares
 from roughslip.chaos.sparse import sparse_least_squares
 from roughslip.errors import IllPosedError, ParameterError
@@ -72,8 +73,9 @@ def expand_adaptively(
 
     Method: Blatman and Sudret, J. Comput. Phys. 230 (2011) 2345, section 4.
     """
+    degrees = [whole("degree of a basis", degree, 0) for degree in degrees]
     if len(degrees) == 0 or np.any(np.diff(degrees) <= 0):
-        raise ParameterError(f"degrees to try must ascend, not {list(degrees)}")
+        raise ParameterError(f"degrees to try must ascend, not {degrees}")
     tried: dict[int, Expansion] = {}
     refused: list[IllPosedError] = []
     for degree in degrees:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from roughslip.chaos.checks import finite, whole
 from roughslip.errors import IllPosedError, ParameterError
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
@@ -32,8 +33,8 @@ class Stencil:
     far: tuple[int, int]
 
     def __post_init__(self) -> None:
-        if min(*self.near, *self.far) < 0:
-            raise ParameterError(f"half widths of boxes must not be negative: {self.near} and {self.far}")
+        for half in (*self.near, *self.far):
+            whole("half width of a box", half, 0)
 
 
 def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
@@ -46,8 +47,7 @@ def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     of too few nodes (1 for slopes, 2 for curvatures); boxes are cut at the border. Raises ParameterError for heights
     that are not finite.
     """
-    if not np.isfinite(heights).all():
-        raise ParameterError("heights must be finite")
+    heights = finite("heights", heights)
     slope_x, slope_y = _difference(heights, -2), _difference(heights, -1)
     return np.stack(
         [
@@ -131,12 +131,11 @@ def whitening(samples: np.ndarray) -> np.ndarray:
 
     Method: inverse of the Cholesky factor of the correlation matrix, whose diagonal is what each has of its own.
     """
-    if not np.isfinite(samples).all():
-        raise ParameterError("samples of the functionals must be finite")
+    samples = finite("samples of the functionals", samples, 2)
     covariance = samples.T @ samples / len(samples)
     scale = np.sqrt(np.diag(covariance))
     if not np.all(scale > 0):
-        raise IllPosedError("a local functional vanishes on every sample: the strip is too narrow for it")
+        raise IllPosedError("a local functional vanishes on every sample: the strip is too narrow: use a wider one")
     try:
         factor = scipy.linalg.cholesky(covariance / np.outer(scale, scale), lower=True)
     except np.linalg.LinAlgError:

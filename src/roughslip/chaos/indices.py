@@ -7,7 +7,8 @@ from itertools import islice
 
 import numpy as np
 
-from roughslip.errors import ParameterError
+from roughslip.chaos.checks import whole
+from roughslip.errors import ParameterError, real
 
 MOST_TERMS = 20_000  # a table of as many terms at 5000 samples takes 0.8 GB
 
@@ -29,13 +30,10 @@ def multi_indices(variables: int, degree: int, *, norm: float = 1.0, interaction
     Method: hyperbolic truncation (Blatman and Sudret, J. Comput. Phys. 230 (2011) 2345, eq. 18). A term without one of
     its variables is in the set as well, so a tree that adds variables in order visits nothing but terms.
     """
-    if variables < 1 or degree < 0:
-        raise ParameterError(f"a basis needs variables and a degree >= 0, not {variables} and {degree}")
-    if not 0 < norm <= 1:
+    variables, degree = whole("number of variables", variables, 1), whole("degree of a basis", degree, 0)
+    if not 0 < real("norm of the truncation", norm) <= 1:
         raise ParameterError(f"the norm of the truncation must be above 0 and at most 1, not {norm}")
-    if interaction is not None and interaction < 1:
-        raise ParameterError(f"terms of at most {interaction} variables were asked for: at least 1")
-    most = variables if interaction is None else interaction
+    most = variables if interaction is None else whole("number of variables in a term", interaction, 1)
     # A hair above the limit: terms on it, such as x y with q = 1/2 and degree 4, must not be lost to rounding.
     costs = np.append(np.arange(1.0, degree + 1) ** norm, np.inf)
     found = list(islice(_grow((), 0, degree**norm * (1 + 1e-12), most, variables, costs), MOST_TERMS + 1))

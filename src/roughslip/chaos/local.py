@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.chaos.censored import censored_regression, completed, derivatives, expected
+from roughslip.chaos.checks import finite
 from roughslip.chaos.groups import group_sums, left_out_predictions, without_one, without_two
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
@@ -51,13 +52,22 @@ class Samples:
     gap: np.ndarray
 
     def __post_init__(self) -> None:
+        for name, dimensions in (("variables", 3), ("distance2", 1), ("pressure", 2), ("gap", 2)):
+            finite(name, getattr(self, name), dimensions)
         shape = self.variables.shape[:2]
-        if self.variables.ndim != 3 or {self.pressure.shape, self.gap.shape} != {shape}:
+        if {self.pressure.shape, self.gap.shape} != {shape}:
             raise ParameterError(f"pressure {self.pressure.shape} and gap {self.gap.shape} do not match {shape}")
         if self.distance2.shape != shape[1:]:
             raise ParameterError(f"{len(self.distance2)} distances were given for {shape[1]} nodes")
-        if not all(np.isfinite(part).all() for part in (self.variables, self.distance2, self.pressure, self.gap)):
-            raise ParameterError("variables, distances, pressures and gaps must be finite")
+        if np.any(self.pressure < 0) or np.any(self.gap < 0):
+            raise ParameterError("pressures and gaps must not be negative")
+
+    @property
+    def group(self) -> np.ndarray:
+        """(K,) number below GROUPS of each surface, in turn; copies share it, as none may predict another."""
+        rows = self.variables.reshape(len(self.variables), -1)
+        first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
+        return np.argsort(np.argsort(first))[number.ravel()] % GROUPS
 
 
 @dataclass(frozen=True)
@@ -129,12 +139,15 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     degree : total degree of the Hermite polynomials
     target : the smooth variable; of a trial pressure the gap's stiffness is chosen anew, see `best_gap_stiffness`
 
-    Raises IllPosedError for too few surfaces and as the regression and the scatter do; ConvergenceError as a censored
-    regression does.
+    Raises IllPosedError for too few surfaces, where left-out ones are predicted worse than by their mean, and as the
+    regression and the scatter do; ConvergenceError as a censored regression does.
     """
     surfaces, nodes, count = samples.variables.shape
-    if surfaces < GROUPS:
-        raise IllPosedError(f"{surfaces} surfaces are too few to leave out {GROUPS} groups of them: take more samples")
+    group = samples.group
+    if len(np.unique(group)) < GROUPS:
+        raise IllPosedError(
+            f"{surfaces} surfaces are too few to leave out {GROUPS} groups of them that differ: take more samples"
+        )
     pressure, gap = samples.pressure.ravel(), samples.gap.ravel()
     contact = pressure > 0
     if not contact.any():
@@ -143,7 +156,7 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     basis = hermite_basis(samples.variables.reshape(-1, count), indices)
     if np.ptp(samples.distance2) > 0:
         basis = np.column_stack([basis, np.tile(samples.distance2, surfaces)])
-    group = np.repeat(np.arange(surfaces) % GROUPS, nodes)
+    group = np.repeat(group, nodes)
     if target.kind == "trial_pressure":
         target = replace(target, gap_stiffness=best_gap_stiffness(basis, group, pressure, gap, target.gap_stiffness))
     values = target.values(pressure, gap)
@@ -156,6 +169,11 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     predicted = left_out_predictions(basis, without, group)
     missed = np.average((values - predicted[0]) ** 2, weights=weights)
     variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
+    if not missed <= variance:
+        raise IllPosedError(
+            f"{len(basis.T)} terms predict left-out surfaces worse than their mean does, {missed / variance:.2g} of the "
+            "variance is missed: take more samples, other or fewer variables, or a lower degree"
+        )
     lowest = min(-REACH * float(values[contact].mean()), float(predicted[0, contact].min()))
     # A straight line through the predictions would do for the far ones; the scatter is wanted where contact is decided.
     known = [np.ones(len(group), dtype=bool), *(group != g for g in range(GROUPS))]

@@ -25,8 +25,9 @@ from typing import Literal
 
 import numpy as np
 
+from roughslip.chaos.checks import finite
 from roughslip.chaos.regression import Fit, least_squares
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real
 
 Kind = Literal["trial_pressure", "squared_pressure", "censored"]
 KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure", "censored")
@@ -56,9 +57,9 @@ class PressureTarget:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise ParameterError(f"target {self.kind!r} is not known: {', '.join(KINDS)}")
-        if not (math.isfinite(self.gap_stiffness) and self.gap_stiffness > 0):
+        if not (math.isfinite(real("stiffness of the gap", self.gap_stiffness)) and self.gap_stiffness > 0):
             raise ParameterError(f"the stiffness of the gap must be positive and finite, not {self.gap_stiffness}")
-        if not (math.isfinite(self.cell_pressure_pa) and self.cell_pressure_pa >= 0):
+        if not (math.isfinite(real("cell pressure", self.cell_pressure_pa)) and self.cell_pressure_pa >= 0):
             raise ParameterError(f"the cell pressure must be finite and not negative, not {self.cell_pressure_pa} Pa")
 
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
@@ -130,8 +131,9 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
     Returns the fit, of p [Pa] or of log(p / Pa). Raises ParameterError for pressures that are not finite; IllPosedError
     where the K samples in contact are not more than P, and as the regression does.
     """
-    if not np.isfinite(pressure).all():
-        raise ParameterError("pressures must be finite")
+    basis, pressure = finite("basis", basis, 2), finite("pressures", pressure, 1)
+    if len(pressure) != len(basis) or len(pressure) == 0:
+        raise ParameterError(f"a pressure for each row of the basis is needed: {pressure.shape}, {basis.shape}")
     contact = pressure > 0
     count, terms = int(contact.sum()), basis.shape[1]
     if count <= terms:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from roughslip.chaos.checks import finite
 from roughslip.errors import IllPosedError, ParameterError
 
 WORST_CONDITION = 1e8  # half the digits of the coefficients are rounding there
@@ -175,13 +176,12 @@ def distinct_samples(
     weights, and the mean square of the target about the mean of its point. Raises ParameterError for input that is not
     finite or of the wrong shape.
     """
-    if basis.ndim != 2 or target.shape != basis.shape[:1]:
+    basis, target = finite("basis of a regression", basis, 2), finite("target of a regression", target, 1)
+    if target.shape != basis.shape[:1]:
         raise ParameterError(f"a regression needs a target for each row of its basis: {target.shape}, {basis.shape}")
-    weights = np.ones(len(basis)) if weights is None else weights
+    weights = np.ones(len(basis)) if weights is None else finite("weights of a regression", weights)
     if weights.shape != target.shape:
         raise ParameterError(f"a regression needs a weight for each target, not {weights.shape} for {target.shape}")
-    if not (np.isfinite(basis).all() and np.isfinite(target).all() and np.isfinite(weights).all()):
-        raise ParameterError("basis, target and weights of a regression must be finite")
     if np.any(weights < 0) or not np.any(weights > 0):
         raise ParameterError("weights of a regression must be non-negative and not all zero")
     kept = weights > 0

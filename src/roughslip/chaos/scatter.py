@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
+from roughslip.chaos.checks import finite
 from roughslip.errors import IllPosedError, ParameterError
 
 SPLINE_PIECES = 5  # of m(s), as many samples in each; 4 to 12 give distributions equal within their scatter
@@ -100,10 +101,9 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     Method: least-squares cubic spline with knots at quantiles of s; residuals of nearest neighbours in s, as in the
     local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1).
     """
-    if predicted.shape != target.shape or predicted.ndim != 1:
+    predicted, target = finite("predictions", predicted, 1), finite("targets", target, 1)
+    if predicted.shape != target.shape:
         raise ParameterError(f"a target for each prediction is needed, not {target.shape} for {predicted.shape}")
-    if not (np.isfinite(predicted).all() and np.isfinite(target).all()):
-        raise ParameterError("predictions and targets must be finite")
     if len(predicted) < LEAST_SAMPLES:
         raise IllPosedError(
             f"{len(predicted)} samples in or near contact are too few to tell how the target scatters; {LEAST_SAMPLES} "

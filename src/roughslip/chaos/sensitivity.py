@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.chaos.checks import finite
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.errors import IllPosedError, ParameterError
 
@@ -35,9 +36,10 @@ def sensitivity(indices: np.ndarray, coefficients: np.ndarray) -> Sensitivity:
 
     Method: Sobol', Math. Comput. Simul. 55 (2001) 271; Sudret, Reliab. Eng. Syst. Saf. 93 (2008) 964.
     """
-    if indices.ndim != 2 or coefficients.shape != indices.shape[:1] or not np.isfinite(coefficients).all():
+    indices, coefficients = finite("exponents", indices, 2), finite("coefficients", coefficients, 1)
+    if coefficients.shape != indices.shape[:1]:
         raise ParameterError(
-            f"a finite coefficient for each term is needed, not {coefficients.shape} for exponents {indices.shape}"
+            f"a coefficient for each term is needed, not {coefficients.shape} for exponents {indices.shape}"
         )
     present = indices > 0
     order = present.sum(axis=1)

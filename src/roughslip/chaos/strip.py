@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.chaos.checks import finite
 from roughslip.chaos.functionals import Stencil, local_functionals, whitening
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
@@ -69,7 +70,8 @@ def fit_strip(
     leave-one-out is an optimistic figure here. Raises ParameterError for arrays that do not match, and IllPosedError as
     the whitening and the regression do.
     """
-    if functionals.ndim != 3 or target_values.ndim != 3 or functionals.shape[:2] != target_values.shape[:2]:
+    functionals, target_values = finite("functionals", functionals, 3), finite("targets", target_values, 3)
+    if functionals.shape[:2] != target_values.shape[:2]:
         raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")
     _, rows, variables = functionals.shape
     levels = target_values.shape[2]

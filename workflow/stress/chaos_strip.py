@@ -1,0 +1,161 @@
+"""Random expansions along a strip: training nodes of strips of their own, judged on one long strip.
+
+The response is a known function of height, slope, curvature and mean of the heights, taken here by plain differences.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip.chaos.functionals import Stencil, local_functionals
+from roughslip.chaos.pressure import Kind, PressureTarget
+from roughslip.chaos.strip import StripExpansion, fit_strip
+from workflow.benchmarks.measure import case
+from workflow.stress.chaos_judge import beyond, seen_error
+from workflow.stress.drawing import one_of, power
+from workflow.stress.outcomes import Verdict
+
+KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure")
+STENCIL = Stencil(near=(1, 1), far=(4, 2))
+REACH = 5  # nodes from a node to the ends of its own strip, beyond all differences and means
+TERMS = (1, 9, 45, 165)  # of degree 0 to 3 in the eight functionals
+LONG = 2000
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One strip.
+
+    number, seed : which one
+    kind : of the target
+    rows, samples, degree, bend : of the fit, and how far the response is from a polynomial of degree 2
+    planes : of the response, one a penetration
+    height_unit, pressure_unit : [m], [Pa]
+    copies : how often each sample comes
+    """
+
+    number: int
+    seed: int
+    kind: Kind
+    rows: int
+    samples: int
+    degree: int
+    bend: float
+    planes: tuple[float, ...]
+    height_unit: float
+    pressure_unit: float
+    copies: int
+
+    @property
+    def target(self) -> PressureTarget:
+        power_ = 1 if self.kind == "trial_pressure" else 2
+        return PressureTarget(self.kind, self.pressure_unit**power_ / self.height_unit)
+
+    def heights(self, stream: int, count: int, nodes: int) -> np.ndarray:
+        """(count, nodes, rows) [m] white noise averaged over three nodes along the strip."""
+        white = np.random.default_rng([self.seed, self.number, stream]).standard_normal((count, nodes + 2, self.rows))
+        return self.height_unit * (white[:, :-2] + white[:, 1:-1] + white[:, 2:]) / math.sqrt(3)
+
+    def values(self, heights: np.ndarray) -> np.ndarray:
+        """(count, nodes - 2 REACH, rows, levels) target at the nodes away from both ends."""
+        h = heights / self.height_unit
+        inner = slice(REACH, heights.shape[1] - REACH)
+        slope = np.gradient(h, axis=1)[:, inner]
+        mean = sum(np.roll(h, k, axis=1) for k in (-1, 0, 1))[:, inner] / 3
+        row = 1 + 0.2 * np.arange(self.rows)
+        response = row * h[:, inner] + 0.5 * mean + 0.3 * slope**2 + self.bend * np.abs(slope)
+        unit = self.pressure_unit if self.kind == "trial_pressure" else self.pressure_unit**2
+        return unit * (response[..., None] + np.array(self.planes))
+
+    def well_posed(self) -> bool:
+        """Whether a problem can be solved beyond doubt: then no error answers it."""
+        return (
+            self.rows >= 5
+            and self.copies == 1
+            and self.samples >= 8 * TERMS[self.degree]
+            and max(np.abs(self.planes)) < 1.0
+        )
+
+
+def random_problem(seed: int, number: int) -> Problem:
+    """The problem of this number."""
+    generator = np.random.default_rng([seed, number, 9])
+    degree = int(generator.integers(0, 4))
+    samples = min(math.ceil(TERMS[degree] * power(generator, -0.3, 2)) + int(generator.integers(0, 6)), 3000)
+    return Problem(
+        number,
+        seed,
+        one_of(generator, KINDS),
+        int(generator.integers(1, 9)),
+        samples,
+        degree,
+        one_of(generator, (0.0, 0.0, 0.1, 1.0)),
+        tuple(generator.choice([-30.0, -2.0, -0.8, 0.0, 0.8, 30.0], int(generator.integers(1, 4)))),
+        power(generator, -9, 9),
+        power(generator, -9, 9),
+        one_of(generator, (1, 2, 3), (0.8, 0.15, 0.05)),
+    )
+
+
+def case_of(problem: Problem) -> str:
+    return case(
+        number=problem.number,
+        entry="strip",
+        function=f"bend-{problem.bend:g}",
+        degree=problem.degree,
+        samples=problem.samples,
+        copies={1: "no", 2: "every", 3: "every"}[problem.copies],
+        rows=problem.rows,
+        target=problem.kind,
+        planes=",".join(f"{plane:g}" for plane in problem.planes),
+        heights=f"{problem.height_unit:.2g}",
+        pressure=f"{problem.pressure_unit:.2g}",
+        tolerance=1,
+    )
+
+
+def judged(problem: Problem) -> Verdict:
+    """The strip expanded; of its rows and penetrations the worst."""
+    distinct = max(problem.samples // problem.copies, 1)
+    heights = problem.heights(1, distinct, 2 * REACH + 1)
+    functionals = local_functionals(heights, STENCIL)[:, :, REACH].transpose(1, 2, 0)
+    values = problem.values(heights)[:, 0]
+    functionals, values = (np.repeat(part, problem.copies, axis=0) for part in (functionals, values))
+    expansion, quality = fit_strip(functionals, values, problem.degree, STENCIL, problem.target)
+    return _judge(problem, expansion, quality["leave_one_out"], values, distinct)
+
+
+def _judge(problem: Problem, expansion: StripExpansion, told: np.ndarray, values: np.ndarray, distinct: int) -> Verdict:
+    """Positive parts of the target along a long strip; both sides weigh what is far from contact as the fit did."""
+    heights = problem.heights(2, 1, LONG)
+    pressure = expansion.pressure(heights[0])[:, REACH:-REACH]
+    if not (np.isfinite(pressure).all() and (pressure >= 0).all()):
+        return Verdict(math.inf, ("pressures are negative or not finite",))
+    found = (pressure if problem.kind == "trial_pressure" else pressure**2).transpose(1, 2, 0)
+    true = problem.values(heights)[0]
+    squares = (found - np.maximum(true, 0.0)) ** 2
+    worst, broken = 0.0, []
+    for row in range(problem.rows):
+        for level in range(len(problem.planes)):
+            known = values[:, row, level]
+            weights, fresh = (_weights(problem, part, known) for part in (known, true[:, row, level]))
+            mean = np.average(known, weights=weights)
+            variance = float(np.average((known - mean) ** 2, weights=weights))
+            error = seen_error(squares[:, row, level] * fresh, distinct) / float(fresh.mean())
+            freedom = distinct - TERMS[problem.degree]
+            allowed = beyond(freedom) * told[row, level] * variance + (1e-11 * np.max(np.abs(known))) ** 2
+            worst = max(worst, error / allowed)
+            if not error <= allowed:
+                broken.append(f"row {row}, penetration {level}: error {error:.3e} for {allowed:.3e}")
+    return Verdict(worst, tuple(broken))
+
+
+def _weights(problem: Problem, target: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """1 in contact, 1 / (1 + (w / w_0)^2) out of it with w_0 = 0.3 of the mean in contact; 1 of a trial pressure."""
+    if problem.kind == "trial_pressure":
+        return np.ones(len(target))
+    scale = 0.3 * known[known > 0].mean()
+    return np.where(target > 0, 1.0, 1 / (1 + (target / scale) ** 2))

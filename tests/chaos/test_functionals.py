@@ -108,7 +108,7 @@ def test_strips_too_narrow_for_a_difference_have_none():
 def test_impossible_input_is_refused():
     with pytest.raises(ParameterError, match="heights"):
         local_functionals(np.array([[0.0, np.nan]]), STENCIL)
-    with pytest.raises(ParameterError, match="half widths"):
+    with pytest.raises(ParameterError, match="half width"):
         Stencil(near=(1, 1), far=(-1, 2))
 
 

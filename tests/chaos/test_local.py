@@ -263,7 +263,7 @@ def test_what_tells_nothing_is_refused(kind):
         fit_local(first(19), 1, target)
     with pytest.raises(IllPosedError, match="no sample is in contact"):
         fit_local(replace(whole, pressure=0 * whole.pressure), 1, target)
-    with pytest.raises(IllPosedError, match=r"condition number|dependent|undetermined"):  # variables that do not vary
+    with pytest.raises(IllPosedError, match="groups that differ"):  # variables that do not vary
         fit_local(replace(whole, variables=0 * whole.variables + 2.0), 1, target)
     with pytest.raises(IllPosedError, match=r"the same on every sample|no scatter"):
         fit_local(replace(whole, pressure=0 * whole.pressure + 1.0, gap=0 * whole.gap), 1, target)

@@ -9,7 +9,7 @@ import itertools
 from workflow.lib.evidence import evidence_key, measured_scenes
 from workflow.lib.scenes import BENCHMARKS
 
-STRESSED = ("contact",)
+STRESSED = ("contact", "chaos")
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
 BENCHMARK_LOCK = ROOT / "requirements-peers.lock" if "peers" in BENCHMARK_OPTIONS else LOCK
 STRESS_OPTIONS = {name: str(config[name]) for name in ("seed", "problems") if name in config}
@@ -76,15 +76,20 @@ rule stress:
         EVIDENCE + ".stress.gather --campaigns {input.campaigns:q} --output {output.result:q} 2> {log:q}"
 
 
-rule stress_contact:
-    input:
-        key=lambda wildcards: evidence_key("stress", "contact", ROOT, LOCK, options=STRESS_OPTIONS),
-    output:
-        result="results/stress/contact.json",
-    log:
-        "results/stress/logs/contact.log",
-    threads: 2
-    params:
-        options=" ".join(f"--{name} {shlex.quote(value)}" for name, value in STRESS_OPTIONS.items()),
-    shell:
-        EVIDENCE + ".stress.contact {params.options} -j {threads} --output {output.result:q} 2> {log:q}"
+for stage in STRESSED:
+
+    rule:
+        name:
+            f"stress_{stage}"
+        input:
+            key=lambda wildcards, stage=stage: evidence_key("stress", stage, ROOT, LOCK, options=STRESS_OPTIONS),
+        output:
+            result=f"results/stress/{stage}.json",
+        log:
+            f"results/stress/logs/{stage}.log",
+        threads: 2
+        params:
+            module=stage,
+            options=" ".join(f"--{name} {shlex.quote(value)}" for name, value in STRESS_OPTIONS.items()),
+        shell:
+            EVIDENCE + ".stress.{params.module} {params.options} -j {threads} --output {output.result:q} 2> {log:q}"

@@ -1,9 +1,8 @@
 """Random contact pressures through every expansion of them, judged by other surfaces of the same law.
 
-An expansion is fitted to n distinct surfaces. Their own distribution is within sqrt(log(2 / RISK) / 2 n) of the true one
-but for a probability of RISK (Dvoretzky, Kiefer and Wolfowitz, Ann. Math. Stat. 27 (1956) 642, with the constant of
-Massart, Ann. Probab. 18 (1990) 1269), and no expansion may be further away. One that was enriched until its error is as
-asked may be BEYOND that, as its estimate is a quantile of 95 %.
+The distribution of n distinct surfaces is within sqrt(log(2 / RISK) / 2 n) of the true one but for a probability of
+RISK (Massart, Ann. Probab. 18 (1990) 1269), and no expansion of them may be further away. One that was enriched until
+its error is as asked may be BEYOND times that away, as its estimate is a quantile of 95 %.
 """
 
 from __future__ import annotations

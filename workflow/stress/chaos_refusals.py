@@ -87,6 +87,7 @@ def _arrays() -> dict[str, Callable[[], object]]:
             f"expand points {name}": partial(expand, bad, TARGET, BASIS),
             f"expand adaptively points {name}": partial(expand_adaptively, bad, TARGET, FAMILIES, (1, 2)),
         }
+    del calls["basis at points empty"]  # of none there are no values
     for name, bad in _not_an_array(TABLE).items():
         calls |= {
             f"least squares basis {name}": partial(least_squares, bad, TARGET),

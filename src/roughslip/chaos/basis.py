@@ -44,8 +44,8 @@ class Basis:
         Returns values : (K, P). Raises ParameterError where the variables do not match, or a point is not finite or
         outside the interval of a uniform variable.
         """
-        points = finite("points of the variables", points, 2)
-        if points.shape[1] != len(self.families):
+        points = finite("points of the variables", points)
+        if points.ndim != 2 or points.shape[1] != len(self.families):
             raise ParameterError(f"points {points.shape} must be a table of {len(self.families)} variables")
         values = [
             POLYNOMIALS[family](np.ascontiguousarray(x), int(highest))

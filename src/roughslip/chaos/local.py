@@ -146,7 +146,7 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     group = samples.group
     if len(np.unique(group)) < GROUPS:
         raise IllPosedError(
-            f"{surfaces} surfaces are too few to leave out {GROUPS} groups of them that differ: take more samples"
+            f"{surfaces} surfaces are too few to leave out {GROUPS} groups that differ: take more samples"
         )
     pressure, gap = samples.pressure.ravel(), samples.gap.ravel()
     contact = pressure > 0
@@ -171,8 +171,8 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
     if not missed <= variance:
         raise IllPosedError(
-            f"{len(basis.T)} terms predict left-out surfaces worse than their mean does, {missed / variance:.2g} of the "
-            "variance is missed: take more samples, other or fewer variables, or a lower degree"
+            f"{len(basis.T)} terms predict left-out surfaces worse than a mean does, they miss {missed / variance:.2g} "
+            "variances: take more samples, other or fewer variables, or a lower degree"
         )
     lowest = min(-REACH * float(values[contact].mean()), float(predicted[0, contact].min()))
     # A straight line through the predictions would do for the far ones; the scatter is wanted where contact is decided.

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import ndtri
 
 from roughslip.chaos.basis import Basis, truncated
 from roughslip.chaos.expansion import expand, expand_adaptively
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.regression import LARGEST_ERROR
+from roughslip.chaos.regression import LARGEST_ERROR, least_squares
 from roughslip.errors import IllPosedError, ParameterError
 
 FRESH = 500
@@ -166,3 +167,23 @@ def test_a_sparse_basis_knows_its_terms():
     heaviest = found.basis.indices[np.argmax(np.abs(found.fit.coefficients))]
     assert heaviest.tolist() == [0, 0, 0, 1, 1]
     assert len(found.basis.indices) <= len(multi_indices(5, 3))
+
+
+@pytest.mark.parametrize("samples", [300, 662])
+def test_an_expansion_that_is_large_where_there_were_no_samples_is_refused(samples):
+    """Seven powers of one normal variable, seen up to 3 standard deviations, of a wave that grows. What it is told to
+    miss is 0.3 variances and at most 10; it misses 20 and more, by quadrature, as its coefficients show."""
+    x = ndtri((np.arange(samples) + 0.5) / samples)
+
+    def wave(at):
+        return np.sin(np.pi * at) * (1 + 0.1 * at**4)
+
+    basis = truncated(("hermite",), 7)
+    fit = least_squares(basis(x[:, None]), wave(x))
+    nodes, weights = np.polynomial.hermite_e.hermegauss(150)
+    missed = weights @ (basis(nodes[:, None]) @ fit.coefficients - wave(nodes)) ** 2 / weights.sum()
+    assert fit.corrected_leave_one_out < 0.3
+    assert fit.error_bound < LARGEST_ERROR
+    assert missed > 20 * wave(x).var()
+    with pytest.raises(IllPosedError, match="beyond their"):
+        expand(x[:, None], wave(x), basis)

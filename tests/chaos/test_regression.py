@@ -8,7 +8,7 @@ import pytest
 
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.regression import FOLDS, WORST_CONDITION, Fit, least_squares
+from roughslip.chaos.regression import FOLDS, WORST_CONDITION, Fit, least_squares, same_points
 from roughslip.errors import IllPosedError, ParameterError
 
 QUALITY = [field.name for field in dataclasses.fields(Fit)]
@@ -125,6 +125,53 @@ def test_copies_of_a_sample_are_one_with_their_weights():
     for name in QUALITY:
         np.testing.assert_allclose(getattr(tiled, name), getattr(once, name), rtol=1e-13, err_msg=name)
     assert weighted.effective_samples == pytest.approx(times.sum() ** 2 / np.sum(times**2), rel=1e-14)
+
+
+def test_samples_at_one_point_are_left_out_together():
+    """By refits without any sample of the point: what leave-one-out means where targets of a point scatter."""
+    basis, target, _ = noisy_problem()
+    point = np.repeat(np.arange(30), np.random.default_rng(7).integers(1, 4, 30))
+    basis, target = basis[point], target[point] + 0.5 * np.random.default_rng(8).standard_normal(len(point))
+    fit = least_squares(basis, target)
+    ones, squares = np.ones(len(target)), np.empty(len(target))
+    for number in range(30):
+        others, own = point != number, point == number
+        without = weighted_solution(basis[others], target[others], ones[others])
+        squares[own] = (target[own] - basis[own] @ without) ** 2
+    whole = weighted_solution(basis, target, ones)
+    assert fit.samples == 30
+    np.testing.assert_allclose(fit.coefficients, whole, rtol=1e-10)
+    assert fit.leave_one_out == pytest.approx(squares.mean() / target.var(), rel=1e-10)
+    assert fit.r_squared == pytest.approx(1 - np.mean((target - basis @ whole) ** 2) / target.var(), rel=1e-10)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-12, 1e-7])
+def test_leave_one_out_does_not_praise_a_fit_through_every_point(apart):
+    """Ten powers through ten and two points, each there twice, of a target that bends: told 1e-13 where 0.1 is true.
+    Apart by less than copies in single precision are."""
+    rng = np.random.default_rng(3)
+    xi = np.linspace(-1.6, 1.6, 12)
+    xi = rng.permutation(np.concatenate([xi, xi + apart]))
+    fit = least_squares(hermite_basis(xi[:, None], multi_indices(1, 9)), np.abs(xi))
+    assert fit.samples == 12
+    assert fit.leave_one_out > 0.01
+
+
+def test_near_copies_of_a_polynomial_leave_it_exact():
+    """Means of rows and of targets are on the same polynomial; what is told is how far copies are apart."""
+    rng = np.random.default_rng(4)
+    xi = np.repeat(rng.standard_normal((40, 2)), 2, axis=0)
+    xi[::2] += 1e-7
+    basis, exact = hermite_basis(xi, multi_indices(2, 3)), np.arange(1.0, 11.0)
+    fit = least_squares(basis, basis @ exact)
+    assert fit.samples == 40
+    np.testing.assert_allclose(fit.coefficients, exact, rtol=1e-11)
+    assert fit.leave_one_out < 1e-13
+
+
+def test_points_are_numbered_as_they_first_come():
+    basis = np.array([[1.0, 2.0], [1.0, 3.0], [1.0, 2.0], [1.0, 2.0 + 1e-3], [1.0, 3.0], [1.0, 2.0 + 1e-7]])
+    np.testing.assert_array_equal(same_points(basis), [0, 1, 0, 2, 1, 0])
 
 
 def test_equal_targets_at_other_points_are_no_copies():

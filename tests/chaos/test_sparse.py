@@ -117,6 +117,19 @@ def test_copies_of_samples_are_one_with_their_weights():
     np.testing.assert_allclose(found.errors, weighted.errors, rtol=1e-9)
 
 
+@pytest.mark.parametrize("apart", [0.0, 1e-7])
+def test_copies_with_noise_do_not_let_it_fit_their_points(apart):
+    """Sixty points, each there twice with a target of its own: nothing can be told apart from noise, where terms
+    through every point once were told to miss 1e-3 of the variance."""
+    rng = np.random.default_rng(6)
+    points = np.repeat(rng.standard_normal((60, 20)), 2, axis=0) + apart * rng.standard_normal((120, 20))
+    basis = truncated(("hermite",) * 20, 2)(points)
+    found = sparse_least_squares(basis, np.repeat(rng.standard_normal(60), 2) + 1e-3 * rng.standard_normal(120))
+    assert found.fit.samples == 60
+    assert found.fit.corrected_leave_one_out > 0.3
+    assert len(found.active) < 30
+
+
 @pytest.mark.parametrize("scale", [1e-9, 1e9])
 def test_the_unit_of_the_target_does_not_matter(scale):
     basis, target, _ = problem()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -132,8 +133,15 @@ def fit_distinct(basis: np.ndarray, target: np.ndarray, weights: np.ndarray, wit
 
 
 def checked(fit: Fit) -> Fit:
-    """The fit of an orthonormal basis; IllPosedError where fresh samples could show errors above LARGEST_ERROR."""
-    if not fit.error_bound <= LARGEST_ERROR:
+    """The fit of an orthonormal basis whose first term is the constant, where fresh samples cannot show wild errors.
+
+    Raises IllPosedError where they could show more than LARGEST_ERROR variances of the target; also where it could be
+    more than one and the expansion, by its coefficients, varies so many times as much as the target at the samples:
+    then it is large where there were none.
+    """
+    variance = fit.scatter**2 / fit.leave_one_out if fit.leave_one_out > 0 else math.inf
+    own = float(np.sum(fit.coefficients[1:] ** 2))
+    if not fit.error_bound <= LARGEST_ERROR or (fit.error_bound > 1 and own > LARGEST_ERROR * variance):
         raise IllPosedError(
             f"{len(fit.coefficients)} terms could err by {fit.error_bound:.1e} variances of the target beyond their "
             f"{fit.samples} samples: {REMEDY}"

@@ -26,7 +26,9 @@ TWICE = 2.0
 SAME_POINT = 1e-5  # samples that differ by no more in any variable are one to the judge
 ROUNDING = 1e-13  # of the largest target: what a sum of some hundred terms may lose
 WILD = 10.0  # times the error of the mean of the samples
+REFITTED, SOUND = 80, 1e3  # samples and condition number up to which leave-one-out is done again by refits
 WELL_SEEN, ENOUGH = 0.3, 4  # least eigenvalue, samples a term, with which an expansion must not be refused
+NO_ONE_ALONE = 0.5  # leverage: unless a sample of more tells a coefficient alone
 
 
 def judge(problem: Problem, found: Expansion) -> Verdict:
@@ -58,8 +60,22 @@ def judge(problem: Problem, found: Expansion) -> Verdict:
         "r_squared": (fit.r_squared, 1.0),
         "leave-one-out, from the residuals": (1.0 - fit.r_squared, fit.leave_one_out * (1 + 1e-9) + 1e-12),
     }
+    if count == len(problem.target) <= REFITTED and problem.weights is None and fit.condition_number < SOUND:
+        refitted = _by_refits(problem, found)
+        met["leave-one-out, by refits"] = (abs(fit.leave_one_out * variance - refitted), 1e-6 * refitted + rounding**2)
     broken = [f"{name}: {value:.3e} for {limit:.3e}" for name, (value, limit) in met.items() if not value <= limit]
     return Verdict(error / allowed, tuple(broken))
+
+
+def _by_refits(problem: Problem, found: Expansion) -> float:
+    """Mean square of the target less its prediction from all other samples, one fit each."""
+    terms, target = product_terms(found.basis.families, found.basis.indices, problem.points), problem.target
+    squares = []
+    for k in range(len(target)):
+        others = np.arange(len(target)) != k
+        without = np.linalg.lstsq(terms[others], target[others], rcond=None)[0]
+        squares.append(float(target[k] - terms[k] @ without) ** 2)
+    return float(np.mean(squares))
 
 
 def told(found: Expansion) -> float:
@@ -82,7 +98,9 @@ def well_posed(problem: Problem) -> bool:
     values = product_terms(problem.families, problem.basis.indices, problem.points)
     if count < len(problem.points):
         values = values[np.unique(np.round(problem.points / SAME_POINT), axis=0, return_index=True)[1]]
-    return bool(np.linalg.eigvalsh(values.T @ values / len(values))[0] > WELL_SEEN)
+    leverage = np.sum(np.linalg.qr(values)[0] ** 2, axis=1)
+    seen = np.linalg.eigvalsh(values.T @ values / len(values))[0] > WELL_SEEN
+    return bool(seen and leverage.max() < NO_ONE_ALONE)
 
 
 def judge_shares(problem: Problem, found: Expansion, shares: Sensitivity) -> tuple[str, ...]:

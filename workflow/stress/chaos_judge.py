@@ -26,7 +26,7 @@ TWICE = 2.0
 SAME_POINT = 1e-5  # samples that differ by no more in any variable are one to the judge
 ROUNDING = 1e-13  # of the largest target: what a sum of some hundred terms may lose
 WILD = 10.0  # times the error of the mean of the samples
-REFITTED, SOUND = 80, 1e3  # samples and condition number up to which leave-one-out is done again by refits
+REFITTED, SOUND = 80, 1e3  # samples and condition up to which leave-one-out is done again by refits
 WELL_SEEN, ENOUGH = 0.3, 4  # least eigenvalue, samples a term, with which an expansion must not be refused
 NO_ONE_ALONE = 0.5  # leverage: unless a sample of more tells a coefficient alone
 
@@ -60,11 +60,18 @@ def judge(problem: Problem, found: Expansion) -> Verdict:
         "r_squared": (fit.r_squared, 1.0),
         "leave-one-out, from the residuals": (1.0 - fit.r_squared, fit.leave_one_out * (1 + 1e-9) + 1e-12),
     }
-    if count == len(problem.target) <= REFITTED and problem.weights is None and fit.condition_number < SOUND:
+    if count == len(problem.target) <= REFITTED and problem.weights is None and _sound(problem, found):
         refitted = _by_refits(problem, found)
         met["leave-one-out, by refits"] = (abs(fit.leave_one_out * variance - refitted), 1e-6 * refitted + rounding**2)
     broken = [f"{name}: {value:.3e} for {limit:.3e}" for name, (value, limit) in met.items() if not value <= limit]
     return Verdict(error / allowed, tuple(broken))
+
+
+def _sound(problem: Problem, found: Expansion) -> bool:
+    """Whether the fit without any one sample is known to some digits."""
+    terms = product_terms(found.basis.families, found.basis.indices, problem.points)
+    leverage = np.sum(np.linalg.qr(terms)[0] ** 2, axis=1)
+    return bool(np.linalg.cond(terms) < SOUND and leverage.max() < 1 - 1 / SOUND)
 
 
 def _by_refits(problem: Problem, found: Expansion) -> float:

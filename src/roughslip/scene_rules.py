@@ -277,6 +277,11 @@ _RULES = (
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     ),
+    _Rule(
+        ("expansion.target", "material.hardness_pa"),
+        lambda target, _: target != "censored",
+        "trial_pressure, squared_pressure or best where the surface yields, at material.hardness_pa = {1} [Pa]",
+    ),
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
     _Rule(

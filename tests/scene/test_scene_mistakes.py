@@ -125,8 +125,8 @@ MISTAKES = {
     "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
     "50 among them: friction.mean_at_median sets the shear strength there",
     "material: {hardness_pa: 0}": "material.hardness_pa: 0 is not allowed; a number > 0 and <= 1e+13 [Pa]",
-    "targets: [figure2]\nmaterial: {hardness_pa: 1.0e+9}\nexpansion: {target: censored}": "expansion.target: 'censored' is "
-    "not allowed; trial_pressure, squared_pressure or best where the surface yields, at material.hardness_pa = "
+    "targets: [figure2]\nmaterial: {hardness_pa: 1.0e+9}\nexpansion: {target: censored}": "expansion.target: "
+    "'censored' is not allowed; trial_pressure, squared_pressure or best where the surface yields, at material.hardness_pa = "
     "1000000000.0 [Pa]",
     "expansion: {target: censored}": "expansion.target: 'censored' is not allowed; "
     "trial_pressure, squared_pressure or best: along the strip no regression is censored",

@@ -47,7 +47,7 @@ class ContactSolution:
 
     @property
     def signed_gap(self) -> np.ndarray:
-        """(nx, ny) [m] B p - u_bar: the gap, and less than zero, by the plastic displacement, where the surface yields."""
+        """(nx, ny) [m] B p - u_bar: the gap, or less than zero by the plastic displacement."""
         return self.gap - self.plastic_displacement
 
     @property

@@ -17,7 +17,6 @@ from roughslip.stages.nodes import Nodes
 from roughslip.surface.karhunen_loeve import heights
 from roughslip.surface.model import SurfaceModel
 
-
 GAP = "gap at nodes around the centre, below zero the plastic displacement"
 
 

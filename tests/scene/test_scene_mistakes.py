@@ -126,8 +126,8 @@ MISTAKES = {
     "50 among them: friction.mean_at_median sets the shear strength there",
     "material: {hardness_pa: 0}": "material.hardness_pa: 0 is not allowed; a number > 0 and <= 1e+13 [Pa]",
     "targets: [figure2]\nmaterial: {hardness_pa: 1.0e+9}\nexpansion: {target: censored}": "expansion.target: "
-    "'censored' is not allowed; trial_pressure, squared_pressure or best where the surface yields, at material.hardness_pa = "
-    "1000000000.0 [Pa]",
+    "'censored' is not allowed; trial_pressure, squared_pressure or best where the surface yields, at "
+    "material.hardness_pa = 1000000000.0 [Pa]",
     "expansion: {target: censored}": "expansion.target: 'censored' is not allowed; "
     "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     "strip: {samples: 12, training_samples: 13}": "strip.training_samples: 13 is not allowed; "

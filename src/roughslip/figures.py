@@ -64,9 +64,10 @@ def legend_above(axes: Axes, columns: int = 2) -> None:
     """A legend at the top, over nothing: the axis is raised by the height of its lines."""
     labels = axes.get_legend_handles_labels()[1]
     share = 0.03 + 0.07 * -(-len(labels) // columns)
-    low, high = axes.get_ylim()
+    scale, (low, high) = axes.yaxis.get_transform(), axes.get_ylim()
     axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
-    axes.set_ylim(low, low + (high - low) / (1 - share))
+    below, above = scale.transform([low, high])
+    axes.set_ylim(low, float(scale.inverted().transform([below + (above - below) / (1 - share)])[0]))
     axes.legend(
         loc="upper left", ncols=columns, fontsize="small", columnspacing=0.8, handlelength=1.7, borderaxespad=0.1
     )

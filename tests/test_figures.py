@@ -8,10 +8,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from roughslip.figures import DRAWN, METHODS, figure2, figure3, figure5, save
+from roughslip.figures import DRAWN as PAPERS
+from roughslip.figures import METHODS, figure2, figure5, save
+from roughslip.figures_friction import DRAWN as FRICTIONS
+from roughslip.figures_friction import FAMILIES, PAPER_MOMENTS, figure3, law
 from tests.drawn import Recorded, with_interval
 
-FIGURES = {"figure2": figure2, "figure3": figure3, "figure5": figure5}
+FIGURES = {"figure2": figure2, "figure3": figure3, "figure3_law": law, "figure5": figure5}
+DRAWN = {**PAPERS, **FRICTIONS}
 DAMPING = np.array([0.05, 0.1, 0.17, 0.2, 0.23, 0.25, 0.27, 0.28, 0.29, 0.3, 0.31, 0.32, 0.3225, 0.325, 0.34, 0.4])
 
 
@@ -40,11 +44,12 @@ def refused():
     return result
 
 
-def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e-6):
+def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e-6, lightest=0.0):
     percentile = np.array(percentile, dtype=float)
     lag = 15e-6 * np.arange(121)
     mean, std = 0.4 - 0.001 * percentile, 0.1 / (1 + percentile / 10)
     both = np.ones((2, 1))
+    skewness = 0.3 + lightest * (percentile == percentile[0])
     curves = np.exp(-lag / length) * np.ones((2, len(percentile), 1))
     middle = 0.4 - 0.05
     edges = np.linspace(middle - 0.05, middle + 0.1, 41)
@@ -54,7 +59,6 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         "percentile": percentile,
         "lag": lag,
         "triangle": np.maximum(0, 1 - lag / 600e-6),
-        "length_least_squares": np.full((2, len(percentile)), length),
         "histogram": density / density.sum() / np.diff(edges),
         "histogram_edge": edges,
         **{f"beta_{name}": np.full((2, len(percentile)), v) for name, v in zip("ab", (299.7, 300.0), strict=True)},
@@ -66,6 +70,18 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         **with_interval("mean", both * mean, 0.004),
         **with_interval("std", both * std, 0.004),
         **with_interval("autocorrelation", curves, 0.2),
+        "fit_percentile": percentile,
+        **with_interval("fit", mean, 0.002),
+        "family": np.array(list(FAMILIES)),
+        "p_equal_law": np.array(0.0025 if len(percentile) > 1 else np.nan),
+        "p_equal_correlation": np.array(0.12 if len(percentile) > 1 else np.nan),
+        **with_interval("white_autocorrelation", np.maximum(0, 1 - lag / 600e-6), 0.1),
+        **with_interval("length_least_squares", np.full((2, len(percentile)), length), 30e-6),
+        **with_interval("white_length", 320e-6, 40e-6),
+        **with_interval("beta_misfit", both * 0.02 * np.ones(len(percentile)), 0.01),
+        **with_interval("family_distance", np.array([[0.06], [0.03], [0.029]]) * np.ones(len(percentile)), 0.01),
+        **with_interval("skewness", both * skewness, 0.2),
+        **with_interval("kurtosis", both * skewness**2, 0.4),
     }
 
 
@@ -99,16 +115,23 @@ def oscillator(runs=12, damping=DAMPING):
 NONE = np.array(np.nan)
 NO_LIMITS = {"deterministic_hopf_damping": NONE, "deterministic_existence_limit": NONE}
 NO_CYCLE = {"reattachment_mean": NONE, "reattachment_std": NONE, "deterministic_reattachment": NONE}
-FULL = {"figure2": square(), "figure3": friction(), "figure5": oscillator()}
+FULL = {"figure2": square(), "figure3": friction(), "figure3_law": friction(), "figure5": oscillator()}
 CASES = {
     "figure2": ("figure2", square()),
     "figure2, GPa": ("figure2", square(scale=2e9)),
     "figure2, few in contact": ("figure2", square(count=6) | {"cumulative": np.tile(np.arange(1, 7) / 8, (5, 1))}),
     "figure2, refused": ("figure2", refused()),
-    "figure3": ("figure3", friction()),
-    "figure3, three levels": ("figure3", friction([10, 50, 90])),
-    "figure3, one level": ("figure3", friction([50])),
-    "figure3, long correlation": ("figure3", friction(length=5e-3)),
+    **{
+        f"{name}, {case}": (name, result)
+        for name in ("figure3", "figure3_law")
+        for case, result in {
+            "eleven levels": friction(),
+            "three levels": friction([10, 50, 90]),
+            "one level": friction([50]),
+            "long correlation": friction(length=5e-3),
+            "hardly any contact": friction(lightest=7.0),
+        }.items()
+    },
     "figure5": ("figure5", oscillator()),
     "figure5, four runs and three dampings": ("figure5", oscillator(4, np.array([0.17, 0.3, 0.34]))),
     "figure5, one run and one damping": ("figure5", oscillator(1, np.array([0.17]))),
@@ -206,17 +229,27 @@ def test_figure2_draws_the_stored_numbers():
 
 def test_figure3_draws_the_stored_numbers():
     result = friction()
-    mean, std, correlation, marginal = figure3(result).axes
+    mean, std = figure3(result).axes
     for axes, name in ((mean, "mean"), (std, "std")):
         for row, label in enumerate(("solved contact", "expansion")):
             np.testing.assert_array_equal(line(axes, label), [result["percentile"], result[name][row]])
         np.testing.assert_array_equal(line(axes, "expansion as control")[1], result[f"combined_{name}"])
-    x, y = line(correlation, "solved contact")
+    np.testing.assert_array_equal(line(mean, "$\\mu_{fit}$"), [result["fit_percentile"], result["fit"]])
+
+
+def test_the_law_draws_the_stored_numbers():
+    result = friction(lightest=7.0)
+    correlation, lengths, marginal, distances, skewness, kurtosis = law(result).axes
+    x, y = line(correlation, "median penetration")
     np.testing.assert_allclose(x, 1e6 * result["lag"])
     np.testing.assert_array_equal(y, result["autocorrelation"][0, 5])
-    np.testing.assert_array_equal(line(correlation, "window alone")[1], result["triangle"])
+    np.testing.assert_array_equal(line(correlation, "triangle of the window")[1], result["triangle"])
+    np.testing.assert_array_equal(line(correlation, "white pressure")[1], result["white_autocorrelation"])
     np.testing.assert_allclose(line(correlation, "exponential, 300 µm")[1], np.exp(-result["lag"] / 300e-6))
-    assert len(correlation.lines) == 10 + 4 + 1  # other levels, four curves, the zero line
+    assert len(correlation.lines) == 10 + 5 + 1  # other levels, five curves, the zero line
+    np.testing.assert_allclose(line(lengths, "solved contact")[1], 300.0)
+    np.testing.assert_allclose(line(lengths, "white pressure")[1], 320.0)
+    np.testing.assert_allclose(line(lengths, "paper")[1], 250.0)
     u = np.linspace(-8, 8, 4001)
     for label in ("fitted Beta at bound", "paper, Beta(2.1, 5)", "normal"):
         x, y = line(marginal, label)
@@ -226,6 +259,26 @@ def test_figure3_draws_the_stored_numbers():
     (stairs,) = marginal.patches
     values, edges, _ = stairs.get_data()
     assert np.sum(values * np.diff(edges)) == pytest.approx(1.0)
+    np.testing.assert_array_equal(line(distances, "fitted Beta")[1], result["beta_misfit"][0])
+    for row, family in enumerate(FAMILIES):
+        np.testing.assert_array_equal(line(distances, family)[1], result["family_distance"][row])
+    for axes, name, paper in ((skewness, "skewness", 0.560), (kurtosis, "kurtosis", -0.171)):
+        np.testing.assert_array_equal(line(axes, "solved contact"), [result["percentile"], result[name][0]])
+        assert line(axes, "paper, Beta(2.1, 5)")[1][0] == pytest.approx(paper, abs=5e-4)
+        assert axes.get_yscale() == "symlog"
+    assert correlation.get_title(loc="left").endswith("$p$ = 0.12")
+    assert distances.get_title(loc="left").endswith("$p$ = 0.0025")
+    assert law(friction()).axes[4].get_yscale() == "linear"
+
+
+def test_the_moments_of_the_papers_beta_are_its_moments():
+    from scipy import stats
+
+    skewness, kurtosis = stats.beta(2.1, 5.0).stats("sk")
+    assert (PAPER_MOMENTS["skewness"], PAPER_MOMENTS["kurtosis"]) == (
+        pytest.approx(skewness, abs=5e-4),
+        pytest.approx(kurtosis, abs=5e-4),
+    )
 
 
 def test_figure5_draws_the_stored_numbers():

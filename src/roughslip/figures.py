@@ -1,4 +1,4 @@
-"""Figures 2, 3 and 5 of the paper, each number with its 95 % interval. Figures alone know seaborn."""
+"""Figures 2 and 5 of the paper, each number with its 95 % interval, and the style of all figures."""
 
 from __future__ import annotations
 
@@ -11,29 +11,22 @@ import numpy as np
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.special import betaln, ndtri
 
 Arrays = Mapping[str, np.ndarray]
 
 INTERVAL = ("", "_low", "_high")
 
 
-def _with_interval(*names: str) -> list[str]:
+def with_interval_names(*names: str) -> list[str]:
     return [name + end for name in names for end in INTERVAL]
 
 
 DRAWN = {
-    "figure2": ["method", "pressure", "distance_in_contact", *_with_interval("cumulative", "contact_probability")],
-    "figure3": [
-        *("source", "percentile", "lag", "triangle", "length_least_squares", "histogram", "histogram_edge"),
-        "beta_at_bound",
-        *("beta_a", "beta_b", "beta_lower", "beta_upper"),
-        *_with_interval("combined_mean", "combined_std", "mean", "std", "autocorrelation"),
-    ],
+    "figure2": ["method", "pressure", "distance_in_contact", *with_interval_names("cumulative", "contact_probability")],
     "figure5": [
         *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
         *("reattachment_mean", "reattachment_std", "deterministic_reattachment", "nominal_damping", "damping_ratio"),
-        *("deterministic_cycles", "mean_cycles", *_with_interval("difference")),
+        *("deterministic_cycles", "mean_cycles", *with_interval_names("difference")),
         *("deterministic_hopf_damping", "deterministic_existence_limit"),
     ],
 }
@@ -47,11 +40,6 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "roughslip": ("PC, all samples", {"color": "C2", "linestyle": "-", "linewidth": 1.2}),
 }
 """Label and look of the ways to a distribution; told apart by style as well as by colour."""
-
-SOURCES = {"solved": ("solved contact", "C0", "o"), "expansion": ("expansion", "C1", "s")}
-SOLVED = 0  # row of the sources
-PAPER_LENGTH = 250e-6  # m
-PAPER_BETA = (2.1, 5.0)
 
 
 def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
@@ -72,13 +60,14 @@ def head(axes: Axes, letter: str, text: str) -> None:
     axes.set_title(f"({letter}) {text}", loc="left", fontsize="medium")
 
 
-def _legend_above(axes: Axes, columns: int = 2) -> None:
+def legend_above(axes: Axes, columns: int = 2) -> None:
     """A legend at the top, over nothing: the axis is raised by the height of its lines."""
     labels = axes.get_legend_handles_labels()[1]
     share = 0.03 + 0.07 * -(-len(labels) // columns)
-    low, high = axes.get_ylim()
+    scale, (low, high) = axes.yaxis.get_transform(), axes.get_ylim()
     axes.set_yticks([tick for tick in axes.get_yticks() if low <= tick <= high])
-    axes.set_ylim(low, low + (high - low) / (1 - share))
+    below, above = scale.transform([low, high])
+    axes.set_ylim(low, float(scale.inverted().transform([below + (above - below) / (1 - share)])[0]))
     axes.legend(
         loc="upper left", ncols=columns, fontsize="small", columnspacing=0.8, handlelength=1.7, borderaxespad=0.1
     )
@@ -124,86 +113,6 @@ def _contact(axes: Axes, result: Arrays, row: int, colour: str, annotated: bool)
         axes.annotate(text, (share, -row), xytext=(0, 7), textcoords="offset points", ha="center", fontsize="small")
 
 
-def figure3(result: Arrays) -> Figure:
-    """Mean and standard deviation of mu against penetration, its autocorrelation and its marginal at the median."""
-    figure, grid = panels(2, 2, 4.6)
-    for axes, name, label in ((grid[0, 0], "mean", "mean"), (grid[0, 1], "std", "standard deviation")):
-        _against_penetration(axes, result, name)
-        axes.set(xlabel="penetration [percentile of heights]", ylabel=f"{label} of $\\mu$", ylim=(0, None))
-    _legend_above(grid[0, 0])
-    _autocorrelation(grid[1, 0], result)
-    _marginal(grid[1, 1], result)
-    head(grid[0, 0], "a", "mean friction coefficient")
-    head(grid[0, 1], "b", "standard deviation")
-    head(grid[1, 0], "c", "autocorrelation at median penetration")
-    head(grid[1, 1], "d", "marginal at median penetration")
-    sns.despine(figure)
-    return figure
-
-
-def _against_penetration(axes: Axes, result: Arrays, name: str) -> None:
-    percentile = result["percentile"]
-    for row, source in enumerate(map(str, result["source"])):
-        label, colour, marker = SOURCES[source]
-        axes.plot(percentile, result[name][row], marker, color=colour, ms=4, label=label)
-        band = result[f"{name}_low"][row], result[f"{name}_high"][row]
-        axes.fill_between(percentile, *band, color=colour, alpha=0.2, linewidth=0)
-    axes.vlines(percentile, result[f"combined_{name}_low"], result[f"combined_{name}_high"], color="0.15", lw=1.2)
-    label = "expansion as control"
-    axes.plot(percentile, result[f"combined_{name}"], "_-", color="0.15", lw=1.2, ms=6, label=label)
-
-
-def _median(result: Arrays) -> int:
-    return int(np.flatnonzero(result["percentile"] == 50.0)[0])
-
-
-def _autocorrelation(axes: Axes, result: Arrays) -> None:
-    median, lag = _median(result), 1e6 * result["lag"]
-    others = [level for level in range(len(result["percentile"])) if level != median]
-    for level in others:
-        label = "other penetrations" if level == others[0] else None
-        axes.plot(lag, result["autocorrelation"][SOLVED, level], color="0.75", lw=0.7, zorder=1, label=label)
-    axes.plot(lag, result["autocorrelation"][SOLVED, median], color="C0", label="solved contact")
-    band = (result[f"autocorrelation{end}"][SOLVED, median] for end in INTERVAL[1:])
-    axes.fill_between(lag, *band, color="C0", alpha=0.2, linewidth=0)
-    axes.plot(lag, result["triangle"], color="C3", ls=":", lw=1.8, label="window alone")
-    length = float(result["length_least_squares"][SOLVED, median])
-    axes.plot(lag, np.exp(-result["lag"] / length), "k--", lw=1, label=f"exponential, {1e6 * length:.0f} µm")
-    paper = np.exp(-result["lag"] / PAPER_LENGTH)
-    axes.plot(lag, paper, color="C2", ls="-.", lw=1, label=f"paper, {1e6 * PAPER_LENGTH:.0f} µm")
-    axes.axhline(0, color="0.6", lw=0.5)
-    axes.set(xlabel="distance of windows [µm]", ylabel="autocorrelation", xlim=(0, lag[-1]))
-    _legend_above(axes)
-
-
-def _marginal(axes: Axes, result: Arrays) -> None:
-    """Densities of mu less its mean, over its standard deviation, so that the shapes compare."""
-    median = _median(result)
-    mean, std = (float(result[name][SOLVED, median]) for name in ("mean", "std"))
-    edges = (result["histogram_edge"] - mean) / std
-    axes.stairs(result["histogram"] * std, edges, fill=True, color="C0", alpha=0.35, label="solved contact")
-    a, b, lower, upper = (float(result[f"beta_{name}"][SOLVED, median]) for name in ("a", "b", "lower", "upper"))
-    u = np.linspace(1e-4, 1 - 1e-4, 400)
-    axes.plot(
-        (lower + (upper - lower) * u - mean) / std, _beta_density(u, a, b) * std / (upper - lower), "k-", lw=1.2,
-        label="fitted Beta at bound" if result["beta_at_bound"][SOLVED, median] else f"fitted Beta({a:.3g}, {b:.3g})",
-    )  # fmt: skip
-    a, b = PAPER_BETA
-    paper_mean, paper_std = a / (a + b), np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
-    axes.plot(
-        (u - paper_mean) / paper_std, _beta_density(u, a, b) * paper_std, "C2-.", label=f"paper, Beta({a:g}, {b:g})"
-    )
-    normal = ndtri(u)
-    axes.plot(normal, np.exp(-(normal**2) / 2) / np.sqrt(2 * np.pi), color="C3", lw=1.2, ls=":", label="normal")
-    axes.set(xlabel="standardised friction coefficient", ylabel="density", ylim=(0, None))
-    axes.set_xlim(min(-3.0, edges[0]), max(3.5, edges[-1]))
-    _legend_above(axes)
-
-
-def _beta_density(u: np.ndarray, a: float, b: float) -> np.ndarray:
-    return np.exp((a - 1) * np.log(u) + (b - 1) * np.log1p(-u) - betaln(a, b))
-
-
 def figure5(result: Arrays) -> Figure:
     """Limit cycles, histogram of the reattachment point, and cycles lost to the scatter against damping."""
     figure, (cycle, histogram, loss) = panels(3, 1, 4.0)
@@ -225,7 +134,7 @@ def _cycle(axes: Axes, result: Arrays) -> None:
     drawn = 1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]
     axes.plot(*drawn, color="0.1", lw=1.2, label="deterministic")
     axes.set(xlabel="displacement $X_1$ [mm]", ylabel="velocity $X_2 = \\dot x / \\omega$ [mm]")
-    _legend_above(axes)
+    legend_above(axes)
 
 
 def _reattachment(axes: Axes, result: Arrays) -> None:
@@ -243,7 +152,7 @@ def _reattachment(axes: Axes, result: Arrays) -> None:
     if np.isfinite(place):
         axes.plot([place, place], [0, max(normal.max(), density.max())], "C3--", lw=1.2, label="deterministic")
     axes.set_ylim(bottom=0)
-    _legend_above(axes)
+    legend_above(axes)
 
 
 def _loss(axes: Axes, result: Arrays) -> None:
@@ -262,4 +171,4 @@ def _loss(axes: Axes, result: Arrays) -> None:
         if damping[0] <= limit <= damping[-1]:
             axes.vlines(limit, low, high, color="0.2", lw=0.8, ls=style, label=f"{text} {limit:.4f}")
     axes.set(xlabel="damping ratio $D$", ylabel="number of cycles", ylim=(low, high))
-    _legend_above(axes)
+    legend_above(axes)

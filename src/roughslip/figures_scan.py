@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from roughslip.figures import INTERVAL, Arrays, _legend_above, _with_interval, head, panels
+from roughslip.figures import INTERVAL, Arrays, head, legend_above, panels, with_interval_names
 
 # Numbers in the last panel: label, factor to the unit shown, unit.
 NUMBERS = {
@@ -26,7 +26,7 @@ NUMBERS = {
 DRAWN = [
     *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient"),
     *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
-    *_with_interval("density", "correlation", "power", *NUMBERS),
+    *with_interval_names("density", "correlation", "power", *NUMBERS),
     *(f"twin_{name}" for name in NUMBERS),
 ]
 """Variables of a result that the figure draws, which are stored beside it."""
@@ -88,7 +88,7 @@ def _density(axes: Axes, result: Arrays) -> None:
     reach = 6e6 * float(result["rms_height"])
     axes.set(xlabel="height [µm]", ylabel="density [1/µm]", ylim=(0, None))
     axes.set_xlim(max(edges[0], -reach), min(edges[-1], reach))
-    _legend_above(axes)
+    legend_above(axes)
 
 
 def _correlation(axes: Axes, result: Arrays) -> None:
@@ -102,7 +102,7 @@ def _correlation(axes: Axes, result: Arrays) -> None:
     for level in (0.0, np.exp(-1)):
         axes.axhline(level, color="0.6", lw=0.6)
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
-    _legend_above(axes)
+    legend_above(axes)
 
 
 def _spectrum(axes: Axes, result: Arrays) -> None:
@@ -137,4 +137,4 @@ def _numbers(axes: Axes, result: Arrays) -> None:
     axes.set_yticks(-np.arange(len(shown)), [NUMBERS[name][0] for name in shown])
     axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(shown), 0.8))
     axes.set_xlabel("distance [half the 95 % interval]")
-    _legend_above(axes)
+    legend_above(axes)

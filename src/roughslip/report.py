@@ -40,8 +40,11 @@ CAPTIONS = {
     "variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals, of sampling, and for "
     "an expansion of its fit, not of the truncation of its series.",
     "figure3": "Figure 3. Friction coefficient of the test surface against penetration, from solved contact, from the "
-    "expansion, and from solved contact with the expansion as control variate; its autocorrelation beside that of "
-    "white noise averaged over the window; and its marginal, less its mean and over its standard deviation.",
+    "expansion, and from solved contact with the expansion as control variate. The curve through the last is mu_fit.",
+    "figure3_law": "The law of the friction coefficient. Autocorrelation beside that of windows of white pressure, "
+    "measured the same way, which is the window's own part; exponential lengths; the marginal at median penetration, "
+    "less its mean and over its standard deviation; distances of the windows from families of laws; skewness and "
+    "excess kurtosis.",
     "figure5": "Figure 5. Stick-slip limit cycle with and without scatter, the point where the mass sticks again, and "
     "the cycles lost to the scatter against damping.",
 }

@@ -55,6 +55,7 @@ SLICES = {
         "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
         "figure2": "description",
         "figure3": "description",
+        "figure3_law": "description",
         "figure5": "description",
         "figure_scan": "description",
         "claims": "description targets",
@@ -64,10 +65,13 @@ SLICES = {
     }.items()
 }
 
+# The pictures of a target that has more than one.
+_SHEETS = {"figure3": ("figure3", "figure3_law")}
+
 _STRIP_STAGES = ("contact_strip", "chaos_strip", "expansion_strip", "friction")
 _STAGES = {
     "figure2": ("surface", "design", "contact_square", "chaos_square", "figure2"),
-    "figure3": (*_STRIP_STAGES, "figure3"),
+    "figure3": (*_STRIP_STAGES, *_SHEETS["figure3"]),
     "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
     "figure_scan": ("scan", "twins", "figure_scan"),
 }
@@ -126,9 +130,10 @@ def stages_needed(scene: Scene) -> set[str]:
 
 
 def figures(scene: Scene) -> list[str]:
-    """The figures that the scene makes: its targets, and that of a scan that they need."""
+    """The figures that the scene makes: those of its targets, and that of a scan that they need."""
     stages = stages_needed(scene)
-    return [*(["figure_scan"] if "figure_scan" in stages else []), *(t for t in scene["targets"] if t != "figure_scan")]
+    asked = [figure for target in scene["targets"] for figure in _SHEETS.get(target, (target,))]
+    return [*(["figure_scan"] if "figure_scan" in stages else []), *(name for name in asked if name != "figure_scan")]
 
 
 def _friction_is_given(scene: Scene) -> bool:
@@ -276,6 +281,11 @@ _RULES = (
         ("expansion.target", "strip.training_samples"),
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
+    ),
+    _Rule(
+        ("expansion.target", "material.hardness_pa"),
+        lambda target, _: target != "censored",
+        "trial_pressure, squared_pressure or best where the surface yields, at material.hardness_pa = {1} [Pa]",
     ),
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),

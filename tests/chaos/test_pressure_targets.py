@@ -64,6 +64,32 @@ def test_squared_pressure_of_large_cells_is_the_trial_pressure():
     )
 
 
+@pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])
+def test_targets_go_on_above_the_hardness_as_below_contact(kind):
+    """A cell alone that yields at H: p = H for an interference u > H B_00, and the plastic displacement is the rest."""
+    hardness = 1e9
+    target = pressure_target(kind, **PARTS, hardness_pa=hardness)
+    plastic = np.linspace(0.0, 3e-8, 7)
+    values = target.values(np.full(7, hardness), -plastic)
+    at_yield = target.values(np.array([hardness]), np.zeros(1))
+    # H^2 and the plastic term differ by five decades: their sum keeps eleven digits of the smaller
+    np.testing.assert_allclose(values - at_yield, target.gap_stiffness * plastic, rtol=1e-10, atol=1e-15 * at_yield[0])
+    # sum, root and quotient may leave the pressure at yield one rounding below the hardness, never above
+    assert np.all(target.pressure(values) <= hardness)
+    np.testing.assert_allclose(target.pressure(values), hardness, rtol=4 * 2.0**-53)
+    assert np.all(target.pressure(values[1:]) == hardness)
+    assert target.pressure(0.5 * at_yield)[0] < hardness
+
+
+def test_what_does_not_go_with_a_hardness_is_refused():
+    with pytest.raises(ParameterError, match="hardness"):
+        pressure_target("trial_pressure", **PARTS, hardness_pa=0.0)
+    with pytest.raises(ParameterError, match="hardness"):
+        pressure_target("squared_pressure", **PARTS, hardness_pa=math.nan)
+    with pytest.raises(ParameterError, match="another target"):
+        pressure_target("censored", **PARTS, hardness_pa=1e9)
+
+
 @settings(derandomize=True, max_examples=50, deadline=None)
 @given(st.sampled_from(["trial_pressure", "squared_pressure"]), st.floats(1e-3, 1e12), st.floats(0, 1e-6))
 def test_the_positive_part_gives_the_pressure_back(kind, pressure, gap):

@@ -50,7 +50,7 @@ MISTAKES = {
     "length_m, margin_m, width_m, cell_m, window_m, window_spacing_m, penetration_percentiles, samples, "
     "training_samples, expansion_samples",
     "material: {young_modulus_gpa: 210}": "material.young_modulus_gpa: unknown key; "
-    "did you mean young_modulus_pa? allowed: young_modulus_pa, poisson_ratio",
+    "did you mean young_modulus_pa? allowed: young_modulus_pa, poisson_ratio, hardness_pa",
     "numerics: {normal_force_n: 1}": "numerics.normal_force_n: unknown key; did you mean oscillator.normal_force_n? "
     "allowed: contact_tolerance, oscillator_tolerance",
     "numerics: {xyz: 1}": "numerics.xyz: unknown key; allowed: contact_tolerance, oscillator_tolerance",
@@ -124,6 +124,10 @@ MISTAKES = {
     "strictly increasing percentiles",
     "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
     "50 among them: friction.mean_at_median sets the shear strength there",
+    "material: {hardness_pa: 0}": "material.hardness_pa: 0 is not allowed; a number > 0 and <= 1e+13 [Pa]",
+    "targets: [figure2]\nmaterial: {hardness_pa: 1.0e+9}\nexpansion: {target: censored}": "expansion.target: "
+    "'censored' is not allowed; trial_pressure, squared_pressure or best where the surface yields, at "
+    "material.hardness_pa = 1000000000.0 [Pa]",
     "expansion: {target: censored}": "expansion.target: 'censored' is not allowed; "
     "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     "strip: {samples: 12, training_samples: 13}": "strip.training_samples: 13 is not allowed; "

@@ -42,7 +42,7 @@ def test_a_slice_has_the_shape_of_the_scene():
         ("friction.mean_at_median", 0.2, {"friction"}),
         ("square.monte_carlo_samples", 999, set()),
         ("expansion.draws", 9999, {"chaos_square"}),
-        ("description", "other", {"figure2", "figure3", "figure5", "figure_scan", *ALWAYS, "reference"}),
+        ("description", "other", {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", *ALWAYS, "reference"}),
     ],
 )
 def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
@@ -62,10 +62,10 @@ def test_only_stages_that_the_targets_need():
     strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
     assert stages_needed(paper) == set(SLICES) - {"reference", "training_square"} - SCAN_STAGES
     assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
-    assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3"} | ALWAYS
+    assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     found = paper | {"expansion": paper["expansion"] | {"samples": "auto", "cdf_error": 0.01}}
     assert stages_needed(found | {"targets": ["figure2"]}) == square | {"training_square"} | ALWAYS
-    assert stages_needed(found | {"targets": ["figure3"]}) == strip | {"figure3"} | ALWAYS
+    assert stages_needed(found | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     assert stages_needed(paper | {"targets": ["figure5"]}) == strip | OSCILLATOR | ALWAYS
 
 
@@ -85,7 +85,8 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
     scene = mine(f"extends: paper\nroughness: {{scan: {SCAN}}}")
     for target in ("figure2", "figure3", "figure5", "figure_scan"):
         assert SCAN_STAGES - {"grinding"} <= stages_needed(scene | {"targets": [target]})
-        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys(["figure_scan", target]))
+        sheets = ["figure3", "figure3_law"] if target == "figure3" else [target]
+        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys(["figure_scan", *sheets]))
     assert stages_needed(scene | {"targets": ["figure_scan"]}) == (SCAN_STAGES - {"grinding"}) | ALWAYS
     given = mine(f"extends: given\nroughness: {{scan: {SCAN}}}")
     assert stages_needed(given) == OSCILLATOR | ALWAYS

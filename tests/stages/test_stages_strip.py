@@ -63,12 +63,12 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
     pressed = []
     node = 1 + np.arange(NX)[:, None] + 100.0 * np.arange(NY)
 
-    def sweep(influence, heights, planes, tolerance):
-        pressed.append((influence, heights, planes, tolerance))
+    def sweep(influence, heights, planes, tolerance, hardness_pa):
+        pressed.append((influence, heights, planes, tolerance, hardness_pa))
         for level in range(len(planes)):
             pressure = 1e6 * (1 + level) * node * (np.arange(NY) % 2 == 0)
             yield SimpleNamespace(
-                pressure=pressure, gap=1e-9 * (1 + level) * node, residual=0.1 * level, work=5 + level
+                pressure=pressure, signed_gap=1e-9 * (1 + level) * node, residual=0.1 * level, work=5 + level
             )
 
     monkeypatch.setattr(contact_strip, "sweep", sweep)
@@ -85,10 +85,11 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
     np.testing.assert_array_equal(found["residual"], np.tile([0.0, 0.1], (4, 1)))
     np.testing.assert_array_equal(found["work"], np.tile([5, 6], (4, 1)))
     assert found.attributes["first"] == 1
-    for number, (influence, heights, planes, tolerance) in enumerate(pressed, start=1):
+    for number, (influence, heights, planes, tolerance, hardness_pa) in enumerate(pressed, start=1):
         np.testing.assert_array_equal(heights, strip(number))
         np.testing.assert_allclose(planes, [SQ * ndtri(0.7), 0.0], atol=1e-22)
         assert tolerance == 1e-10
+        assert hardness_pa == math.inf
         assert influence.grid == geometry.strip_grid(CONFIGURATION)
     assert pressed[0][0].diagonal == pytest.approx(  # of a square cell under its own load
         4 * 5e-6 * math.log(1 + math.sqrt(2)) / math.pi / (2.1e11 / (1 - 0.3**2))
@@ -96,8 +97,8 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
 
 
 def test_without_training_strips_there_are_no_columns(run, monkeypatch):
-    solution = SimpleNamespace(pressure=np.ones((NX, NY)), gap=np.zeros((NX, NY)), residual=0.0, work=1)
-    monkeypatch.setattr(contact_strip, "sweep", lambda *_: [solution, solution])
+    solution = SimpleNamespace(pressure=np.ones((NX, NY)), signed_gap=np.zeros((NX, NY)), residual=0.0, work=1)
+    monkeypatch.setattr(contact_strip, "sweep", lambda *_, **__: [solution, solution])
     assert "pressure" not in run(contact_strip, CONFIGURATION, first=3, last=4)
 
 

@@ -36,6 +36,7 @@ STAGES = {
     "oscillator/statistics.nc": "cycles",
     "figure2.nc": "figure2",
     "figure3.nc": "figure3",
+    "figure3_law.nc": "figure3_law",
     "figure5.nc": "figure5",
 }
 

@@ -148,7 +148,8 @@ def test_the_hash_is_the_same_on_every_python(tmp_path):
 CONTACT = {"contact_square", "training_square", "contact_strip"}
 SAMPLING = {"surface", *CONTACT, "chaos_square", "chaos_strip", "expansion_strip", "scan", "twins", "report"}
 MODULES = {
-    "figures": {"figure2", "figure3", "figure5", "figure_scan"},
+    "figures": {"figure2", "figure3", "figure3_law", "figure5", "figure_scan"},
+    "figures_friction": {"figure3", "figure3_law"},
     "figures_scan": {"figure_scan"},
     "report": {"report"},
     "claims": {"claims"},

@@ -35,7 +35,7 @@ roughness:
       blank_length_m: 3.0e-6
 """
 PRODUCTS = ("surface/scan.nc", "figure_scan.png", "figure_scan.svg", "figure_scan.nc", "report.html")
-STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1, "figure3": 1}
+STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1, "figure3": 1, "figure3_law": 1}
 END = {"claims": 1, "costs": 1, "scene_report": 1, "ground": 1}
 
 needs_library = pytest.mark.skipif(

@@ -23,14 +23,14 @@ FOUND = "expansion: {samples: auto, cdf_error: 0.1}\n"
 GIVEN = f"friction:\n  statistics: {STATISTICS}\n"
 SCENES = {
     "targets: [figure2]": {**SQUARE, **END},
-    "targets: [figure3]": {**STRIP, "figure3": 1, **END},
+    "targets: [figure3]": {**STRIP, "figure3": 1, "figure3_law": 1, **END},
     "targets: [figure5]": {**STRIP, **OSCILLATOR, **END},
-    "targets: [figure2, figure3]": {**SQUARE, **STRIP, "figure3": 1, **END},
+    "targets: [figure2, figure3]": {**SQUARE, **STRIP, "figure3": 1, "figure3_law": 1, **END},
     f"targets: [figure5]\n{GIVEN}": {**OSCILLATOR, **END},
     f"targets: [figure2, figure5]\n{GIVEN}": {**SQUARE, **OSCILLATOR, **END},
     f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "training_square": 1, **END},
-    f"targets: [figure3]\n{FOUND}": {**STRIP, "figure3": 1, **END},
-    f"targets: [figure3]\n{GROUND}": {**STRIP, "figure3": 1, **SCAN, **END},
+    f"targets: [figure3]\n{FOUND}": {**STRIP, "figure3": 1, "figure3_law": 1, **END},
+    f"targets: [figure3]\n{GROUND}": {**STRIP, "figure3": 1, "figure3_law": 1, **SCAN, **END},
     f"targets: [figure2, figure_scan]\n{GROUND}": {**SQUARE, **SCAN, **END},
     f"targets: [figure_scan]\n{GROUND}": {**SCAN, **END},
     f"targets: [figure5]\n{GIVEN}{GROUND}": {**OSCILLATOR, **END},
@@ -75,7 +75,7 @@ def test_without_a_target_the_scenes_of_the_configuration_are_planned(fresh):
     fresh.path("config/config.yaml").write_text("scenes: [tiny, other]\n")
     both = {name: 2 * count for name, count in {**OSCILLATOR, **END}.items()}
     reports = {"report_of_the_default_scenes": 1, "all": 1}
-    assert fresh.plan() == {**SQUARE, **STRIP, "figure3": 1, **both, **reports}
+    assert fresh.plan() == {**SQUARE, **STRIP, "figure3": 1, "figure3_law": 1, **both, **reports}
 
 
 def test_a_broken_scene_that_nobody_asks_for_harms_nobody(fresh):

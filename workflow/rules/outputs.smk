@@ -1,6 +1,6 @@
 # What a scene is for.
 # In:  surface/twins.nc, chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc, as far as the scene's targets need them.
-# Out: figure2|3|5|_scan.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together results/report.html.
+# Out: figure2|3|3_law|5|_scan.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together results/report.html.
 
 
 rule cycles:
@@ -50,6 +50,23 @@ rule figure3:
     threads: 1
     shell:
         STAGE + ".figure3 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
+        " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule figure3_law:
+    input:
+        key=scenes.key("figure3_law"),
+        result=rules.friction.output.result,
+    output:
+        numbers="results/{scene}/figure3_law.nc",
+        png=report("results/{scene}/figure3_law.png", caption="../report/figure3_law.rst", category="{scene}"),
+        svg="results/{scene}/figure3_law.svg",
+        usage="results/{scene}/usage/figure3_law.json",
+    log:
+        "results/{scene}/logs/figure3_law.log",
+    threads: 1
+    shell:
+        STAGE + ".figure3_law --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
 
 

@@ -15,6 +15,9 @@ w linear in the approach from there on, at the slope that it has in the gap. As 
 pressure. Out of contact a sample far away says little about the pressure, so it counts less: weight
 1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean of w in contact. Where the gap should have no say at all, eq. (8) is a
 censored regression, of p on coarse meshes by the same limit.
+
+Where the surface yields p = H, and the gap is less than zero by the plastic displacement. The first two targets then go
+on above their value at H, as they go on below zero out of contact, and the pressure is cut at both ends.
 """
 
 from __future__ import annotations
@@ -46,6 +49,7 @@ class PressureTarget:
     kind : "trial_pressure", "squared_pressure" or "censored"
     gap_stiffness : what a metre of gap counts: 1 / B_00 [Pa/m], or k [Pa^2/m]; positive; nothing if censored
     cell_pressure_pa : [Pa] p_1, without effect on the trial pressure; not negative
+    hardness_pa : [Pa] H, the highest pressure; positive; none if infinite
 
     Raises ParameterError for an unknown kind or a number out of range.
     """
@@ -53,6 +57,7 @@ class PressureTarget:
     kind: Kind
     gap_stiffness: float
     cell_pressure_pa: float = 0.0
+    hardness_pa: float = math.inf
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -61,11 +66,16 @@ class PressureTarget:
             raise ParameterError(f"the stiffness of the gap must be positive and finite, not {self.gap_stiffness}")
         if not (math.isfinite(real("cell pressure", self.cell_pressure_pa)) and self.cell_pressure_pa >= 0):
             raise ParameterError(f"the cell pressure must be finite and not negative, not {self.cell_pressure_pa} Pa")
+        if not self.hardness_pa > 0:
+            raise ParameterError(f"the hardness must be positive, not {self.hardness_pa} Pa")
+        if self.kind == "censored" and math.isfinite(self.hardness_pa):
+            raise ParameterError("a censored target has no gap that goes on above the hardness: take another target")
 
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
-        """target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m], one of which is zero.
+        """target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m].
 
-        If censored, it is zero out of contact and no value of the variable there.
+        One of the two is zero, unless the surface yields: the pressure is the hardness then, and the gap less than zero
+        by the plastic displacement. If censored, it is zero out of contact and no value of the variable there.
         """
         power = pressure if self.kind == "trial_pressure" else pressure * (pressure + self.cell_pressure_pa)
         if self.kind == "censored":
@@ -88,30 +98,37 @@ class PressureTarget:
         return np.where(contact, 1.0, 1.0 / (1.0 + (target / scale) ** 2))
 
     def pressure(self, target: np.ndarray) -> np.ndarray:
-        """p : (...) [Pa], zero where the target : (...) is not positive."""
+        """p : (...) [Pa], zero where the target : (...) is not positive, and never above the hardness."""
         positive = np.maximum(target, 0.0)
         if self.kind == "trial_pressure":
-            return positive
+            return np.minimum(positive, self.hardness_pa)
         half = 0.5 * self.cell_pressure_pa
         root = np.sqrt(half**2 + positive) + half  # p = w / root: no difference of near numbers
-        return np.divide(positive, root, out=np.zeros_like(positive), where=positive > 0)
+        pressure = np.divide(positive, root, out=np.zeros_like(positive), where=positive > 0)
+        return np.minimum(pressure, self.hardness_pa)
 
 
 def pressure_target(
-    kind: Kind, *, influence_diagonal: float, plane_strain_modulus_pa: float, summit_curvature_per_m: float
+    kind: Kind,
+    *,
+    influence_diagonal: float,
+    plane_strain_modulus_pa: float,
+    summit_curvature_per_m: float,
+    hardness_pa: float = math.inf,
 ) -> PressureTarget:
     """The target of a kind for a mesh, a material and a surface.
 
     influence_diagonal : [m/Pa] B_00, displacement of a cell under its own unit pressure; positive
     plane_strain_modulus_pa : [Pa] E*
     summit_curvature_per_m : [1/m] kappa
+    hardness_pa : [Pa] H
 
     Raises ParameterError as PressureTarget does.
     """
     if kind == "trial_pressure":
-        return PressureTarget(kind, 1.0 / influence_diagonal)
+        return PressureTarget(kind, 1.0 / influence_diagonal, hardness_pa=hardness_pa)
     stiffness = (2 * plane_strain_modulus_pa / np.pi) ** 2 * summit_curvature_per_m
-    return PressureTarget(kind, stiffness, stiffness * influence_diagonal)
+    return PressureTarget(kind, stiffness, stiffness * influence_diagonal, hardness_pa)
 
 
 def summit_curvature(rms_height_m: float, correlation_length_m: float) -> float:

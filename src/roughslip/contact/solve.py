@@ -46,6 +46,11 @@ class ContactSolution:
     method: str
 
     @property
+    def signed_gap(self) -> np.ndarray:
+        """(nx, ny) [m] B p - u_bar: the gap, or less than zero by the plastic displacement."""
+        return self.gap - self.plastic_displacement
+
+    @property
     def contact(self) -> np.ndarray:
         """(nx, ny) where the pressure is positive."""
         return self.pressure > 0

@@ -8,6 +8,7 @@ a measured length has beyond it comes from the surface.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,20 +86,39 @@ def autocorrelation(mu: np.ndarray, valid: np.ndarray, lags: int, weights: np.nd
     if not 2 <= lags <= windows:
         raise IllPosedError(f"{lags} lags of {windows} windows a strip: take 2 to {windows}, or longer strips")
     centre = float(np.mean(mu[valid]))
-    x, exists = np.where(valid, mu - centre, 0.0), valid.astype(np.float64)
-    pairs, products, ends = np.empty((3, len(mu), lags))
+    sums = pair_sums(np.where(valid, mu - centre, 0.0), valid, lags)
+    return Estimate.from_rows(curves_of([resampled(weights, part) for part in sums], centre))
+
+
+def pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Per strip and lag the number of pairs of valid windows, and the sums of their products and of their ends.
+
+    x : (..., W) windows less their common mean, 0 where not valid : (..., W)
+
+    Returns three arrays (..., lags).
+    """
+    exists = valid.astype(np.float64)
+    pairs, products, ends = np.empty((3, *x.shape[:-1], lags))
     for k in range(lags):
-        near, far = slice(0, windows - k), slice(k, windows)
-        pairs[:, k] = np.sum(exists[:, near] * exists[:, far], axis=1)
-        products[:, k] = np.sum(x[:, near] * x[:, far], axis=1)
-        ends[:, k] = np.sum(x[:, near] * exists[:, far] + exists[:, near] * x[:, far], axis=1)
-    number = resampled(weights, pairs)
-    if not number.all():
+        near, far = (..., slice(0, x.shape[-1] - k)), (..., slice(k, None))
+        pairs[..., k] = np.sum(exists[near] * exists[far], axis=-1)
+        products[..., k] = np.sum(x[near] * x[far], axis=-1)
+        ends[..., k] = np.sum(x[near] * exists[far] + exists[near] * x[far], axis=-1)
+    return pairs, products, ends
+
+
+def curves_of(totals: Sequence[np.ndarray], centre: float) -> np.ndarray:
+    """Autocorrelations (n, K) of the totals of `pair_sums`, each (n, K), of windows that have lost `centre`.
+
+    Raises IllPosedError where a lag has no pair or the windows do not scatter.
+    """
+    pairs, products, ends = totals
+    if not pairs.all():
         raise IllPosedError("a lag has no pair of windows with mu in some replicate: take fewer lags or more strips")
-    mean = 0.5 * resampled(weights, ends[:, :1]) / number[:, :1]
-    covariance = (resampled(weights, products) - mean * resampled(weights, ends)) / number + mean**2
+    mean = 0.5 * ends[:, :1] / pairs[:, :1]
+    covariance = (products - mean * ends) / pairs + mean**2
     require_scatter(covariance[:, 0], centre)
-    return Estimate.from_rows(covariance / covariance[:, :1])
+    return covariance / covariance[:, :1]
 
 
 def exponential_length(lags: np.ndarray, curves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -27,7 +27,9 @@ SHAPES = (0.3, 300.0)
 """Range of both shapes in the four-parameter fit: beyond 300 a Beta is a gamma or normal distribution to the eye."""
 
 _NODES = 200
-_PROBABILITIES = (np.arange(_NODES) + 0.5) / _NODES
+PROBABILITIES = (np.arange(_NODES) + 0.5) / _NODES
+"""Of the quantiles by which laws are compared."""
+
 _TRIALS = 48
 _LOG_SHAPES = np.linspace(math.log(SHAPES[0]), math.log(SHAPES[1]), _TRIALS)
 _PATCHES = 4
@@ -100,17 +102,11 @@ def fit_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> BetaFit:
     region, steps below 1e-10). Replicates stop at the table's interpolation, within about 1 % of a shape.
     Raises IllPosedError where mu has no scatter, ConvergenceError where the least squares do not end.
     """
-    mu, valid = check_windows(mu, valid, weights)
-    numerators = 2 * np.arange(_NODES) + 1
-    quantiles = resampled_quantiles(mu, valid, weights, numerators, 2 * _NODES)
-    require_scatter(np.var(quantiles, axis=1), float(np.mean(mu[valid])))
-    centre, spread = np.mean(quantiles, axis=1), np.std(quantiles, axis=1)
-    standard = (quantiles - centre[:, None]) / spread[:, None]
-
+    standard, centre, spread = standard_quantiles(mu, valid, weights)
     log_shapes = _table_search(standard)
     log_shapes[0] = _refined(standard[0], log_shapes[0])
     a, b = np.exp(log_shapes).T
-    model = special.betaincinv(a[:, None], b[:, None], _PROBABILITIES)
+    model = special.betaincinv(a[:, None], b[:, None], PROBABILITIES)
     model_centre, model_spread = np.mean(model, axis=1), np.std(model, axis=1)
     correlation = np.mean(standard * (model - model_centre[:, None]), axis=1) / model_spread
     scale = spread * correlation / model_spread
@@ -127,6 +123,23 @@ def fit_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> BetaFit:
         at_bound=bool(edge[0]),
         at_bound_share=float(np.mean(edge[1:])),
     )
+
+
+def standard_quantiles(
+    mu: np.ndarray, valid: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Quantiles (1 + R, nodes) at PROBABILITIES with mean 0 and mean square 1, and what they lost: centre and spread.
+
+    mu, valid : (S, W) friction coefficient and bool
+    weights : (1 + R, S) counts from `strip_weights`
+
+    Raises IllPosedError where mu has no scatter.
+    """
+    mu, valid = check_windows(mu, valid, weights)
+    quantiles = resampled_quantiles(mu, valid, weights, 2 * np.arange(_NODES) + 1, 2 * _NODES)
+    require_scatter(np.var(quantiles, axis=1), float(np.mean(mu[valid])))
+    centre, spread = np.mean(quantiles, axis=1), np.std(quantiles, axis=1)
+    return (quantiles - centre[:, None]) / spread[:, None], centre, spread
 
 
 def scaled_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> ScaledBeta:
@@ -192,7 +205,7 @@ def _mean_and_std(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tup
 def _standard_table() -> np.ndarray:
     """Beta quantiles (nodes, shape a * shape b) at the probabilities, each with mean 0 and mean square 1."""
     shapes = np.exp(_LOG_SHAPES)
-    table = special.betaincinv(shapes[:, None, None], shapes[None, :, None], _PROBABILITIES)
+    table = special.betaincinv(shapes[:, None, None], shapes[None, :, None], PROBABILITIES)
     table -= np.mean(table, axis=2, keepdims=True)
     table /= np.sqrt(np.mean(table**2, axis=2, keepdims=True))
     return np.ascontiguousarray(table.reshape(-1, _NODES).T)
@@ -226,7 +239,7 @@ def _refined(standard: np.ndarray, start: np.ndarray) -> np.ndarray:
     """(log a, log b) of least distance to standardised quantiles (nodes,), from a start inside the bounds."""
 
     def residual(log_shapes: np.ndarray) -> np.ndarray:
-        model = special.betaincinv(*np.exp(log_shapes), _PROBABILITIES)
+        model = special.betaincinv(*np.exp(log_shapes), PROBABILITIES)
         model = (model - np.mean(model)) / np.std(model)
         return standard - np.mean(standard * model) * model
 

@@ -20,7 +20,7 @@ def work(job: Job) -> None:
     sample = model.sampler(grid)
     influence = elastic.influence(configuration, grid)
     planes = model.plane_height(np.array(configuration["strip"]["penetration_percentiles"]))
-    tolerance = configuration["numerics"]["contact_tolerance"]
+    tolerance, hardness = configuration["numerics"]["contact_tolerance"], elastic.hardness_pa(configuration)
     windows = geometry.windows(configuration)
     count, levels = arguments.last - arguments.first, len(planes)
     columns = training_columns(windows.middle)
@@ -31,7 +31,8 @@ def work(job: Job) -> None:
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
             field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
-            for level, solution in enumerate(sweep(influence, model.heights(field), planes.tolist(), tolerance)):
+            solutions = sweep(influence, model.heights(field), planes.tolist(), tolerance, hardness_pa=hardness)
+            for level, solution in enumerate(solutions):
                 in_contact = np.count_nonzero(solution.pressure, axis=1).astype(float)
                 area[row, level] = grid.cell_area * window_sums(
                     in_contact[windows.middle], windows.length, windows.spacing
@@ -40,7 +41,7 @@ def work(job: Job) -> None:
                 force[row, level] = window_sums(column_force[windows.middle], windows.length, windows.spacing)
                 residual[row, level], effort[row, level] = solution.residual, solution.work
                 if row < trained:
-                    pressure[row, level], gap[row, level] = solution.pressure[columns], solution.gap[columns]
+                    pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
             job.usage.progress(row + 1, count)
     job.usage.count(solves=count * levels, convolutions=int(effort.sum()))
     shape, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
@@ -52,7 +53,7 @@ def work(job: Job) -> None:
     }
     if trained:
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
-        variables["gap"] = store.Variable(columns_of, gap, "m", "gap on the training columns")
+        variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")
     store.write(arguments.output, variables, job.key, {"first": arguments.first})
 
 

@@ -31,7 +31,10 @@ def directions(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Node
 def targets(configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> tuple[PressureTarget, ...]:
     """The smooth variables that the square chooses from: the one that the scene names, or all of them."""
     named = configuration["expansion"]["target"]
-    return tuple(_target(kind, configuration, surface, grid) for kind in (KINDS if named == BEST else (named,)))
+    kinds = KINDS if named == BEST else (named,)
+    if math.isfinite(elastic.hardness_pa(configuration)):
+        kinds = tuple(kind for kind in kinds if kind != "censored")
+    return tuple(_target(kind, configuration, surface, grid) for kind in kinds)
 
 
 def strip_target(configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> PressureTarget:
@@ -46,6 +49,7 @@ def _target(kind: Kind, configuration: geometry.Configuration, surface: SurfaceM
         influence_diagonal=elastic.influence(configuration, grid).diagonal,
         plane_strain_modulus_pa=elastic.material(configuration).plane_strain_modulus_pa,
         summit_curvature_per_m=summit_curvature(surface.rms_height_m, math.sqrt(math.prod(surface.lengths_m))),
+        hardness_pa=elastic.hardness_pa(configuration),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from roughslip.figures import DRAWN, figure3
+from roughslip.figures_friction import DRAWN, figure3
 from roughslip.stages.command import Job, execute
 from roughslip.stages.drawing import draw_and_save
 

@@ -13,7 +13,7 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.resampling import Estimate, strip_weights
 from roughslip.friction.statistics import Combined, combine, ratio_of_sums, window_statistics
-from roughslip.stages import geometry
+from roughslip.stages import friction_law, geometry
 from roughslip.stages.command import Job, execute
 from roughslip.stages.friction_table import SOURCES, histogram, summary, table_variables
 
@@ -36,9 +36,10 @@ def describe(windows: Windows, area_force: Windows, shear: float, weights: np.nd
         estimates[f"length_{name}"] = getattr(fit, name)
     for name in ("misfit_exponential", "misfit_triangle", "misfit_difference"):
         estimates[name] = getattr(fit, name)
-    for name, beta in (("beta", fit_beta(*windows, weights)), ("scaled_beta", scaled_beta(*windows, weights))):
-        for shape in ("a", "b", "lower", "upper"):
-            estimates[f"{name}_{shape}"] = getattr(beta, shape)
+    beta, scaled = fit_beta(*windows, weights), scaled_beta(*windows, weights)
+    for shape in ("a", "b", "lower", "upper"):
+        estimates[f"beta_{shape}"], estimates[f"scaled_beta_{shape}"] = getattr(beta, shape), getattr(scaled, shape)
+    estimates["beta_misfit"] = beta.distance
     distance = distance_to_beta(*windows, weights)
     estimates["beta_distance_standardised"] = distance.standardised
     estimates["beta_distance_scaled"] = distance.scaled
@@ -85,8 +86,14 @@ def work(job: Job) -> None:
                     table.setdefault(name, []).append(estimate)
                 job.usage.progress(level + 1, len(percentiles))
         combined = [combined_at(mu, level, strips, weights) for level in range(len(percentiles))]
+        law = (
+            friction_law.candidate_variables(mu["solved"], weights["solved"])
+            | friction_law.p_value_variables(mu["solved"], table, percentiles, weights["solved"])
+            | friction_law.fit_variables(combined, percentiles)
+            | friction_law.white_variables(configuration, strips)
+        )
     job.usage.count(windows=area["solved"][0].size, expanded_windows=area["expansion"][0].size)
-    variables = table_variables(table, combined, percentiles, configuration["strip"])
+    variables = table_variables(table, combined, percentiles, configuration["strip"]) | law
     variables |= histogram(mu["solved"][0][median], mu["solved"][1][median])
     variables["shear_strength"] = store.Variable((), shear, "Pa", "shear strength that gives the mean at the median")
     variables["largest_residual"] = store.Variable((), residual, "1", "largest residual of all contact solves")

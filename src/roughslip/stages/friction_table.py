@@ -39,6 +39,7 @@ TITLES = {
     "beta_b": "second shape of the four-parameter Beta",
     "beta_lower": "lower end of the four-parameter Beta",
     "beta_upper": "upper end of the four-parameter Beta",
+    "beta_misfit": "2-Wasserstein distance of the windows from the four-parameter Beta over their standard deviation",
     "scaled_beta_a": "first shape after scaling by the sample extremes",
     "scaled_beta_b": "second shape after scaling by the sample extremes",
     "scaled_beta_lower": "sample minimum",

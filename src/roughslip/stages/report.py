@@ -8,7 +8,7 @@ from typing import Any
 
 from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.report import SceneReport, page
+from roughslip.report import CAPTIONS, SceneReport, page
 from roughslip.stages import geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.surface.karhunen_loeve import representation
@@ -74,11 +74,11 @@ def read_scene(folder: Path) -> SceneReport:
     costs = store.read_json(folder / "costs.json")
     stages = sorted({row["stage"] for row in costs} - {"all"})  # of this run: the folder may hold keys of older targets
     configuration = merged([store.read_key(folder / "keys" / f"{stage}.json").configuration for stage in stages])
-    scan = ["figure_scan"] if "figure_scan" in stages else []
+    drawn = [name for name in CAPTIONS if name in stages]
     return SceneReport(
         name=folder.name,
         description=configuration["description"],
-        figures={name: picture(folder / f"{name}.png") for name in dict.fromkeys((*scan, *configuration["targets"]))},
+        figures={name: picture(folder / f"{name}.png") for name in drawn},
         surfaces=represented(folder, stages, configuration),
         claims=store.read_json(folder / "claims.json"),
         costs=costs,

@@ -17,6 +17,8 @@ from roughslip.stages.nodes import Nodes
 from roughslip.surface.karhunen_loeve import heights
 from roughslip.surface.model import SurfaceModel
 
+GAP = "gap at nodes around the centre, below zero the plastic displacement"
+
 
 @dataclass(frozen=True)
 class Square:
@@ -27,6 +29,7 @@ class Square:
     plane_m : [m] height of the plane
     influence : of a pressure on displacements
     tolerance : [-] of a solve
+    hardness_pa : [Pa] highest pressure
     """
 
     model: SurfaceModel
@@ -35,6 +38,7 @@ class Square:
     plane_m: float
     influence: Influence
     tolerance: float
+    hardness_pa: float
 
 
 def square(job: Job) -> Square:
@@ -48,6 +52,7 @@ def square(job: Job) -> Square:
         float(model.plane_height(configuration["square"]["penetration_percentile"])),
         elastic.influence(configuration, grid),
         configuration["numerics"]["contact_tolerance"],
+        elastic.hardness_pa(configuration),
     )
 
 
@@ -62,8 +67,8 @@ def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, 
     kept = nodes.x, nodes.y
     for row, one in enumerate(xi):
         rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
-        solution = solve(problem.influence, rough, problem.tolerance)
-        pressure[row], gap[row] = solution.pressure[kept], solution.gap[kept]
+        solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
+        pressure[row], gap[row] = solution.pressure[kept], solution.signed_gap[kept]
         area[row] = np.count_nonzero(solution.pressure) / problem.grid.size
         mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual
         effort[row] = solution.work
@@ -71,7 +76,7 @@ def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, 
     job.usage.count(solves=count, solves_without_contact=int(np.sum(area == 0)))
     return {
         "pressure": store.Variable(("sample", "node"), pressure, "Pa", "contact pressure at nodes around the centre"),
-        "gap": store.Variable(("sample", "node"), gap, "m", "gap at nodes around the centre"),
+        "gap": store.Variable(("sample", "node"), gap, "m", GAP),
         "area_fraction": store.Variable(("sample",), area, "1", "share of the nodes in contact"),
         "mean_pressure": store.Variable(("sample",), mean_pressure, "Pa", "mean pressure on the square"),
         "residual": store.Variable(("sample",), residual, "1", "relative residual of the complementarity"),

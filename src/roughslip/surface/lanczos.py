@@ -145,17 +145,31 @@ def leading_modes(
         if enough and _nothing_above(smallest, tolerance, apply, processes):
             break
     values = np.concatenate([process.projected.diagonal()[: process.kept] for process in processes])
+    residuals = np.concatenate([*_residuals(apply, processes)]) / values.max()
     owners = [(process, row) for process in processes for row in range(process.kept)]
     leading = np.argsort(-values, kind="stable")[:order]
     vectors = np.empty((order, grid.size))
-    residuals = np.empty(order)
     for m, (process, row) in enumerate(owners[index] for index in leading):
         vectors[m] = process.symmetry.unfold(process.basis[row]).ravel()
-        image = apply(vectors[m].reshape(grid.shape)).ravel()
-        residuals[m] = np.linalg.norm(image - values[leading[m]] * vectors[m]) / values[leading[0]]
-    if not residuals.max() <= LARGEST_RESIDUAL:
-        raise ConvergenceError(f"modes of {grid.shape} nodes are inaccurate; ask for fewer", residuals.max(), order)
-    return values[leading], vectors, residuals
+    worst = float(residuals[leading].max())
+    if not worst <= LARGEST_RESIDUAL:
+        raise ConvergenceError(f"modes of {grid.shape} nodes are inaccurate; ask for fewer", worst, order)
+    return values[leading], vectors, residuals[leading]
+
+
+def _residuals(apply: Operator, processes: Sequence[Process]) -> list[np.ndarray]:
+    """|C phi - lambda phi| of the vectors that every process keeps, one product for one vector of each.
+
+    The parts of the image in the classes are orthogonal, so what one class should not hold of another is seen as well.
+    """
+    residuals = [np.empty(process.kept) for process in processes]
+    for row in range(max(process.kept for process in processes)):
+        owners = [(process, norms) for process, norms in zip(processes, residuals, strict=True) if row < process.kept]
+        image = apply(np.sum([process.symmetry.unfold(process.basis[row]) for process, _ in owners], axis=0))
+        for process, norms in owners:
+            expected = process.projected[row, row] * process.basis[row]
+            norms[row] = np.linalg.norm(process.symmetry.fold(image) - expected)
+    return residuals
 
 
 def _converge(apply: Operator, processes: Sequence[Process], order: int) -> tuple[float, float]:

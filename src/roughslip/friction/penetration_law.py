@@ -1,0 +1,59 @@
+"""mu_fit(d), the mean friction coefficient at any penetration between those that were solved; eq. (13) takes it.
+
+A cubic through the levels with slopes that keep it monotone between two levels wherever these are, so that it shows no
+trend that the statistics do not show (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238; Fritsch and Butland,
+SIAM J. Sci. Stat. Comput. 5 (1984) 300). Every resampled set of levels gives a curve of its own, and these the band.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.resampling import Estimate
+
+
+@dataclass(frozen=True)
+class PenetrationLaw:
+    """A statistic of friction as a function of penetration, continuous with its first derivative.
+
+    percentiles : (L,) [%] penetrations, increasing; L >= 2
+    rows : (1 + R, L) the statistic at each, and below it its replicates
+    """
+
+    percentiles: np.ndarray
+    rows: np.ndarray
+
+    def at(self, percentile: np.ndarray) -> Estimate:
+        """The statistic at penetrations : (...) [%] between the first and the last level, with its band."""
+        return Estimate.from_rows(self._curves()(self._inside(percentile)))
+
+    def slope(self, percentile: np.ndarray) -> Estimate:
+        """Its derivative : (...) [1/%] there; continuous, with kinks at the levels."""
+        return Estimate.from_rows(self._curves().derivative()(self._inside(percentile)))
+
+    def _curves(self) -> PchipInterpolator:
+        return PchipInterpolator(self.percentiles, self.rows, axis=1, extrapolate=False)
+
+    def _inside(self, percentile: np.ndarray) -> np.ndarray:
+        points = np.asarray(percentile, dtype=np.float64)
+        first, last = self.percentiles[0], self.percentiles[-1]
+        if not ((points >= first) & (points <= last)).all():
+            raise ParameterError(f"penetrations must lie between the levels {first:g} and {last:g} %: solve others too")
+        return points
+
+
+def penetration_law(percentiles: np.ndarray, estimates: list[Estimate]) -> PenetrationLaw:
+    """The curve through estimates : L of () at percentiles : (L,) [%], increasing, that share their replicates.
+
+    Raises IllPosedError for fewer than two levels, ParameterError for percentiles that do not increase or match.
+    """
+    q = np.asarray(percentiles, dtype=np.float64)
+    if len(q) < 2:
+        raise IllPosedError("a curve over penetration needs at least two levels")
+    if len(estimates) != len(q) or not (np.diff(q) > 0.0).all():
+        raise ParameterError("a curve over penetration needs increasing percentiles with an estimate each")
+    return PenetrationLaw(q, np.stack([estimate.rows for estimate in estimates], axis=1))

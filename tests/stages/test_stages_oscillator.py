@@ -18,10 +18,11 @@ GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4
 @pytest.mark.parametrize("std", [0.01, 0.2])
 def test_the_process_has_the_mean_and_scatter_of_the_statistics(a, b, std):
     process = FrictionNumbers(**(GIVEN | {"standard_deviation": std, "beta_a": a, "beta_b": b})).process()
-    assert (process.mean, process.standard_deviation) == (pytest.approx(0.3), pytest.approx(std))
-    assert (process.a, process.b, process.correlation_length_m) == (a, b, 2.5e-4)
+    marginal = process.marginal
+    assert (marginal.mean, marginal.standard_deviation) == (pytest.approx(0.3), pytest.approx(std))
+    assert (marginal.a, marginal.b, process.correlation_length_m) == (a, b, 2.5e-4)
     u = np.random.default_rng(0).beta(a, b, 200_000)
-    mu = process.lower + (process.upper - process.lower) * u
+    mu = marginal.lower + (marginal.upper - marginal.lower) * u
     np.testing.assert_allclose([mu.mean(), mu.std()], [0.3, std], rtol=0.01)  # of draws: 1 / sqrt(2 n) and less
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.friction.process import FrictionProcess
+from roughslip.friction.process import BetaMarginal, FrictionProcess
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages.geometry import Configuration
@@ -34,10 +34,8 @@ class FrictionNumbers:
 
     def process(self) -> FrictionProcess:
         """The stochastic part mu_S: a Beta distribution of these shapes, mean and standard deviation."""
-        a, b = self.beta_a, self.beta_b
-        width = self.standard_deviation / np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
-        lower = self.mean - width * a / (a + b)
-        return FrictionProcess(a, b, lower, lower + width, self.correlation_length_m)
+        marginal = BetaMarginal.of_moments(self.beta_a, self.beta_b, self.mean, self.standard_deviation)
+        return FrictionProcess(marginal, self.correlation_length_m)
 
 
 def friction_numbers(configuration: Configuration, statistics: Path | None) -> FrictionNumbers:

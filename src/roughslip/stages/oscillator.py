@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.process import prepare, sample
+from roughslip.friction.paths import prepare
 from roughslip.oscillator.motion import Motion, simulate, trajectory
 from roughslip.stages import geometry, mass_on_belt
 from roughslip.stages.command import Job, execute
@@ -35,9 +35,10 @@ def work(job: Job) -> None:
     steps = 0
     with job.usage.core():
         longest = max(periods, discarded + mass_on_belt.DRAWN_PERIODS)
-        spectrum = prepare(numbers.process(), spacing, mass_on_belt.path_length(belt, longest))
+        method = ensemble.get("process", "recursion")
+        paths = prepare(numbers.process(), spacing, mass_on_belt.path_length(belt, longest), method)
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            path = sample(spectrum, np.random.default_rng([configuration["seed"], geometry.STREAM_PROCESS, number]))
+            path = paths.realisation([configuration["seed"], geometry.STREAM_PROCESS, number])
             run = {"tolerance": tolerance, "stochastic_static_limit": stochastic}
             for column, damped in enumerate(dampings):
                 motion = simulate(damped, law, path, spacing, periods, **run)

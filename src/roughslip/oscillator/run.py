@@ -83,7 +83,7 @@ def go_on(
     stand: Stand, events: Events, tau_end: float, path: Path, p: Coefficients, tolerance: float, stochastic: bool,
     step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
 ) -> tuple[int, Stand, Events]:  # fmt: skip
-    """The run from where it stands until time, steps, the path or its nodes at hand are over, and the status of slip."""
+    """The run from where it stands until time, steps, the path or its nodes at hand are over, and the status then."""
     status = TIME_OVER
     y, sigma, limit, since, allowed, backwards, steps, error = stand
     while tau_end - y.tau > SHORTEST_SLIP:

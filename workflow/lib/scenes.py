@@ -120,6 +120,10 @@ class Scenes:
             for first, last in self.batches(name, "strip.expansion_samples", "batches.expansion_samples")
         ]
 
+    def spacing(self, name: str) -> list[str]:
+        """The pilot that finds how many nodes friction paths take, where the scene leaves that to it, else nothing."""
+        return [f"results/{name}/oscillator/spacing.nc"] if "spacing" in self.stages(name) else []
+
     def oscillator_runs(self, name: str) -> list[str]:
         """Events and counts of the ensemble."""
         return [

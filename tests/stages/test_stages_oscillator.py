@@ -8,6 +8,7 @@ from roughslip.errors import ConvergenceError, IllPosedError, InputError, Parame
 from roughslip.stages import mass_on_belt
 from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
 from roughslip.stages.deterministic import where_it_exists
+from roughslip.stages.friction_paths import friction_paths, friction_process
 from roughslip.stages.friction_table import quantiles
 from roughslip.stages.mass_on_belt import FrictionNumbers, friction_numbers
 from tests.stages.paper import OSCILLATOR
@@ -17,7 +18,7 @@ GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4
 
 def process_of(numbers, marginal=None, statistics=None):
     ensemble = {} if marginal is None else {"marginal": marginal}
-    return mass_on_belt.friction_process({"ensemble": ensemble}, numbers, statistics)
+    return friction_process({"ensemble": ensemble}, numbers, statistics)
 
 
 @pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.5, 0.5), (90.0, 300.0)])
@@ -57,7 +58,7 @@ def test_paths_are_long_enough_for_every_run(method):
     """For the runs and for the trajectories drawn, whichever take longer; a path by recursion has no end."""
     ensemble = {"duration_periods": 2, "discarded_periods": 1, "process": method}
     configuration = {"ensemble": ensemble, "oscillator": OSCILLATOR}
-    paths = mass_on_belt.friction_paths(configuration, process_of(FrictionNumbers(**GIVEN)), 4)
+    paths = friction_paths(configuration, process_of(FrictionNumbers(**GIVEN)), 4)
     assert paths.spacing == 2.5e-4 / 4
     needed = mass_on_belt.path_length(mass_on_belt.oscillator(configuration), 1 + mass_on_belt.DRAWN_PERIODS)
     nodes = 0

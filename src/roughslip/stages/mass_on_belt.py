@@ -1,4 +1,4 @@
-"""From a stage's slice of the scene and the friction statistics to the oscillator, its friction law and process."""
+"""From a stage's slice of the scene and the friction statistics to the oscillator and its mean friction law."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.friction.paths import Paths, prepare
-from roughslip.friction.process import PAPER_SHAPES, BetaMarginal, EmpiricalMarginal, FrictionProcess, Marginal
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages.geometry import Configuration
@@ -53,37 +51,6 @@ def friction_numbers(configuration: Configuration, statistics: Path | None) -> F
         beta_a=float(result["beta_a"][0, level]),
         beta_b=float(result["beta_b"][0, level]),
     )
-
-
-def friction_process(
-    configuration: Configuration, numbers: FrictionNumbers, statistics: Path | None
-) -> FrictionProcess:
-    """The stochastic part mu_S: the marginal that the scene names, at the mean and standard deviation of the numbers.
-
-    The paper scales Beta(2.1, 5) by the least and the largest value of its sample, which drift apart as the sample
-    grows; here it, too, has the mean and standard deviation of the windows.
-    """
-    moments = numbers.mean, numbers.standard_deviation
-    kind = configuration["ensemble"].get("marginal", "beta")
-    marginal: Marginal
-    if kind == "empirical":
-        if statistics is None:
-            raise InputError("the quantiles of the windows need --friction")
-        marginal = EmpiricalMarginal(store.read(statistics)["quantile"], *moments)
-    elif kind == "paper":
-        marginal = BetaMarginal.of_moments(*PAPER_SHAPES, *moments)
-    else:
-        marginal = BetaMarginal.of_moments(numbers.beta_a, numbers.beta_b, *moments)
-    return FrictionProcess(marginal, numbers.correlation_length_m)
-
-
-def friction_paths(configuration: Configuration, process: FrictionProcess, nodes_per_length: int) -> Paths:
-    """Realisations of the process, long enough for every run of the ensemble."""
-    ensemble = configuration["ensemble"]
-    periods = max(ensemble["duration_periods"], ensemble["discarded_periods"] + DRAWN_PERIODS)
-    length = path_length(oscillator(configuration), periods)
-    spacing = process.correlation_length_m / nodes_per_length
-    return prepare(process, spacing, length, ensemble.get("process", "recursion"))
 
 
 def oscillator(configuration: Configuration) -> Oscillator:

@@ -10,6 +10,7 @@ from roughslip import store
 from roughslip.oscillator.motion import Motion, simulate, trajectory
 from roughslip.stages import geometry, mass_on_belt
 from roughslip.stages.command import Job, execute
+from roughslip.stages.friction_paths import friction_paths, friction_process
 
 
 def periods_until_last_cycle(motion: Motion) -> float:
@@ -25,7 +26,7 @@ def work(job: Job) -> None:
     interpolation = ensemble.get("interpolation", "cubic")
     numbers = mass_on_belt.friction_numbers(configuration, arguments.friction)
     belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    process = mass_on_belt.friction_process(configuration, numbers, arguments.friction)
+    process = friction_process(configuration, numbers, arguments.friction)
     nodes = ensemble["nodes_per_correlation_length"]
     if nodes == "auto":  # then stage spacing found it
         nodes = int(store.read(arguments.spacing)["nodes_per_correlation_length"])
@@ -38,7 +39,7 @@ def work(job: Job) -> None:
     run = {"tolerance": tolerance, "stochastic_static_limit": stochastic, "interpolation": interpolation}
     steps = 0
     with job.usage.core():
-        paths = mass_on_belt.friction_paths(configuration, process, nodes)
+        paths = friction_paths(configuration, process, nodes)
         for row, number in enumerate(range(arguments.first, arguments.last)):
             path = paths.realisation([configuration["seed"], geometry.STREAM_PROCESS, number])
             for column, damped in enumerate(dampings):

@@ -19,6 +19,7 @@ from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.stages import geometry, mass_on_belt
 from roughslip.stages.command import Job, execute
+from roughslip.stages.friction_paths import friction_process
 
 FEWEST_NODES, MOST_NODES = 4, 64  # per correlation length
 FEWEST_PATHS, MOST_PATHS = 8, 128
@@ -67,7 +68,7 @@ def work(job: Job) -> None:
     configuration = job.configuration
     ensemble, asked = configuration["ensemble"], configuration["ensemble"]["count_error"]
     numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
-    process = mass_on_belt.friction_process(configuration, numbers, job.arguments.friction)
+    process = friction_process(configuration, numbers, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
 
     def counts(nodes: int, step: int, number: int) -> np.ndarray:

@@ -20,7 +20,7 @@ DESIGNS = {
 }
 
 # A scene is a target of its own name, as these are already.
-BENCHMARKS = ("surface", "contact", "chaos")
+BENCHMARKS = ("surface", "contact", "chaos", "friction")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
 EVIDENCE = ("benchmark", *MEASURED, "stress", "stress_contact", "pressure_solves", "pressure_reference")
 RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})

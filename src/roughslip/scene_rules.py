@@ -8,7 +8,7 @@ from copy import deepcopy
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from roughslip import scene_expansion, scene_roughness
+from roughslip import scene_ensemble, scene_expansion, scene_roughness
 from roughslip.scene_expansion import AUTO
 from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
@@ -25,6 +25,7 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
     **scene_roughness.REPLACES,
     **scene_expansion.REPLACES,
+    **scene_ensemble.REPLACES,
 }
 
 # What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
@@ -51,6 +52,7 @@ SLICES = {
         "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} expansion.degree expansion.target",
         "friction": "seed roughness strip friction",
         "deterministic": "oscillator ensemble numerics.oscillator_tolerance friction.statistics",
+        "spacing": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
         "figure2": "description",
@@ -120,6 +122,8 @@ def stages_needed(scene: Scene) -> set[str]:
         stages.update(_STAGES[target])
     if "chaos_square" in stages and get(scene, "expansion.samples") == AUTO:
         stages.add("training_square")
+    if "oscillator" in stages and get(scene, scene_ensemble.NODES) == scene_ensemble.AUTO:
+        stages.add("spacing")
     if "figure5" in scene["targets"] and not _friction_is_given(scene):
         stages.update(_STRIP_STAGES)
     if get(scene, "roughness.scan") is not None and stages & {"surface", "contact_strip", "scan"}:
@@ -163,11 +167,6 @@ def _terms(variables: int, degree: int) -> int:
 def _training_columns(columns: float) -> int:
     """Columns of a strip that train the expansion; what cannot be told is enough."""
     return math.ceil((columns - _TRAINING_SPACING // 2) / _TRAINING_SPACING) if columns < _CELLS else _CELLS
-
-
-def _process_nodes(length: float, velocity: float, omega: float, periods: float, nodes: int) -> float:
-    """Nodes of a friction process over the distance that the belt moves in a run."""
-    return velocity * periods * 2 * math.pi / omega / length * nodes
 
 
 _NUMBERS = 100_000_000  # in one array: 0.8 GB
@@ -313,17 +312,6 @@ _RULES = (
         "at most ensemble.realisations = {1}",
     ),
     _Rule(("ensemble.damping_ratios",), _increases, "strictly increasing damping ratios"),
-    _Rule(
-        (
-            "friction.statistics.correlation_length_m",
-            "oscillator.belt_velocity_m_per_s",
-            "oscillator.natural_frequency_rad_per_s",
-            "ensemble.duration_periods",
-            "ensemble.nodes_per_correlation_length",
-        ),
-        lambda *values: _process_nodes(*values) <= _NUMBERS,
-        f"long enough for at most {_NUMBERS} nodes (0.8 GB of memory) over the belt's way in a run",
-    ),
 )
 
 
@@ -345,6 +333,8 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("expansion"), dict):
         yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
+    if isinstance(scene.get("ensemble"), dict):
+        yield from (m for m in scene_ensemble.mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):
         yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()

@@ -7,7 +7,7 @@ import pytest
 
 from roughslip.oscillator.fehlberg import State, acceleration, extreme_velocity, fehlberg_step, hermite, jerk
 from roughslip.oscillator.law import StribeckLaw
-from roughslip.oscillator.path import Piece, offset
+from roughslip.oscillator.path import Path, Piece, offset
 from roughslip.oscillator.slip import NO_SLIP, belt_bracket, meet_belt, slip, step_to_node
 from roughslip.oscillator.system import Oscillator, coefficients
 
@@ -128,6 +128,7 @@ def test_no_slip_where_friction_holds():
     """Started in slip inside the limit, the mass is pulled past X' = V at once: no phase, however short."""
     none = np.zeros(0)
     for sigma in (1.0, -1.0):
-        phase = slip(State(0.0, 0.0, LINEAR.V, 0.0, 0.0), sigma, 1.0, none, 1.0, LINEAR, 1e-9, 100, 1.0, none, none)
+        start = State(0.0, 0.0, LINEAR.V, 0.0, 0.0)
+        phase = slip(start, 0.0, 0.0, sigma, 1.0, Path(none, 0, 1.0, True, True), LINEAR, 1e-9, 100, 1.0, none, none)
         assert phase.status == NO_SLIP
         assert (phase.y.tau, phase.y.x, phase.error) == (0.0, 0.0, 0.0)

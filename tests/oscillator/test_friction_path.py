@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from roughslip.oscillator.path import offset, offset_slope, piece_at
+from roughslip.errors import ParameterError
+from roughslip.oscillator.path import Path, PathFeed, offset, offset_slope, piece_at, reaches
 
 SPACING = 0.3
 
 
 def interpolate(nodes, s, function=offset):
-    return np.array([function(piece_at(nodes, SPACING, x), x) for x in s])
+    path = Path(nodes, 0, SPACING, True, True)
+    return np.array([function(piece_at(path, x), x) for x in s])
 
 
 def test_against_scipy_hermite_with_central_tangents():
@@ -32,7 +34,49 @@ def test_quadratics_are_exact_inside():
 
 
 def test_no_path_is_zero_without_end():
-    piece = piece_at(np.zeros(0), 1.0, 123.0)
+    piece = piece_at(Path(np.zeros(0), 0, 1.0, True, True), 123.0)
     assert offset(piece, 123.0) == 0.0
     assert offset_slope(piece, 123.0) == 0.0
     assert piece.right == np.inf
+
+
+def test_linear_pieces_are_chords():
+    nodes = np.random.default_rng(2).standard_normal(9)
+    path = Path(nodes, 0, SPACING, False, True)
+    s = np.linspace(0.0, 8 * SPACING, 101)
+    found = np.array([offset(piece_at(path, x), x) for x in s])
+    assert found == pytest.approx(np.interp(s, SPACING * np.arange(9), nodes), abs=1e-13)
+    slopes = [offset_slope(piece_at(path, (k + 0.5) * SPACING), (k + 0.5) * SPACING) for k in range(8)]
+    assert slopes == pytest.approx(np.diff(nodes) / SPACING, abs=1e-12)
+
+
+@pytest.mark.parametrize("size", [1, 2, 5, 13])
+def test_a_path_in_pieces_is_that_path(size):
+    """As s moves on, the same cubics bit by bit, the one-sided tangent at the end too, from a few nodes at a time."""
+    nodes = np.random.default_rng(3).standard_normal(40)
+    whole = Path(nodes, 0, SPACING, True, True)
+    feed = PathFeed((nodes[k : k + size] for k in range(0, 40, size)), SPACING, "cubic")
+    for s in np.linspace(0.0, 39 * SPACING, 301):
+        if not reaches(feed.path, s):
+            feed.advance(s)
+        assert reaches(feed.path, s)
+        assert piece_at(feed.path, s) == piece_at(whole, s)
+        assert feed.path.nodes.size <= 8 + 2 * size
+    assert feed.received == 40
+    assert feed.length_m == pytest.approx(39 * SPACING)
+
+
+@pytest.mark.parametrize(
+    ("path", "spacing", "interpolation", "message"),
+    [
+        ([np.zeros(1)], 1.0, "cubic", "at least two"),
+        ([], 1.0, "cubic", "at least two"),
+        ([np.zeros(4), np.array([np.inf])], 1.0, "cubic", "finite"),
+        ([np.zeros((4, 2))], 1.0, "cubic", "row"),
+        ([np.zeros(4)], 0.0, "cubic", "spacing"),
+        (np.zeros(4), 1.0, "quintic", "cubic or linear"),
+    ],
+)
+def test_what_is_no_path_is_refused(path, spacing, interpolation, message):
+    with pytest.raises(ParameterError, match=message):
+        PathFeed(path, spacing, interpolation)

@@ -1,6 +1,7 @@
 """Stick and slip in turn: closed forms, an independent integrator, counts, faults."""
 
 import math
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,8 @@ from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator import motion as module
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
-from roughslip.oscillator.motion import CROSSING, DEPARTURE, REATTACHMENT, ensemble_counts, simulate, trajectory
+from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
+from roughslip.oscillator.run import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.system import Oscillator
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
@@ -366,6 +368,53 @@ def test_counts_over_dampings_are_those_of_single_runs():
     assert np.array_equal(counts.cycles, reversed_counts.cycles[::-1])
 
 
+@pytest.mark.parametrize("interpolation", ["cubic", "linear"])
+@pytest.mark.parametrize("size", [1, 3, 1000])
+def test_a_path_in_pieces_gives_the_same_motion(interpolation, size):
+    """Bit by bit, whatever the length of the pieces, drawn or not, where pieces end in the midst of a slip."""
+    path = 0.1 * np.random.default_rng(5).uniform(-1.0, 1.0, 4000)
+    pieces = [path[k : k + size] for k in range(0, 4000, size)]
+    whole = trajectory(STUDY, LAW, path, 5e-5, 6.0, interpolation=interpolation)
+    found = trajectory(STUDY, LAW, pieces, 5e-5, 6.0, interpolation=interpolation)
+    assert np.count_nonzero(whole.motion.kind == DEPARTURE) > 3
+    for name in ("kind", "time", "position", "slipped_distance", "backwards", "total_slip", "steps"):
+        assert np.array_equal(getattr(found.motion, name), getattr(whole.motion, name))
+    assert np.array_equal(found.position, whole.position)
+    assert found.motion.local_error == pytest.approx(whole.motion.local_error, rel=1e-12)  # summed in another order
+
+
+def test_linear_interpolation_of_a_line_is_cubic_interpolation():
+    """Where mu_S is a line both are it; where it is not they part by the curvature."""
+    s = 5e-5 * np.arange(4000)
+    line, bent = 0.1 * s, 0.05 * np.sin(s / 3e-4)
+    runs = {
+        (name, way): simulate(STUDY, LAW, path, 5e-5, 6.0, interpolation=way).position
+        for name, path in (("line", line), ("bent", bent))
+        for way in ("cubic", "linear")
+    }
+    assert runs["line", "linear"] == pytest.approx(runs["line", "cubic"], abs=1e-9 * F)
+    # a chord errs by h^2 / 8 times the curvature at most, here 1.7e-4 of F
+    apart = np.abs(runs["bent", "linear"][:4] - runs["bent", "cubic"][:4])
+    assert 1e-8 * F < apart.max() < 1e-3 * F
+
+
+def test_a_path_without_end_is_kept_a_few_nodes_at_a_time():
+    """Pieces that nobody keeps can be let go: at most three are alive at any time, the one drawn among them."""
+    alive: list[weakref.ref] = []
+
+    def pieces():
+        while True:
+            piece = np.zeros(100)
+            alive.append(weakref.ref(piece))
+            assert sum(ref() is not None for ref in alive) <= 3
+            yield piece
+            del piece
+
+    motion = simulate(STUDY, LAW, pieces(), 5e-5, 20.0)
+    assert len(alive) > 50
+    assert np.array_equal(motion.position, simulate(STUDY, LAW, np.zeros(20_000), 5e-5, 20.0).position)
+
+
 def test_end_of_the_path_is_an_error():
     """And the length that the message asks for is enough."""
     with pytest.raises(ParameterError, match="friction path") as caught:
@@ -394,6 +443,7 @@ def test_step_limit_is_an_error(monkeypatch):
         ({"tolerance": 1e-2}, "tolerance"),
         ({"tolerance": math.nan}, "tolerance"),
         ({"start_position_m": math.inf}, "start position"),
+        ({"path": np.zeros(9), "interpolation": "quintic"}, "cubic or linear"),
     ],
 )
 @pytest.mark.parametrize("function", [simulate, trajectory])

@@ -145,7 +145,7 @@ MISTAKES = {
     ),
     f"targets: [figure5]\nfriction: {{statistics: {STATISTICS.replace('e-4', 'e-10')}}}": "friction.statistics."
     "correlation_length_m: 2.5e-10 is not allowed; long enough for at most 100000000 nodes (0.8 GB of memory) "
-    "over the belt's way in a run",
+    "over the belt's way in a run, or ensemble.process: recursion",
     "ensemble: {discarded_periods: 100, duration_periods: 100}": "ensemble.discarded_periods: 100 is not allowed; "
     "less than ensemble.duration_periods = 100",
     "ensemble: {drawn_realisations: 17, realisations: 16}": "ensemble.drawn_realisations: 17 is not allowed; "
@@ -162,6 +162,15 @@ MISTAKES = {
     "expansion: {samples: automatic, cdf_error: 0.01}": "expansion.samples: 'automatic' is not allowed; "
     "a whole number >= 10 and <= 1000000, or auto",
     "expansion: {samples: 9}": "expansion.samples: 9 is not allowed; a whole number >= 10 and <= 1000000, or auto",
+    "ensemble: {nodes_per_correlation_length: auto}": "ensemble.count_error: missing; "
+    "ensemble.nodes_per_correlation_length = auto needs it",
+    "ensemble: {count_error: 0.01}": "ensemble.count_error: 0.01 is not allowed beside "
+    "ensemble.nodes_per_correlation_length = 8; only auto takes it",
+    "ensemble: {process: jacobi}": "ensemble.process: 'jacobi' is not allowed; one of recursion, embedding, spectral",
+    "ensemble: {interpolation: quintic}": "ensemble.interpolation: 'quintic' is not allowed; one of cubic, linear",
+    "targets: [figure5]\nensemble: {marginal: empirical}\n"
+    f"friction: {{statistics: {STATISTICS}}}": "ensemble.marginal: 'empirical' is not allowed; beta or paper where "
+    "friction.statistics stands for the windows",
     "expansion: {samples: auto}": "expansion.cdf_error: missing; expansion.samples = auto needs it",
     "expansion: {cdf_error: 0.01}": "expansion.cdf_error: 0.01 is not allowed beside expansion.samples = 1000; "
     "only auto takes it",

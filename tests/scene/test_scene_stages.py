@@ -35,7 +35,7 @@ def test_a_slice_has_the_shape_of_the_scene():
 @pytest.mark.parametrize(
     ("key", "value", "stages"),
     [
-        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "oscillator"}),
+        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "spacing", "oscillator"}),
         ("batches.strip_samples", 7, set()),
         ("numerics.contact_tolerance", 1e-9, {"contact_square", "training_square", "contact_strip"}),
         ("strip.samples", 99, {"friction"}),
@@ -60,13 +60,16 @@ def test_only_stages_that_the_targets_need():
     paper = shipped_scene("paper")
     square = {"surface", "design", "contact_square", "chaos_square", "figure2"}
     strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-    assert stages_needed(paper) == set(SLICES) - {"reference", "training_square"} - SCAN_STAGES
+    assert stages_needed(paper) == set(SLICES) - {"reference", "training_square", "spacing"} - SCAN_STAGES
     assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
     assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     found = paper | {"expansion": paper["expansion"] | {"samples": "auto", "cdf_error": 0.01}}
     assert stages_needed(found | {"targets": ["figure2"]}) == square | {"training_square"} | ALWAYS
     assert stages_needed(found | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     assert stages_needed(paper | {"targets": ["figure5"]}) == strip | OSCILLATOR | ALWAYS
+    found = paper | {"ensemble": paper["ensemble"] | {"nodes_per_correlation_length": "auto", "count_error": 0.01}}
+    assert stages_needed(found | {"targets": ["figure5"]}) == strip | OSCILLATOR | {"spacing"} | ALWAYS
+    assert stages_needed(found | {"targets": ["figure3"]}) == strip | {"figure3"} | ALWAYS
 
 
 def test_given_statistics_need_no_contact():

@@ -16,6 +16,7 @@ from roughslip.stages.friction_table import (
     TITLES,
     TRENDS,
     histogram,
+    quantiles,
     stored,
     summary,
     table_variables,
@@ -121,6 +122,15 @@ def test_summary_has_a_row_a_penetration_with_units_in_the_names(table):
         ):
             value = variables[name].values
             assert float(row[column]) == pytest.approx(value[level] if value.ndim == 1 else value[0, level], rel=1e-5)
+
+
+def test_quantiles_are_those_of_the_valid_windows():
+    mu, valid = np.arange(20.0).reshape(4, 5), np.ones((4, 5), dtype=bool)
+    valid[3, 4] = False
+    found = quantiles(mu, valid)
+    probability, values = found["quantile_probability"].values, found["quantile"].values
+    assert (probability[0], probability[-1], len(probability)) == (0.0, 1.0, 1001)
+    np.testing.assert_allclose(values, 18 * probability, atol=1e-12)  # of 0, 1, ..., 18, equally likely
 
 
 def test_histogram_is_a_density_of_the_valid_windows():

@@ -125,6 +125,32 @@ def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
     assert still["reattachment"].std() != pytest.approx(spread[4e-3], rel=1e-3)
 
 
+def test_keys_of_the_ensemble_reach_the_runs(run, stored):
+    """Each changes the places of reattachment, none by more than the scatter does; nodes found are nodes given."""
+    plain = scattered(4e-3)
+
+    def places(name, **keys):
+        configuration = plain | {"ensemble": plain["ensemble"] | keys}
+        extra = {"spacing": spacing} if keys.get("nodes_per_correlation_length") == "auto" else {}
+        return run(oscillator, configuration, name, first=0, last=2, **extra)["reattachment"]
+
+    spacing = stored("spacing.nc", nodes_per_correlation_length=((), 4))
+    default = places("default")
+    np.testing.assert_array_equal(default, places("named", process="recursion", marginal="beta", interpolation="cubic"))
+    np.testing.assert_array_equal(
+        places("found", nodes_per_correlation_length="auto"), places("four", nodes_per_correlation_length=4)
+    )
+    changes = {"process": "spectral", "interpolation": "linear", "nodes_per_correlation_length": 4}
+    for key, value in (*changes.items(), ("process", "embedding")):
+        found = places("changed", **{key: value})
+        assert not np.array_equal(found, default)
+        assert found.mean() == pytest.approx(default.mean(), abs=4 * default.std())
+    plain = scattered(4e-3)
+    plain["friction"]["statistics"] |= {"beta_a": 0.5, "beta_b": 0.5}
+    assert not np.array_equal(places("shapes"), default)
+    np.testing.assert_array_equal(places("paper", marginal="paper"), default)
+
+
 def test_an_ensemble_of_known_runs_is_summed_up(run, stored):
     """Ten runs, in two batches named in another order than numbered, at three dampings."""
     rng = np.random.default_rng(3)

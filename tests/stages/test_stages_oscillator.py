@@ -8,21 +8,65 @@ from roughslip.errors import ConvergenceError, IllPosedError, InputError, Parame
 from roughslip.stages import mass_on_belt
 from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
 from roughslip.stages.deterministic import where_it_exists
+from roughslip.stages.friction_paths import friction_paths, friction_process
+from roughslip.stages.friction_table import quantiles
 from roughslip.stages.mass_on_belt import FrictionNumbers, friction_numbers
 from tests.stages.paper import OSCILLATOR
 
 GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4, "beta_a": 2.1, "beta_b": 5.0}
 
 
+def process_of(numbers, marginal=None, statistics=None):
+    ensemble = {} if marginal is None else {"marginal": marginal}
+    return friction_process({"ensemble": ensemble}, numbers, statistics)
+
+
 @pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.5, 0.5), (90.0, 300.0)])
 @pytest.mark.parametrize("std", [0.01, 0.2])
 def test_the_process_has_the_mean_and_scatter_of_the_statistics(a, b, std):
-    process = FrictionNumbers(**(GIVEN | {"standard_deviation": std, "beta_a": a, "beta_b": b})).process()
-    assert (process.mean, process.standard_deviation) == (pytest.approx(0.3), pytest.approx(std))
-    assert (process.a, process.b, process.correlation_length_m) == (a, b, 2.5e-4)
+    process = process_of(FrictionNumbers(**(GIVEN | {"standard_deviation": std, "beta_a": a, "beta_b": b})))
+    marginal = process.marginal
+    assert (marginal.mean, marginal.standard_deviation) == (pytest.approx(0.3), pytest.approx(std))
+    assert (marginal.a, marginal.b, process.correlation_length_m) == (a, b, 2.5e-4)
     u = np.random.default_rng(0).beta(a, b, 200_000)
-    mu = process.lower + (process.upper - process.lower) * u
+    mu = marginal.lower + (marginal.upper - marginal.lower) * u
     np.testing.assert_allclose([mu.mean(), mu.std()], [0.3, std], rtol=0.01)  # of draws: 1 / sqrt(2 n) and less
+
+
+def test_the_paper_s_marginal_has_its_shapes_and_the_moments_of_the_windows():
+    marginal = process_of(FrictionNumbers(**(GIVEN | {"beta_a": 7.0, "beta_b": 9.0})), "paper").marginal
+    assert (marginal.a, marginal.b) == (2.1, 5.0)
+    assert (marginal.mean, marginal.standard_deviation) == (pytest.approx(0.3), pytest.approx(0.05))
+
+
+def test_the_empirical_marginal_has_the_quantiles_of_the_windows_and_the_moments_of_the_numbers(tmp_path):
+    """Exponentially distributed windows, whose skewness 2 a normal marginal would not have."""
+    mu = np.random.default_rng(0).exponential(size=(40, 500))
+    variables = quantiles(mu, np.ones(mu.shape, dtype=bool))
+    store.write(tmp_path / "statistics.nc", variables, store.Key({}, "abc"))
+    process = process_of(FrictionNumbers(**GIVEN), "empirical", tmp_path / "statistics.nc")
+    z = np.random.default_rng(1).standard_normal(100_000)
+    values = process.marginal.scale * process.marginal.centred(z)
+    assert values.std() == pytest.approx(0.05, rel=0.02)  # 2.8 / (2 sqrt(1e5)) is a standard error, times four
+    assert np.mean((values / values.std()) ** 3) == pytest.approx(np.mean(((mu - mu.mean()) / mu.std()) ** 3), rel=0.1)
+    with pytest.raises(InputError, match="--friction"):
+        process_of(FrictionNumbers(**GIVEN), "empirical")
+
+
+@pytest.mark.parametrize("method", ["recursion", "embedding", "spectral"])
+def test_paths_are_long_enough_for_every_run(method):
+    """For the runs and for the trajectories drawn, whichever take longer; a path by recursion has no end."""
+    ensemble = {"duration_periods": 2, "discarded_periods": 1, "process": method}
+    configuration = {"ensemble": ensemble, "oscillator": OSCILLATOR}
+    paths = friction_paths(configuration, process_of(FrictionNumbers(**GIVEN)), 4)
+    assert paths.spacing == 2.5e-4 / 4
+    needed = mass_on_belt.path_length(mass_on_belt.oscillator(configuration), 1 + mass_on_belt.DRAWN_PERIODS)
+    nodes = 0
+    for piece in paths.realisation([0]):
+        nodes += piece.size
+        if nodes * paths.spacing > needed:
+            break
+    assert nodes * paths.spacing > needed
 
 
 def test_numbers_that_the_scene_gives_come_before_a_file(tmp_path):

@@ -161,7 +161,8 @@ MODULES = {
     "contact/solve": CONTACT,
     "chaos/regression": {"training_square", "chaos_square", "chaos_strip", "expansion_strip"},
     "friction/correlation": {"friction"},
-    "oscillator/stick": {"deterministic", "oscillator"},
+    "friction/recursion": {"spacing", "oscillator"},
+    "oscillator/stick": {"deterministic", "spacing", "oscillator"},
 }
 
 

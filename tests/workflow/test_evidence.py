@@ -12,7 +12,7 @@ import pytest
 from workflow.lib.evidence import evidence_key
 
 ROOT = Path(__file__).resolve().parents[2]
-STAGES = tuple(f"{stage}{part}" for stage in ("surface", "contact", "chaos") for part in ("", "_figure"))
+STAGES = tuple(f"{stage}{part}" for stage in ("surface", "contact", "chaos", "friction") for part in ("", "_figure"))
 PLANS = {
     "benchmark": {"benchmark": 1, **{f"benchmark_{stage}": 1 for stage in STAGES}},
     "stress": {"stress_contact": 1, "stress_chaos": 1, "stress": 1},
@@ -32,6 +32,11 @@ MEASURED = {
         "src/roughslip/contact/dense.py": False,
         "workflow/benchmarks/surface_peers.py": True,
         "workflow/benchmarks/surface_figure.py": False,
+    },
+    ("benchmarks", "friction"): {
+        "src/roughslip/friction/recursion.py": True,
+        "src/roughslip/friction/statistics.py": False,
+        "workflow/benchmarks/friction_figure.py": False,
     },
     ("stress", "contact"): {
         "src/roughslip/friction/statistics.py": False,

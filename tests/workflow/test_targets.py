@@ -20,6 +20,7 @@ GROUND = "roughness: {scan: {form: plane, covariance: best, marginal: gaussian, 
 
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
 FOUND = "expansion: {samples: auto, cdf_error: 0.1}\n"
+SPACED = "ensemble: {nodes_per_correlation_length: auto, count_error: 0.05}\n"
 GIVEN = f"friction:\n  statistics: {STATISTICS}\n"
 SCENES = {
     "targets: [figure2]": {**SQUARE, **END},
@@ -27,6 +28,7 @@ SCENES = {
     "targets: [figure5]": {**STRIP, **OSCILLATOR, **END},
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, "figure3": 1, "figure3_law": 1, **END},
     f"targets: [figure5]\n{GIVEN}": {**OSCILLATOR, **END},
+    f"targets: [figure5]\n{GIVEN}{SPACED}": {"spacing": 1, **OSCILLATOR, **END},
     f"targets: [figure2, figure5]\n{GIVEN}": {**SQUARE, **OSCILLATOR, **END},
     f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "training_square": 1, **END},
     f"targets: [figure3]\n{FOUND}": {**STRIP, "figure3": 1, "figure3_law": 1, **END},

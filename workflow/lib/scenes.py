@@ -20,7 +20,7 @@ DESIGNS = {
 }
 
 # A scene is a target of its own name, as these are already.
-BENCHMARKS = ("surface", "contact", "chaos")
+BENCHMARKS = ("surface", "contact", "chaos", "friction")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
 EVIDENCE = ("benchmark", *MEASURED, "stress", "stress_contact", "pressure_solves", "pressure_reference")
 RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})
@@ -119,6 +119,10 @@ class Scenes:
             f"results/{name}/friction/expansion-{first}-{last}.nc"
             for first, last in self.batches(name, "strip.expansion_samples", "batches.expansion_samples")
         ]
+
+    def spacing(self, name: str) -> list[str]:
+        """The pilot that finds how many nodes friction paths take, where the scene leaves that to it, else nothing."""
+        return [f"results/{name}/oscillator/spacing.nc"] if "spacing" in self.stages(name) else []
 
     def oscillator_runs(self, name: str) -> list[str]:
         """Events and counts of the ensemble."""

@@ -1,6 +1,7 @@
 # The mass on the belt of Figure 5.
 # In:  key files; friction/statistics.nc unless the scene gives the statistics as numbers.
-# Out: oscillator/deterministic.nc, oscillator/ensemble-<first>-<last>.nc.
+# Out: oscillator/deterministic.nc, oscillator/spacing.nc where the number of nodes is left to the study,
+#      oscillator/ensemble-<first>-<last>.nc.
 
 
 def friction_statistics(wildcards):
@@ -10,6 +11,11 @@ def friction_statistics(wildcards):
         if "friction" in scenes.stages(wildcards.scene)
         else []
     )
+
+
+def friction_option(wildcards, input):
+    """The option that hands them to a stage."""
+    return f"--friction {shlex.quote(input.friction[0])}" if input.friction else ""
 
 
 rule deterministic:
@@ -23,9 +29,26 @@ rule deterministic:
         "results/{scene}/logs/deterministic.log",
     threads: 1
     params:
-        friction=lambda wildcards, input: f"--friction {shlex.quote(input.friction[0])}" if input.friction else "",
+        friction=friction_option,
     shell:
         STAGE + ".deterministic --key {input.key:q} {params.friction}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule spacing:
+    input:
+        key=scenes.key("spacing"),
+        friction=friction_statistics,
+    output:
+        result="results/{scene}/oscillator/spacing.nc",
+        usage="results/{scene}/usage/spacing.json",
+    log:
+        "results/{scene}/logs/spacing.log",
+    threads: 1
+    params:
+        friction=friction_option,
+    shell:
+        STAGE + ".spacing --key {input.key:q} {params.friction}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 
@@ -33,6 +56,7 @@ rule oscillator:
     input:
         key=scenes.key("oscillator"),
         friction=friction_statistics,
+        spacing=lambda wildcards: scenes.spacing(wildcards.scene),
     output:
         result="results/{scene}/oscillator/ensemble-{first}-{last}.nc",
         usage="results/{scene}/usage/oscillator-{first}-{last}.json",
@@ -40,7 +64,8 @@ rule oscillator:
         "results/{scene}/logs/oscillator-{first}-{last}.log",
     threads: 1
     params:
-        friction=lambda wildcards, input: f"--friction {shlex.quote(input.friction[0])}" if input.friction else "",
+        friction=friction_option,
+        spacing=lambda wildcards, input: f"--spacing {shlex.quote(input.spacing[0])}" if input.spacing else "",
     shell:
-        STAGE + ".oscillator --key {input.key:q} {params.friction} --first {wildcards.first} --last {wildcards.last}"
+        STAGE + ".oscillator --key {input.key:q} {params.friction} {params.spacing} --first {wildcards.first} --last {wildcards.last}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"

@@ -12,7 +12,8 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.law import StribeckLaw
-from roughslip.oscillator.motion import REATTACHMENT, simulate
+from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.run import REATTACHMENT
 from roughslip.oscillator.system import Oscillator
 
 LOOP_PERIODS = 4.0  # the first loop of slip takes 1 / sqrt(1 - D^2) natural periods and a little

@@ -1,15 +1,34 @@
 """The stochastic part of friction along the belt: mu_S(s) between equidistant nodes.
 
 Cubic Hermite pieces with central differences as tangents (Catmull & Rom 1974), one-sided at the two ends: continuous
-with its first derivative. No nodes at all stands for mu_S = 0 on a path without end.
+with its first derivative. Or straight lines. No nodes at all stand for mu_S = 0 on a path without end.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+
+from roughslip.errors import ParameterError
+
+INTERPOLATIONS = ("cubic", "linear")
+
+
+class Path(NamedTuple):
+    """The nodes at hand of a path: numbers `first` and following, at the slipped distances number times spacing [m].
+
+    ends : whether the path ends with the last of them
+    """
+
+    nodes: np.ndarray
+    first: int
+    spacing: float
+    cubic: bool
+    ends: bool
 
 
 class Piece(NamedTuple):
@@ -25,18 +44,28 @@ class Piece(NamedTuple):
 
 
 @njit(cache=True)
-def piece_at(nodes: np.ndarray, spacing: float, s: float) -> Piece:
+def piece_at(path: Path, s: float) -> Piece:
     """The piece that holds s; the last one for any s beyond it (the caller watches the end of the path)."""
+    nodes = path.nodes
     if nodes.size == 0:
         return Piece(0.0, 0.0, 0.0, 0.0, 0.0, np.inf, 1.0)
-    k = min(int(s / spacing), nodes.size - 2)
-    start, end = nodes[k], nodes[k + 1]
+    j = min(int(s / path.spacing) - path.first, nodes.size - 2)
+    k = path.first + j
+    start, end = nodes[j], nodes[j + 1]
     rise = end - start
-    out = 0.5 * (end - nodes[k - 1]) if k > 0 else rise
-    into = 0.5 * (nodes[k + 2] - start) if k + 2 < nodes.size else rise
-    return Piece(
-        start, out, 3.0 * rise - 2.0 * out - into, out + into - 2.0 * rise, k * spacing, (k + 1) * spacing, spacing
-    )
+    left, right = k * path.spacing, (k + 1) * path.spacing
+    if not path.cubic:
+        return Piece(start, rise, 0.0, 0.0, left, right, path.spacing)
+    out = 0.5 * (end - nodes[j - 1]) if k > 0 else rise
+    into = 0.5 * (nodes[j + 2] - start) if j + 2 < nodes.size else rise
+    return Piece(start, out, 3.0 * rise - 2.0 * out - into, out + into - 2.0 * rise, left, right, path.spacing)
+
+
+@njit(cache=True)
+def reaches(path: Path, s: float) -> bool:
+    """Whether the nodes at hand determine the piece that holds s, and the next, into which a phase may just step."""
+    size = path.nodes.size
+    return path.ends or size == 0 or int(s / path.spacing) + 3 < path.first + size
 
 
 @njit(cache=True)
@@ -51,3 +80,57 @@ def offset_slope(piece: Piece, s: float) -> float:
     """d mu_S / ds [1/m]."""
     t = (s - piece.left) / piece.spacing
     return (piece.c1 + t * (2.0 * piece.c2 + t * 3.0 * piece.c3)) / piece.spacing
+
+
+class PathFeed:
+    """A path that arrives in pieces, of which it keeps what the motion may still read.
+
+    path : (nodes,) all nodes, an iterable of such rows one after another, or None for mu_S = 0
+    spacing_m : [m] distance of the nodes (not used without a path)
+    interpolation : cubic or linear
+
+    Raises ParameterError for what is no path, when it is met.
+    """
+
+    def __init__(self, path: np.ndarray | Iterable[np.ndarray] | None, spacing_m: float, interpolation: str) -> None:
+        if interpolation not in INTERPOLATIONS:
+            raise ParameterError(f"a path is interpolated {' or '.join(INTERPOLATIONS)}, not {interpolation!r}")
+        self._pieces: Iterator[np.ndarray] = iter([path] if isinstance(path, np.ndarray) else path or ())
+        self.received = 0
+        if path is None:
+            self.path = Path(np.zeros(0), 0, 1.0, True, True)
+            return
+        if not (math.isfinite(spacing_m) and spacing_m > 0.0):
+            raise ParameterError(f"the spacing of the path must be finite and positive, not {spacing_m} m")
+        self.path = Path(np.zeros(0), 0, float(spacing_m), interpolation == "cubic", False)
+        self.advance(0.0)
+        if self.received < 2:
+            raise ParameterError("a friction path has at least two finite nodes")
+
+    @property
+    def length_m(self) -> float:
+        """Slipped distance [m] at the last node at hand."""
+        return (self.path.first + self.path.nodes.size - 1) * self.path.spacing
+
+    def advance(self, s: float) -> Path:
+        """The nodes that the motion from s [m] onwards needs first, and more; those behind it are dropped."""
+        nodes, first, spacing, cubic, ends = self.path
+        passed = max(int(s / spacing) - 2 - first, 0)
+        rows, size, first = [nodes[passed:]], nodes.size - passed, first + passed
+        while not ends and (size == 0 or int(s / spacing) + 4 >= first + size):
+            piece = next(self._pieces, None)
+            if piece is None:
+                ends = True
+                break
+            rows.append(_checked(piece))
+            size += rows[-1].size
+            self.received += rows[-1].size
+        self.path = Path(np.concatenate(rows), first, spacing, cubic, ends)
+        return self.path
+
+
+def _checked(piece: np.ndarray) -> np.ndarray:
+    row = np.ascontiguousarray(piece, dtype=np.float64)
+    if row.ndim != 1 or not np.isfinite(row).all():
+        raise ParameterError("a friction path is a row of finite nodes, or several one after another, or None")
+    return row

@@ -12,10 +12,10 @@ import numpy as np
 from numba import njit
 
 from roughslip.oscillator.fehlberg import State, acceleration, draw, extreme_velocity, fehlberg_step, jerk
-from roughslip.oscillator.path import Piece, offset, piece_at
+from roughslip.oscillator.path import Path, Piece, offset, piece_at, reaches
 from roughslip.oscillator.system import Coefficients
 
-AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP = 0, 1, 2, 3, 4
+AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP, NODES_OVER = 0, 1, 2, 3, 4, 5
 FIRST_STEP = 1e-2  # of a slip phase, in units of 1/omega
 LONGEST_STEP = 0.25  # so that the cubic dense output sees every extreme of X'
 SHORTEST_SLIP = 1e-7  # a phase back at the belt after so short a time is none: V h^2 / 2 drowns in the rounding of V
@@ -24,13 +24,17 @@ GRAZING = 1e-6  # of V: an extreme of X' so close to the belt is judged by a ste
 
 
 class Slip(NamedTuple):
-    """The end of a slip phase: why and where, whether X' < 0 occurred, steps tried, sum of the local errors [m]."""
+    """The end of a slip phase: why and where, whether X' < 0 occurred, steps tried, sum of the local errors [m].
+
+    allowed : length of the next step, for a phase that goes on once more nodes are at hand
+    """
 
     status: int
     y: State
     backwards: bool
     steps: int
     error: float
+    allowed: float
 
 
 @njit(cache=True)
@@ -94,26 +98,35 @@ def meet_belt(y: State, late: float, sigma: float, piece: Piece, p: Coefficients
 
 @njit(cache=True)
 def slip(
-    start: State, sigma: float, tau_end: float, nodes: np.ndarray, spacing: float, p: Coefficients, tolerance: float,
-    step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
+    start: State, since: float, allowed: float, sigma: float, tau_end: float, path: Path, p: Coefficients,
+    tolerance: float, step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
 ) -> Slip:  # fmt: skip
-    """A slip phase of sign sigma from X' = V until X' = V again, or until time, path or steps are over.
+    """A slip phase of sign sigma from X' = V until X' = V again, or until time, path, nodes at hand or steps are over.
+
+    since : tau at which the phase began
+    allowed : length of the next step, 0 at the beginning of the phase
 
     A step is accepted when its error in X and in X' is below tolerance (F + max(|X|, |X'|)).
     """
-    piece = piece_at(nodes, spacing, start.s + SLACK * spacing)
-    a = acceleration(start.tau, start.x, p.V, sigma, offset(piece, start.s), p)
-    y = State(start.tau, start.x, p.V, start.s, a)
-    allowed = FIRST_STEP
+    slack = SLACK * path.spacing
+    piece = piece_at(path, start.s + slack)
+    y = start
+    if allowed == 0.0:
+        y = State(
+            start.tau, start.x, p.V, start.s, acceleration(start.tau, start.x, p.V, sigma, offset(piece, start.s), p)
+        )
+        allowed = FIRST_STEP
     backwards, total = False, 0.0
     for attempt in range(1, step_limit + 1):
-        first = y.tau == start.tau
-        if y.s >= piece.right - SLACK * piece.spacing:
-            if y.s >= (nodes.size - 1 - SLACK) * spacing:
-                return Slip(PATH_OVER, y, backwards, attempt, total)
-            piece = piece_at(nodes, spacing, y.s + SLACK * spacing)
+        first = y.tau == since
+        if y.s >= piece.right - slack:
+            if path.ends and y.s >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
+                return Slip(PATH_OVER, y, backwards, attempt, total, allowed)
+            if not reaches(path, y.s + slack):
+                return Slip(NODES_OVER, y, backwards, attempt - 1, total, allowed)
+            piece = piece_at(path, y.s + slack)
         h = min(allowed, tau_end - y.tau)
-        if nodes.size > 0:
+        if path.nodes.size > 0:
             rates = sigma * (p.V - y.u), -sigma * y.a, -sigma * jerk(y, sigma, piece, p)
             h = step_to_node(h, piece.right - y.s, *rates)
         last = h == tau_end - y.tau
@@ -126,7 +139,7 @@ def slip(
             continue
         if first and gap <= 0.0:
             if h < SHORTEST_SLIP:
-                return Slip(NO_SLIP, y, False, attempt, 0.0)
+                return Slip(NO_SLIP, y, False, attempt, 0.0, 0.0)
             allowed = 0.25 * h
             continue
 
@@ -143,8 +156,8 @@ def slip(
         backwards = backwards or end.u < 0.0
         total += error
         if arrived or last:
-            return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, attempt, total)
+            return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, attempt, total, 0.0)
         if h == allowed:
             allowed = min(h * min(5.0, 0.9 * max(ratio, 1e-9) ** -0.2), LONGEST_STEP)
         y = end
-    return Slip(STEPS_OVER, y, backwards, step_limit, total)
+    return Slip(STEPS_OVER, y, backwards, step_limit, total, allowed)

@@ -15,7 +15,7 @@ from roughslip.friction.resampling import Estimate, strip_weights
 from roughslip.friction.statistics import Combined, combine, ratio_of_sums, window_statistics
 from roughslip.stages import friction_law, geometry
 from roughslip.stages.command import Job, execute
-from roughslip.stages.friction_table import SOURCES, histogram, summary, table_variables
+from roughslip.stages.friction_table import SOURCES, histogram, quantiles, summary, table_variables
 
 REPLICATES = 400
 Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (strips, windows)
@@ -95,6 +95,7 @@ def work(job: Job) -> None:
     job.usage.count(windows=area["solved"][0].size, expanded_windows=area["expansion"][0].size)
     variables = table_variables(table, combined, percentiles, configuration["strip"]) | law
     variables |= histogram(mu["solved"][0][median], mu["solved"][1][median])
+    variables |= quantiles(mu["solved"][0][median], mu["solved"][1][median])
     variables["shear_strength"] = store.Variable((), shear, "Pa", "shear strength that gives the mean at the median")
     variables["largest_residual"] = store.Variable((), residual, "1", "largest residual of all contact solves")
     store.write(job.arguments.output, variables, job.key)

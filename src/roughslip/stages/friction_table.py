@@ -14,6 +14,7 @@ from roughslip.friction.statistics import PERCENTS, Combined, Trend, trend
 
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
+QUANTILES = 1000
 COMBINED = ("mean", "std", "variation", "mean_variance_ratio", "std_variance_ratio")
 TRENDS = ("mean", "std", "variation", "length_least_squares", "beta_distance_standardised")
 UNITS = dict.fromkeys(("length_least_squares", "length_half_window", "length_one_over_e", "length_integral"), "m")
@@ -130,6 +131,16 @@ def histogram(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]:
     return {
         "histogram": store.Variable(("bin",), density, "1", "density of solved windows at median penetration"),
         "histogram_edge": store.Variable(("edge",), edges, "1", "edges of its bins"),
+    }
+
+
+def quantiles(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]:
+    """Quantiles of the windows of one penetration at the probabilities 0, 1/1000, ..., 1."""
+    probability = np.arange(QUANTILES + 1) / QUANTILES
+    found = np.quantile(mu[valid], probability)
+    return {
+        "quantile": store.Variable(("probability",), found, "1", "quantiles of solved windows at median penetration"),
+        "quantile_probability": store.Variable(("probability",), probability, "1", "their probabilities"),
     }
 
 

@@ -1,4 +1,4 @@
-"""From a stage's slice of the scene and the friction statistics to the oscillator, its friction law and process."""
+"""From a stage's slice of the scene and the friction statistics to the oscillator and its mean friction law."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.friction.process import FrictionProcess
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages.geometry import Configuration
@@ -31,13 +30,6 @@ class FrictionNumbers:
     correlation_length_m: float
     beta_a: float
     beta_b: float
-
-    def process(self) -> FrictionProcess:
-        """The stochastic part mu_S: a Beta distribution of these shapes, mean and standard deviation."""
-        a, b = self.beta_a, self.beta_b
-        width = self.standard_deviation / np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
-        lower = self.mean - width * a / (a + b)
-        return FrictionProcess(a, b, lower, lower + width, self.correlation_length_m)
 
 
 def friction_numbers(configuration: Configuration, statistics: Path | None) -> FrictionNumbers:

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.process import prepare, sample
 from roughslip.oscillator.motion import Motion, simulate, trajectory
 from roughslip.stages import geometry, mass_on_belt
 from roughslip.stages.command import Job, execute
+from roughslip.stages.friction_paths import friction_paths, friction_process
 
 
 def periods_until_last_cycle(motion: Motion) -> float:
@@ -23,34 +23,37 @@ def work(job: Job) -> None:
     configuration, arguments = job.configuration, job.arguments
     ensemble, tolerance = configuration["ensemble"], configuration["numerics"]["oscillator_tolerance"]
     stochastic = configuration["oscillator"]["stochastic_static_limit"]
+    interpolation = ensemble.get("interpolation", "cubic")
     numbers = mass_on_belt.friction_numbers(configuration, arguments.friction)
     belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    spacing = numbers.correlation_length_m / ensemble["nodes_per_correlation_length"]
+    process = friction_process(configuration, numbers, arguments.friction)
+    nodes = ensemble["nodes_per_correlation_length"]
+    if nodes == "auto":  # then stage spacing found it
+        nodes = int(store.read(arguments.spacing)["nodes_per_correlation_length"])
     periods, discarded = ensemble["duration_periods"], ensemble["discarded_periods"]
     dampings = [replace(belt, damping_ratio=ratio) for ratio in ensemble["damping_ratios"]]
     count = arguments.last - arguments.first
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
     last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)
     reattachments, owners, drawn = [], [], []
+    run = {"tolerance": tolerance, "stochastic_static_limit": stochastic, "interpolation": interpolation}
     steps = 0
     with job.usage.core():
-        longest = max(periods, discarded + mass_on_belt.DRAWN_PERIODS)
-        spectrum = prepare(numbers.process(), spacing, mass_on_belt.path_length(belt, longest))
+        paths = friction_paths(configuration, process, nodes)
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            path = sample(spectrum, np.random.default_rng([configuration["seed"], geometry.STREAM_PROCESS, number]))
-            run = {"tolerance": tolerance, "stochastic_static_limit": stochastic}
+            path = paths.realisation([configuration["seed"], geometry.STREAM_PROCESS, number])
             for column, damped in enumerate(dampings):
-                motion = simulate(damped, law, path, spacing, periods, **run)
+                motion = simulate(damped, law, path, paths.spacing, periods, **run)
                 cycles[row, column], micro_slips[row, column] = motion.cycles, motion.micro_slips
                 last_cycle[row, column] = periods_until_last_cycle(motion)
                 steps += motion.steps
-            nominal = simulate(belt, law, path, spacing, periods, **run)
+            nominal = simulate(belt, law, path, paths.spacing, periods, **run)
             places = nominal.reattachments(discarded)
             nominal_last_cycle[row] = periods_until_last_cycle(nominal)
             reattachments.append(places)
             owners.append(np.full(len(places), number))
             if number < ensemble["drawn_realisations"]:
-                drawn.append(trajectory(belt, law, path, spacing, discarded + mass_on_belt.DRAWN_PERIODS, **run))
+                drawn.append(trajectory(belt, law, path, paths.spacing, discarded + mass_on_belt.DRAWN_PERIODS, **run))
             job.usage.progress(row + 1, count)
     job.usage.count(runs=count * len(dampings), cycles=int(cycles.sum()), steps=steps)
     variables = {
@@ -76,4 +79,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("oscillator", work, optional=("friction",), range_=True)
+    execute("oscillator", work, optional=("friction", "spacing"), range_=True)

@@ -1,0 +1,204 @@
+"""Friction paths of any length by recursion, node after node.
+
+The Gaussian correlation r that gives mu_S the correlation x = exp(-s / L) is a smooth function of x with r(0) = 0 and
+r(1) = 1, so that a polynomial in x of low degree p is as good as r itself:
+
+    r = 1 - (1 - x) q(x) = sum_i b_i exp(-i s / L),    i = 1, ..., p.
+
+Its spectrum is rational, and the process at equidistant nodes is p first-order recursions that share their noise,
+
+    z_k = sum_i v_i,    v_i <- rho_i v_i + c_i e,    rho_i = exp(-i spacing / L),
+
+which costs one normal number a node. A normal marginal has p = 1, the Ornstein-Uhlenbeck process. The b_i have either
+sign: independent recursions would not do, as r of another marginal is no mixture of exponentials.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.process import FrictionProcess
+from roughslip.friction.translation import Translation, interpolated, translate
+
+PIECE_NODES = 4096
+MOST_TERMS = 8  # the weights grow by some five a term, and rounding with them
+CORRELATION_TOLERANCE = 1e-4  # at which the degree is high enough,
+CORRELATION_LIMIT = 0.01  # and above which MOST_TERMS is too low
+INCREMENT_TOLERANCE = 1e-3  # relative, of the mean square of an increment, at every lag
+FIT_NODES, CHECK_NODES = 64, 2001
+SPACINGS = (1e-6, 10.0)  # correlation lengths; nodes at the longest have the correlation 5e-5
+FURTHEST_LAG, MOST_LAGS = 30.0, 100_000  # correlation lengths and nodes at which the built recursion is checked
+APART = 1e-6  # of 1 - rho_1: how far from the unit circle a zero of the spectrum lies at least
+
+
+@dataclass(frozen=True, eq=False)
+class Recursion:
+    """What paths of one process at one spacing have in common.
+
+    spacing : [m] distance of the nodes
+    decay, gain : (p,) [-] rho_i and c_i
+    start : (p, p) [-] lower triangular; start @ (p independent normal numbers) is a stationary state v
+    translation : from z to mu_S
+    correlation_error : [-] largest deviation of the autocorrelation of mu_S from exp(-s / L) at any lag
+    increment_error : [-] the same of E[(mu_S(s + h) - mu_S(s))^2], relative to 2 variance (1 - exp(-h / L))
+    """
+
+    spacing: float
+    decay: np.ndarray
+    gain: np.ndarray
+    start: np.ndarray
+    translation: Translation
+    correlation_error: float
+    increment_error: float
+
+    def realisation(self, seed: Sequence[int], piece_nodes: int = PIECE_NODES) -> RecursivePath:
+        """The path of a seed, without end, in pieces of so many nodes; it is the same bits whatever their length."""
+        if piece_nodes < 1:
+            raise ParameterError(f"a piece of a path has at least one node, not {piece_nodes}")
+        return RecursivePath(self, tuple(seed), piece_nodes)
+
+
+@dataclass(frozen=True)
+class RecursivePath:
+    """One path: every iteration begins it anew and yields rows of (piece_nodes,) [-] mu_S, from s = 0 on."""
+
+    recursion: Recursion
+    seed: tuple[int, ...]
+    piece_nodes: int
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        generator = np.random.default_rng(self.seed)
+        decay, gain, table = self.recursion.decay, self.recursion.gain, self.recursion.translation
+        state = self.recursion.start @ generator.standard_normal(decay.size)
+        while True:
+            piece = generator.standard_normal(self.piece_nodes)
+            _advance(state, piece, decay, gain, table.normal, table.friction)
+            yield piece
+
+
+@njit(cache=True)
+def _advance(
+    state: np.ndarray, noise: np.ndarray, decay: np.ndarray, gain: np.ndarray, normal: np.ndarray, friction: np.ndarray
+) -> None:
+    """mu_S in place of the noise that leads from each node to the next; the state moves on."""
+    for k in range(noise.size):
+        z, e = 0.0, noise[k]
+        for i in range(state.size):
+            z += state[i]
+            state[i] = decay[i] * state[i] + gain[i] * e
+        noise[k] = interpolated(z, normal, friction)
+
+
+def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
+    """The recursion of a process at a spacing, of the lowest degree that meets both tolerances, else of the highest.
+
+    Exact at the nodes but for the errors returned. Raises ParameterError for a
+    spacing out of range, IllPosedError where the autocorrelation misses the exponential by more than 0.01 or no
+    Gaussian process has the correlation needed.
+
+    Method: spectral factorization (G. E. P. Box & G. M. Jenkins, Time Series Analysis, 1976, ch. 3) in the variable
+    4 sin(w/2)^2, where poles close to one stay apart; the stationary state by the orthonormal functions of Malmquist
+    and Takenaka, a Cholesky factor in closed form (B. Ninness & F. Gustafsson, IEEE Trans. Autom. Control 42 (1997)
+    515).
+    """
+    ratio = spacing_m / process.correlation_length_m
+    if not SPACINGS[0] <= ratio <= SPACINGS[1]:
+        raise ParameterError(
+            f"the spacing of a friction path by recursion must lie in {SPACINGS[0]:g} to {SPACINGS[1]:g} correlation "
+            f"lengths, not {ratio:.4g}"
+        )
+    translation = translate(process.marginal)
+    every = np.linspace(0.0, 1.0, CHECK_NODES)[:-1]
+    for terms in range(1, MOST_TERMS + 1):
+        weights = _exponentials(translation, terms)
+        correlation_error, increment_error = _errors(translation, weights, every)
+        if correlation_error <= CORRELATION_TOLERANCE and increment_error <= INCREMENT_TOLERANCE:
+            break
+    rate = ratio * np.arange(1, terms + 1)
+    gain = _gains(weights, rate)
+    at_nodes = np.exp(-ratio * np.arange(1, min(math.ceil(FURTHEST_LAG / ratio), MOST_LAGS) + 1))
+    built = _errors(translation, gain * ((1.0 / _sums(rate)) @ gain), at_nodes)
+    correlation_error, increment_error = max(correlation_error, built[0]), max(increment_error, built[1])
+    if not correlation_error <= CORRELATION_LIMIT:
+        raise IllPosedError(
+            f"{MOST_TERMS} exponentials leave the autocorrelation {correlation_error:.3f} from the exponential, more "
+            f"than {CORRELATION_LIMIT}; use circulant embedding or larger shapes a, b"
+        )
+    return Recursion(
+        spacing=float(spacing_m),
+        decay=np.exp(-rate),
+        gain=gain,
+        start=gain[:, None] * _state_factor(rate),
+        translation=translation,
+        correlation_error=correlation_error,
+        increment_error=increment_error,
+    )
+
+
+def _exponentials(translation: Translation, terms: int) -> np.ndarray:
+    """b : (terms,) by least squares of q at Chebyshev nodes of x; q(0) = 1 lets r vanish at long lags."""
+    x = 0.5 - 0.5 * np.cos(math.pi * (np.arange(FIT_NODES) + 0.5) / FIT_NODES)
+    q = (1.0 - translation.gaussian_correlation(x)) / (1.0 - x)
+    powers = x[:, None] ** np.arange(1, terms)
+    fitted = np.concatenate(([1.0], np.linalg.lstsq(powers, q - 1.0, rcond=None)[0]))
+    return np.append(fitted[:-1] - fitted[1:], fitted[-1])
+
+
+def _errors(translation: Translation, weights: np.ndarray, x: np.ndarray) -> tuple[float, float]:
+    """Largest error of the autocorrelation of mu_S, and relative one of its increments, where it should be x."""
+    error = np.abs(translation.correlation(np.polynomial.Polynomial(np.concatenate(([0.0], weights)))(x)) - x)
+    return float(np.max(error)), float(np.max(error / (1.0 - x)))
+
+
+def _gains(weights: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """c : (p,) of recursions that share their noise, whose sum has the covariance sum_i weights_i exp(-rate_i k).
+
+    With y = 4 sin(w/2)^2 a first-order recursion has |1 - rho exp(iw)|^2 = (1 - rho)^2 + rho y, and the numerator of
+    the spectrum is a polynomial in y; a root y gives the zero theta within the unit circle, (1 - theta)^2 = -theta y.
+    """
+    rho, short = np.exp(-rate), -np.expm1(-rate)  # short = 1 - rho
+    unit = short[0] ** 2  # of y, so that the coefficients are of order one
+    factors = np.stack([short**2 / unit, rho], axis=1)
+    numerator = np.zeros(rate.size)
+    for i in range(rate.size):
+        product = np.array([weights[i] * -math.expm1(-2.0 * rate[i])])
+        for j in range(rate.size):
+            if j != i:
+                product = np.polynomial.polynomial.polymul(product, factors[j])
+        numerator += product
+    minus_y = -unit * np.polynomial.polynomial.polyroots(numerator).astype(complex)
+    shorter = 2.0 * minus_y / (minus_y + np.sqrt(minus_y) * np.sqrt(minus_y + 4.0))  # 1 - theta
+    if np.any(np.abs(1.0 - shorter) >= 1.0 - APART * short[0]):
+        raise IllPosedError(
+            "the spectrum of the Gaussian process is not positive: no process has this correlation with this marginal; "
+            "use larger shapes a, b"
+        )
+    gain = np.empty(rate.size)
+    for i in range(rate.size):
+        others = np.delete(short, i) - short[i]
+        gain[i] = np.prod(shorter - short[i]).real / np.prod(others)
+    return gain / math.sqrt(float(gain @ (1.0 / _sums(rate)) @ gain))
+
+
+def _sums(rate: np.ndarray) -> np.ndarray:
+    """1 - rho_i rho_j."""
+    return -np.expm1(-(rate[:, None] + rate[None, :]))
+
+
+def _state_factor(rate: np.ndarray) -> np.ndarray:
+    """The Cholesky factor of 1 / (1 - rho_i rho_j)."""
+    sums = _sums(rate)
+    rho = np.exp(-rate)
+    factor = np.zeros_like(sums)
+    for i in range(rate.size):
+        blaschke = 1.0
+        for k in range(i + 1):
+            factor[i, k] = blaschke * math.sqrt(sums[k, k]) / sums[i, k]
+            blaschke *= (rho[i] - rho[k]) / sums[i, k]
+    return factor

@@ -1,0 +1,120 @@
+"""Stick and slip in turn: a run from event to event, which can pause for more nodes of its friction path."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from roughslip.oscillator.fehlberg import State, draw
+from roughslip.oscillator.path import Path, offset, piece_at
+from roughslip.oscillator.slip import AT_BELT, NO_SLIP, SHORTEST_SLIP, TIME_OVER, slip
+from roughslip.oscillator.stick import HELD, LOWER, UPPER, departure, static_limit, stick_force
+from roughslip.oscillator.system import Coefficients
+
+DEPARTURE, REATTACHMENT, CROSSING = 0, 1, 2
+
+
+class Stand(NamedTuple):
+    """Where a run stands.
+
+    y : the motion
+    sigma : HELD in stick, else the sign of slip
+    limit : [m] static limit of stick
+    since, allowed : of the slip phase, as `slip` takes them
+    backwards : whether X' < 0 occurred since the departure
+    steps, error : steps tried, sum of the local errors [m]
+    """
+
+    y: State
+    sigma: int
+    limit: float
+    since: float
+    allowed: float
+    backwards: bool
+    steps: int
+    error: float
+
+
+class Events(NamedTuple):
+    """The first `filled` of kinds : (room,) and rows : (room, 4) of tau, X, s and whether the mass moved backwards."""
+
+    kinds: np.ndarray
+    rows: np.ndarray
+    filled: int
+
+
+@njit(cache=True)
+def _record(events: Events, kind: int, y: State, backwards: bool) -> Events:
+    """Append an event; the arrays double when they are full."""
+    kinds, rows, count = events.kinds, events.rows, events.filled
+    if count == kinds.size:
+        kinds = np.concatenate((kinds, np.empty_like(kinds)))
+        rows = np.concatenate((rows, np.empty_like(rows)))
+    kinds[count] = kind
+    rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = y.tau, y.x, y.s, backwards
+    return Events(kinds, rows, count + 1)
+
+
+@njit(cache=True)
+def _side(tau: float, x: float, limit: float, p: Coefficients) -> int:
+    """What follows at X' = V: stick where friction balances the force, else slip to the side that the force pulls."""
+    force = stick_force(tau, x, p)
+    if abs(force) <= limit:
+        return HELD
+    return UPPER if force > 0.0 else LOWER
+
+
+@njit(cache=True)
+def begin(x: float, path: Path, stochastic: bool, p: Coefficients) -> tuple[Stand, Events]:
+    """The run at X' = V and the place x [m], before anything happens."""
+    y = State(0.0, x, p.V, 0.0, 0.0)
+    limit = static_limit(offset(piece_at(path, 0.0), 0.0), stochastic, p)
+    sigma = _side(0.0, x, limit, p)
+    events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
+    if sigma != HELD:
+        events = _record(events, DEPARTURE, y, False)
+    return Stand(y, sigma, limit, 0.0, 0.0, False, 0, 0.0), events
+
+
+@njit(cache=True)
+def go_on(
+    stand: Stand, events: Events, tau_end: float, path: Path, p: Coefficients, tolerance: float, stochastic: bool,
+    step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
+) -> tuple[int, Stand, Events]:  # fmt: skip
+    """The run from where it stands until time, steps, the path or its nodes at hand are over, and the status then."""
+    status = TIME_OVER
+    y, sigma, limit, since, allowed, backwards, steps, error = stand
+    while tau_end - y.tau > SHORTEST_SLIP:
+        if sigma == HELD:
+            held = y
+            sigma, tau, x = departure(y.tau, y.x, limit, tau_end, p)
+            y = State(tau, x, p.V, held.s, 0.0)
+            if x_drawn.size > 0 and tau > held.tau:
+                draw(held, y, interval, x_drawn, u_drawn)
+            if sigma == HELD:
+                break
+            events = _record(events, DEPARTURE, y, False)
+            since, allowed, backwards = tau, 0.0, False
+            continue
+        phase = slip(
+            y, since, allowed, float(sigma), tau_end, path, p, tolerance, step_limit - steps, interval, x_drawn, u_drawn
+        )
+        y, allowed = phase.y, phase.allowed
+        steps += phase.steps
+        error += phase.error
+        backwards = backwards or phase.backwards
+        if phase.status != AT_BELT and phase.status != NO_SLIP:
+            status = phase.status
+            break
+        y = State(y.tau, y.x, p.V, y.s, 0.0)
+        since = y.tau
+        limit = static_limit(offset(piece_at(path, y.s), y.s), stochastic, p)
+        side = HELD if phase.status == NO_SLIP else _side(y.tau, y.x, limit, p)
+        if side == HELD:
+            events = _record(events, REATTACHMENT, y, backwards)
+        elif side != sigma:
+            events = _record(events, CROSSING, y, False)
+        sigma = side
+    return status, Stand(y, sigma, limit, since, allowed, backwards, steps, error), events

@@ -1,0 +1,54 @@
+"""The friction process of the ensemble: which keys go with one another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from roughslip.scene_roughness import Mistake
+from roughslip.scene_yaml import shown
+
+AUTO = "auto"
+NODES, ERROR = "ensemble.nodes_per_correlation_length", "ensemble.count_error"
+MARGINAL, PROCESS = "ensemble.marginal", "ensemble.process"
+LENGTH = "friction.statistics.correlation_length_m"
+MOST_NODES = 100_000_000  # in one array: 0.8 GB
+
+# In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = {"ensemble": {"nodes_per_correlation_length": ("count_error",)}}
+
+
+def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
+    """What does not go together in ensemble, friction and oscillator; what the schema refuses is left to it."""
+    ensemble = scene["ensemble"]
+    nodes, error = ensemble.get("nodes_per_correlation_length"), ensemble.get("count_error")
+    if nodes == AUTO and error is None:
+        yield Mistake((ERROR, NODES), f"missing; {NODES} = {AUTO} needs it")
+    elif nodes is not None and nodes != AUTO and error is not None:
+        text = f"{shown(error)} is not allowed beside {NODES} = {shown(nodes)}; only {AUTO} takes it"
+        yield Mistake((ERROR, NODES), text)
+    friction = scene.get("friction")
+    statistics = friction.get("statistics") if isinstance(friction, dict) else None
+    if statistics is not None and ensemble.get("marginal") == "empirical":
+        text = f"{shown('empirical')} is not allowed; beta or paper where friction.statistics stands for the windows"
+        yield Mistake((MARGINAL, "friction.statistics"), text)
+    if ensemble.get("process", "recursion") != "recursion" and isinstance(statistics, dict):
+        oscillator = scene.get("oscillator")
+        section = oscillator if isinstance(oscillator, dict) else {}
+        velocity, omega = section.get("belt_velocity_m_per_s"), section.get("natural_frequency_rad_per_s")
+        length, periods = statistics.get("correlation_length_m"), ensemble.get("duration_periods")
+        if _path_nodes(length, velocity, omega, periods, nodes) > MOST_NODES:
+            text = (
+                f"{shown(length)} is not allowed; long enough for at most {MOST_NODES} nodes (0.8 GB of memory) over "
+            )
+            keys = (LENGTH, "oscillator", "ensemble.duration_periods", NODES, PROCESS)
+            yield Mistake(keys, f"{text}the belt's way in a run, or {PROCESS}: recursion")
+
+
+def _path_nodes(length: Any, velocity: Any, omega: Any, periods: Any, nodes: Any) -> float:
+    """Nodes of a friction path over the distance that the belt moves in a run; 0 where that cannot be told."""
+    values = (length, velocity, omega, periods, nodes)
+    if not all(type(value) in (int, float) and value > 0 for value in values):
+        return 0.0
+    return float(velocity * periods * 2 * math.pi / omega / length * nodes)

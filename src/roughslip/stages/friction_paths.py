@@ -1,0 +1,43 @@
+"""From a stage's slice of the scene and the friction statistics to the friction process and its realisations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from roughslip import store
+from roughslip.errors import InputError
+from roughslip.friction.paths import Paths, prepare
+from roughslip.friction.process import PAPER_SHAPES, BetaMarginal, EmpiricalMarginal, FrictionProcess, Marginal
+from roughslip.stages import mass_on_belt
+from roughslip.stages.geometry import Configuration
+
+
+def friction_process(
+    configuration: Configuration, numbers: mass_on_belt.FrictionNumbers, statistics: Path | None
+) -> FrictionProcess:
+    """The stochastic part mu_S: the marginal that the scene names, at the mean and standard deviation of the numbers.
+
+    The paper scales Beta(2.1, 5) by the least and the largest value of its sample, which drift apart as the sample
+    grows; here it, too, has the mean and standard deviation of the windows.
+    """
+    moments = numbers.mean, numbers.standard_deviation
+    kind = configuration["ensemble"].get("marginal", "beta")
+    marginal: Marginal
+    if kind == "empirical":
+        if statistics is None:
+            raise InputError("the quantiles of the windows need --friction")
+        marginal = EmpiricalMarginal(store.read(statistics)["quantile"], *moments)
+    elif kind == "paper":
+        marginal = BetaMarginal.of_moments(*PAPER_SHAPES, *moments)
+    else:
+        marginal = BetaMarginal.of_moments(numbers.beta_a, numbers.beta_b, *moments)
+    return FrictionProcess(marginal, numbers.correlation_length_m)
+
+
+def friction_paths(configuration: Configuration, process: FrictionProcess, nodes_per_length: int) -> Paths:
+    """Realisations of the process, long enough for every run of the ensemble."""
+    ensemble = configuration["ensemble"]
+    periods = max(ensemble["duration_periods"], ensemble["discarded_periods"] + mass_on_belt.DRAWN_PERIODS)
+    length = mass_on_belt.path_length(mass_on_belt.oscillator(configuration), periods)
+    spacing = process.correlation_length_m / nodes_per_length
+    return prepare(process, spacing, length, ensemble.get("process", "recursion"))

@@ -12,6 +12,7 @@ from roughslip.scene_yaml import shown
 AUTO = "auto"
 NODES, ERROR = "ensemble.nodes_per_correlation_length", "ensemble.count_error"
 MARGINAL, PROCESS = "ensemble.marginal", "ensemble.process"
+PARALLEL = "oscillator.windows_in_parallel"
 LENGTH = "friction.statistics.correlation_length_m"
 MOST_NODES = 100_000_000  # in one array: 0.8 GB
 
@@ -28,14 +29,16 @@ def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     elif nodes is not None and nodes != AUTO and error is not None:
         text = f"{shown(error)} is not allowed beside {NODES} = {shown(nodes)}; only {AUTO} takes it"
         yield Mistake((ERROR, NODES), text)
-    friction = scene.get("friction")
-    statistics = friction.get("statistics") if isinstance(friction, dict) else None
+    statistics = _section(scene, "friction").get("statistics")
     if statistics is not None and ensemble.get("marginal") == "empirical":
         text = f"{shown('empirical')} is not allowed; beta or paper where friction.statistics stands for the windows"
         yield Mistake((MARGINAL, "friction.statistics"), text)
+    parallel = _section(scene, "oscillator").get("windows_in_parallel", 1)
+    if parallel != 1 and ensemble.get("marginal") == "empirical":
+        text = f"{shown(parallel)} is not allowed beside {MARGINAL} = empirical; 1, or beta or paper for the marginal"
+        yield Mistake((PARALLEL, MARGINAL), text)
     if ensemble.get("process", "recursion") != "recursion" and isinstance(statistics, dict):
-        oscillator = scene.get("oscillator")
-        section = oscillator if isinstance(oscillator, dict) else {}
+        section = _section(scene, "oscillator")
         velocity, omega = section.get("belt_velocity_m_per_s"), section.get("natural_frequency_rad_per_s")
         length, periods = statistics.get("correlation_length_m"), ensemble.get("duration_periods")
         if _path_nodes(length, velocity, omega, periods, nodes) > MOST_NODES:
@@ -44,6 +47,11 @@ def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
             )
             keys = (LENGTH, "oscillator", "ensemble.duration_periods", NODES, PROCESS)
             yield Mistake(keys, f"{text}the belt's way in a run, or {PROCESS}: recursion")
+
+
+def _section(scene: dict[str, Any], name: str) -> dict[str, Any]:
+    section = scene.get(name)
+    return section if isinstance(section, dict) else {}
 
 
 def _path_nodes(length: Any, velocity: Any, omega: Any, periods: Any, nodes: Any) -> float:

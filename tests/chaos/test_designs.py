@@ -68,7 +68,7 @@ def test_a_monte_carlo_sample_depends_on_its_number_alone():
 
 @pytest.mark.parametrize(("samples", "variables"), [(0, 3), (3, 0)])
 def test_empty_designs_are_refused(samples, variables):
-    with pytest.raises(ParameterError, match="number of (samples|variables) must be at least 1"):
+    with pytest.raises(ParameterError, match=r"number of (samples|variables) must be at least 1"):
         latin_hypercube(np.random.default_rng(0), samples, variables)
 
 
@@ -133,5 +133,5 @@ def test_a_design_by_its_name():
     with pytest.raises(ParameterError, match="not known"):
         design("halton", [7, 3], 50, 4)
     for kind in ("monte_carlo", "latin_hypercube", "sobol"):
-        with pytest.raises(ParameterError, match="number of (samples|variables) must be at least 1"):
+        with pytest.raises(ParameterError, match=r"number of (samples|variables) must be at least 1"):
             design(kind, [7, 3], 0, 4)

@@ -124,6 +124,10 @@ MISTAKES = {
     "strictly increasing percentiles",
     "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
     "50 among them: friction.mean_at_median sets the shear strength there",
+    "oscillator: {windows_in_parallel: 0}": "oscillator.windows_in_parallel: 0 is not allowed; a whole number >= 1 and "
+    "<= 1000000 [-]",
+    "oscillator: {windows_in_parallel: 4}\nensemble: {marginal: empirical}": "oscillator.windows_in_parallel: 4 is not "
+    "allowed beside ensemble.marginal = empirical; 1, or beta or paper for the marginal",
     "material: {hardness_pa: 0}": "material.hardness_pa: 0 is not allowed; a number > 0 and <= 1e+13 [Pa]",
     "targets: [figure2]\nmaterial: {hardness_pa: 1.0e+9}\nexpansion: {target: censored}": "expansion.target: "
     "'censored' is not allowed; trial_pressure, squared_pressure or best where the surface yields, at "

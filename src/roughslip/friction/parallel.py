@@ -25,6 +25,8 @@ def average_beta(a: float, b: float, lower: float, upper: float, windows: int) -
     """
     if windows < 1:
         raise ParameterError(f"{windows} windows in parallel: at least 1")
+    if windows == 1:
+        return a, b, lower, upper
     mean, std, skewness, excess = beta_moments(a, b)
     s, e = skewness**2 / windows, excess / windows
     total = 6.0 * (2.0 + e - s) / (3.0 * s - 2.0 * e)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from roughslip import store
 from roughslip.errors import InputError
+from roughslip.friction.parallel import average_beta
 from roughslip.friction.paths import Paths, prepare
 from roughslip.friction.process import PAPER_SHAPES, BetaMarginal, EmpiricalMarginal, FrictionProcess, Marginal
 from roughslip.stages import mass_on_belt
@@ -18,19 +19,21 @@ def friction_process(
     """The stochastic part mu_S: the marginal that the scene names, at the mean and standard deviation of the numbers.
 
     The paper scales Beta(2.1, 5) by the least and the largest value of its sample, which drift apart as the sample
-    grows; here it, too, has the mean and standard deviation of the windows.
+    grows; here it, too, has the mean and standard deviation of the windows. Where the scene lets several windows bear
+    the load in parallel, theirs is the mean of so many Beta variables.
     """
     moments = numbers.mean, numbers.standard_deviation
     kind = configuration["ensemble"].get("marginal", "beta")
     marginal: Marginal
+    windows = configuration["oscillator"].get("windows_in_parallel", 1)
     if kind == "empirical":
         if statistics is None:
             raise InputError("the quantiles of the windows need --friction")
         marginal = EmpiricalMarginal(store.read(statistics)["quantile"], *moments)
-    elif kind == "paper":
-        marginal = BetaMarginal.of_moments(*PAPER_SHAPES, *moments)
     else:
-        marginal = BetaMarginal.of_moments(numbers.beta_a, numbers.beta_b, *moments)
+        shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
+        one = BetaMarginal.of_moments(*shapes, *moments)
+        marginal = BetaMarginal(*average_beta(one.a, one.b, one.lower, one.upper, windows))
     return FrictionProcess(marginal, numbers.correlation_length_m)
 
 

@@ -383,6 +383,17 @@ def test_a_path_in_pieces_gives_the_same_motion(interpolation, size):
     assert found.motion.local_error == pytest.approx(whole.motion.local_error, rel=1e-12)  # summed in another order
 
 
+def test_a_phase_that_goes_on_is_no_new_phase():
+    """Close nodes, pieces of one and long steps, so that the step to the belt is often the first after a pause."""
+    path = 0.1 * np.random.default_rng(1).uniform(-1.0, 1.0, 24_000)
+    whole = simulate(STUDY, LAW, path, 1e-5, 12.0, tolerance=1e-5)
+    found = simulate(STUDY, LAW, (path[k : k + 1] for k in range(24_000)), 1e-5, 12.0, tolerance=1e-5)
+    assert np.count_nonzero(whole.kind == REATTACHMENT) > 10
+    assert np.array_equal(found.time, whole.time)
+    assert np.array_equal(found.kind, whole.kind)
+    assert found.steps == whole.steps
+
+
 def test_linear_interpolation_of_a_line_is_cubic_interpolation():
     """Where mu_S is a line both are it; where it is not they part by the curvature."""
     s = 5e-5 * np.arange(4000)

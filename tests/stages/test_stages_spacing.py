@@ -68,5 +68,6 @@ def test_nodes_that_are_not_enough_are_an_error(run, monkeypatch):
     """Counts that change by a tenth whenever the spacing is halved."""
     monkeypatch.setattr(spacing, "MOST_NODES", 8)
     monkeypatch.setattr(spacing, "error_bounds", lambda coarse, fine: (0.1, 0.1))
-    with pytest.raises(ConvergenceError, match="8 nodes are not enough"):
+    with pytest.raises(ConvergenceError, match="8 nodes are not enough") as caught:
         run(spacing, asked(0.01), "few")
+    assert (caught.value.residual, caught.value.work) == (0.1, 2 * (8 + 8) * 2)  # 4 and 8 nodes, two dampings

@@ -67,5 +67,6 @@ rule oscillator:
         friction=friction_option,
         spacing=lambda wildcards, input: f"--spacing {shlex.quote(input.spacing[0])}" if input.spacing else "",
     shell:
-        STAGE + ".oscillator --key {input.key:q} {params.friction} {params.spacing} --first {wildcards.first} --last {wildcards.last}"
+        STAGE
+        + ".oscillator --key {input.key:q} {params.friction} {params.spacing} --first {wildcards.first} --last {wildcards.last}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"

@@ -105,10 +105,8 @@ def interpolated(x: float, normal: np.ndarray, friction: np.ndarray) -> float:
     if x >= normal[last]:
         return friction[last]
     j = min(int((x - normal[0]) * (last / (normal[last] - normal[0]))), last - 1)
-    if x < normal[j]:  # a node off by rounding
+    if x < normal[j]:  # just below a node: the quotient is rounded up
         j -= 1
-    elif x >= normal[j + 1]:
-        j += 1
     slope = (friction[j + 1] - friction[j]) / (normal[j + 1] - normal[j])
     return slope * (x - normal[j]) + friction[j]
 

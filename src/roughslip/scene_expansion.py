@@ -9,6 +9,8 @@ from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
 
 AUTO = "auto"
+BEST = "best"  # number of variables
+FEWEST, GIVEN, MOST = 2, 8, 12  # variables that it is chosen from, as in chaos/selection.py, and local functionals
 EXTENDED = ("sobol", "monte_carlo")  # designs that can be
 SAMPLES, ERROR, DESIGN = "expansion.samples", "expansion.cdf_error", "expansion.design"
 

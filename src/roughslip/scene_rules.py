@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from roughslip import scene_expansion, scene_roughness
-from roughslip.scene_expansion import AUTO
+from roughslip.scene_expansion import AUTO, BEST, FEWEST, GIVEN, MOST
 from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
 
@@ -32,6 +32,7 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 _SQUARE = "square.edge_m square.nodes"
 _STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
 _TERMS = "expansion.variables expansion.degree"
+_VARIABLES = "expansion.variables expansion.rotation expansion.degree"
 _WINDOWS = "strip.window_m strip.window_spacing_m"
 SLICES = {
     stage: tuple(keys.split())
@@ -43,7 +44,7 @@ SLICES = {
         "design": "seed square.latin_hypercube_samples expansion.samples expansion.design",
         "contact_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance",
         "training_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
-        f" {_TERMS} expansion.target expansion.samples expansion.cdf_error expansion.design",
+        f" {_VARIABLES} expansion.target expansion.samples expansion.cdf_error expansion.design",
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
@@ -151,8 +152,10 @@ def _increases(values: list[float]) -> bool:
     return all(a < b for a, b in pairwise(values))
 
 
-def _terms(variables: int, degree: int) -> int:
-    return math.comb(variables + degree, degree)
+def _terms(variables: int | str, degree: int, best: int = GIVEN) -> int:
+    """Terms of an expansion; where the best number of variables is to be found, those of so many."""
+    number = best if isinstance(variables, str) else variables
+    return math.comb(number + degree, degree)
 
 
 def _training_columns(columns: float) -> int:
@@ -179,7 +182,16 @@ _RULES = (
         lambda m, n: m > n**2 or m * n**2 <= _NUMBERS,
         f"modes times nodes^2 at most {_NUMBERS} (0.8 GB of memory), here with {{1}} nodes",
     ),
-    _Rule(("expansion.variables", "square.modes"), lambda v, modes: v <= modes, "at most square.modes = {1}"),
+    _Rule(
+        ("expansion.variables", "square.modes"),
+        lambda v, modes: v == BEST or v <= modes,
+        "at most square.modes = {1}",
+    ),
+    _Rule(
+        ("expansion.variables", "square.modes"),
+        lambda v, modes: v != BEST or modes >= GIVEN,
+        f"at most square.modes = {{1}}: {BEST} chooses among more than {GIVEN}",
+    ),
     *(
         rule
         for samples in ("expansion.samples", "square.latin_hypercube_samples")
@@ -191,19 +203,19 @@ _RULES = (
             ),
             _Rule(
                 (samples, *_TERMS.split()),
-                lambda n, v, d: n == AUTO or n > _terms(v, d),
+                lambda n, v, d: n == AUTO or n > _terms(v, d, FEWEST),
                 "more than the terms of the expansion, C({1} + {2}, {2})",
             ),
             _Rule(
                 (samples, *_TERMS.split()),
-                lambda n, v, d: n == AUTO or n <= _terms(v, d) or n * _terms(v, d) <= _NUMBERS,
+                lambda n, v, d: n == AUTO or n <= _terms(v, d, FEWEST) or n * _terms(v, d, MOST) <= _NUMBERS,
                 f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_NUMBERS} (0.8 GB of memory)",
             ),
         )
     ),
     _Rule(
         ("expansion.samples", *_TERMS.split()),
-        lambda n, v, d: n != AUTO or _TRAINING_NODES * _terms(v, d) * 2 ** _terms(v, d).bit_length() <= _NUMBERS,
+        lambda n, v, d: n != AUTO or _TRAINING_NODES * _terms(v, d, MOST) * 2 ** _terms(v, d).bit_length() <= _NUMBERS,
         f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {_TRAINING_NODES} nodes of each, samples times "
         f"terms exceed {_NUMBERS} (0.8 GB of memory): take a lower expansion.degree",
     ),

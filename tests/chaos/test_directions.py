@@ -14,7 +14,7 @@ NOISE = 0.5
 
 
 def surfaces(seed, count=SURFACES):
-    """u : (K, nodes, 2), q : (K, nodes, 7) that share half their variance between nodes, and a noise that they share."""
+    """u : (K, nodes, 2), q : (K, nodes, 7) with half their variance common to the nodes, and their common noise."""
     generator = np.random.default_rng([92, seed])
     shape = (count, NODES, USED + FRAME)
     both = (generator.standard_normal(shape) + generator.standard_normal((count, 1, USED + FRAME))) / np.sqrt(2)
@@ -36,9 +36,9 @@ ALONG = {
 
 @pytest.mark.parametrize("name", ALONG)
 def test_one_direction_is_found_to_within_its_noise(name):
-    """An entry of g or H across TRUE has a standard deviation below sqrt(3) sd(r) / sqrt(K) (that of H, with q_i q_j r and
-    r of the same q). The sine of the angle is their norm over the six directions across, divided by the strength, here
-    within twice its root mean square."""
+    """An entry of g or H across TRUE has a standard deviation of at most sqrt(3) sd(r) / sqrt(K): a mean of q_i q_j r
+    where r holds the same q. The sine of the angle is their norm over the six directions across, divided by the
+    strength, here within twice its root mean square."""
     response, strength = ALONG[name]
     u, q, noise = surfaces(1)
     r = response(u, q @ TRUE) + noise

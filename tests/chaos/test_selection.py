@@ -42,8 +42,8 @@ def counts(monkeypatch):
 
 @pytest.mark.parametrize("number", RESPONSES)
 def test_the_number_is_that_of_the_response(number):
-    """What is left out is as strong as the noise or stronger, so that scores differ by many standard errors; half of the
-    surfaces are enough to show two directions."""
+    """What is left out is as strong as the noise or stronger, so that scores differ by many standard errors; half of
+    the surfaces are enough to show two directions."""
     samples = solved(number, count=600 if number < 6 else 2000)
     chosen = fit_count(samples, GIVEN, None, DEGREE, [TARGET])
     assert len(chosen.rotation) == number == chosen.samples.variables.shape[2] == chosen.expansion.indices.shape[1]
@@ -111,7 +111,9 @@ def test_the_standard_error_is_that_of_the_difference_over_groups():
 def test_a_number_that_is_asked_for_is_taken():
     samples = solved(5)
     few = fit_count(samples, GIVEN, 3, DEGREE, [TARGET])
-    best, scores = fit_best(Samples(samples.variables[..., :3], np.zeros(2), samples.pressure, samples.gap), 2, [TARGET])
+    best, scores = fit_best(
+        Samples(samples.variables[..., :3], np.zeros(2), samples.pressure, samples.gap), 2, [TARGET]
+    )
     np.testing.assert_array_equal(few.expansion.coefficients, best.coefficients)
     assert (few.counts, few.targets) == ((3,), scores)
     many = fit_count(samples, GIVEN, 5, DEGREE, [TARGET])

@@ -88,7 +88,7 @@ def test_the_rules_on_the_best_number_of_variables_count_as_its_choice_does():
     from roughslip.chaos.selection import COUNTS
     from roughslip.stages.expansion import BEST
 
-    assert (rules.BEST, rules.FEWEST, rules.GIVEN, rules.MOST) == (BEST, COUNTS[0], len(NAMES), COUNTS[-1])
+    assert (BEST, COUNTS[0], len(NAMES), COUNTS[-1]) == (rules.BEST, rules.FEWEST, rules.GIVEN, rules.MOST)
 
 
 def test_lengths_at_the_edge_of_the_numbers(mine):

@@ -7,6 +7,8 @@ Directions that were found at a surface fit it too well: with four of them the s
 where that of fresh ones rose by as much. So a surface is scored in directions that were found on the other half of the
 surfaces. Of numbers whose scores cannot be told apart the least is taken: within one standard error of the best, of the
 difference over the groups of surfaces (Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984).
+
+The jackknife of the expansion that is taken holds its directions fixed: it does not know of their own scatter.
 """
 
 from __future__ import annotations

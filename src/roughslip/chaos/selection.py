@@ -88,6 +88,17 @@ def fit_count(
     return Chosen(found, last, rotation, kinds, (count,), np.array([found.score]), np.zeros(1))
 
 
+def standard_errors(shares: np.ndarray) -> np.ndarray:
+    """Of how much more each score is than the least: sums over groups, of which those of two candidates go together.
+
+    shares : (n, groups) of each score, NaN where there is none
+
+    Returns errors : (n,), 0 for the least and NaN where there is none.
+    """
+    more = shares - shares[np.nanargmin(shares.sum(axis=1))]
+    return np.sqrt(shares.shape[1] * np.var(more, axis=1, ddof=1))
+
+
 def _enough(rows: int, count: int, degree: int) -> bool:
     """Whether so many samples determine the terms of so many variables well."""
     return LEAST_SAMPLES * math.comb(count + degree, degree) <= rows
@@ -125,10 +136,8 @@ def _least(
             shares[row] = known[count].scores
         except (IllPosedError, ConvergenceError):
             continue
-    scores = shares.sum(axis=1)
-    more = shares - shares[np.nanargmin(scores)]
-    errors = np.sqrt(GROUPS * np.var(more, axis=1, ddof=1))
-    count = tried[int(np.flatnonzero(more.sum(axis=1) <= errors)[0])]
+    scores, errors = shares.sum(axis=1), standard_errors(shares)
+    count = tried[int(np.flatnonzero(scores - np.nanmin(scores) <= errors)[0])]
     rotation = np.vstack([leading[: min(count, given)], offered[: max(count - given, 0)]])
     last = turned(samples, rotation)
     expansion = known[count] if count in known else fit_local(last, degree, target)

@@ -22,7 +22,9 @@ def surfaces(seed, count=SURFACES):
 
 
 def found(residual, u, q):
-    return residual_directions(residual, u, q, np.random.default_rng(5))
+    directions, number = residual_directions(residual, u, q, np.random.default_rng(5))
+    np.testing.assert_allclose(directions @ directions.T, np.eye(q.shape[2]), atol=1e-13)
+    return directions[:number]
 
 
 # Beside its strength, a root mean square gradient along TRUE, each residual has the standard deviation given.

@@ -65,17 +65,17 @@ def moving_frame(functionals: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 def residual_directions(
     residual: np.ndarray, variables: np.ndarray, frame: np.ndarray, generator: np.random.Generator
-) -> np.ndarray:
-    """Directions along which a residual varies by more than chance, the most important first.
+) -> tuple[np.ndarray, int]:
+    """Directions along which a residual varies, the most important first, and along how many by more than chance.
 
     residual : (K, nodes) of an expansion in the variables, at K independent surfaces
     variables : (K, nodes, v) [-] in use
     frame : (K, nodes, n) [-] standard normal variables independent of them
     generator : of the signs
 
-    Returns directions : (m, n) orthonormal rows, m from 0 to n. Each has a root mean square of the gradient along it
-    above the largest that random signs of the surfaces leave in 95 of 100 cases. Raises ParameterError for arrays that
-    do not match or are not finite; IllPosedError for fewer than LEAST_SURFACES surfaces.
+    Returns directions : (n, n) orthonormal rows, and the number of those before one of chance: the root mean square of
+    the gradient along each is above the largest that random signs of the surfaces leave in 95 of 100 cases. Raises
+    ParameterError for arrays that do not match or are not finite; IllPosedError for fewer than LEAST_SURFACES surfaces.
 
     Method: random signs as in the wild bootstrap (Mammen, Ann. Stat. 21 (1993) 255), less the mean.
     """
@@ -93,7 +93,7 @@ def residual_directions(
         )
     n = frame.shape[2]
     if n == 0:  # every variable is in use
-        return np.empty((0, 0))
+        return np.empty((0, 0)), 0
     blocks = min(BLOCKS, surfaces)
     shares = np.stack(
         [_gradients(*(part[number::blocks] for part in (residual, variables, frame))) for number in range(blocks)]
@@ -102,7 +102,7 @@ def residual_directions(
     signs = generator.choice([-1.0, 1.0], (REPLICATES, blocks))
     chance = np.tensordot(signs, shares - shares.mean(axis=0), axes=1)
     largest = np.linalg.norm(chance, ord=2, axis=(1, 2))
-    return right[strength > np.quantile(largest, QUANTILE)]
+    return right, int(np.sum(strength > np.quantile(largest, QUANTILE)))
 
 
 def _gradients(residual: np.ndarray, variables: np.ndarray, frame: np.ndarray) -> np.ndarray:

@@ -76,10 +76,10 @@ def fit_count(
     rotation = np.eye(candidates)[: min(count, given)]
     if count > given:
         whole, _ = fit_best(turned(samples, rotation), degree, targets)
-        offered = _offered(samples, given, whole, slice(None))
-        if given + len(offered) < count:
+        offered, number = _offered(samples, given, whole, slice(None))
+        if given + number < count:
             raise IllPosedError(
-                f"{count} variables were asked for, but beyond the first {given} only {len(offered)} directions stand "
+                f"{count} variables were asked for, but beyond the first {given} only {number} directions stand "
                 f"out of the noise of {len(samples.pressure)} surfaces: take more samples or fewer variables"
             )
         rotation = np.vstack([rotation, offered[: count - given]])
@@ -121,10 +121,10 @@ def _least(
     most = among[-1]
     whole, kinds = fit_best(turned(samples, leading[:most]), degree, targets)
     (target,) = (one for one in targets if one.kind == whole.target.kind)
-    offered = leading[:0]
+    offered, number = leading[:0], 0
     if most == given:  # all given variables are in it, so what it leaves unexplained is of others
-        offered = _offered(samples, given, whole, slice(None))
-    tried = [c for c in counts if c <= most + len(offered)]
+        offered, number = _offered(samples, given, whole, slice(None))
+    tried = [c for c in counts if c <= most + number]
     known, shares = {most: whole}, np.full((len(tried), GROUPS), np.nan)
     for row, count in enumerate(tried):
         try:
@@ -144,11 +144,13 @@ def _least(
     return Chosen(expansion, last, rotation, kinds, tuple(tried), scores, errors)
 
 
-def _offered(samples: Samples, given: int, whole: LocalExpansion, surfaces: slice | np.ndarray) -> np.ndarray:
-    """Directions : (m, candidates) beyond the given variables that stand out of the noise at some of the surfaces."""
+def _offered(
+    samples: Samples, given: int, whole: LocalExpansion, surfaces: slice | np.ndarray
+) -> tuple[np.ndarray, int]:
+    """Directions : (m, candidates) beyond the given variables, from some surfaces; how many stand out of noise."""
     variables, frame = np.split(samples.variables[surfaces], [given], axis=2)
-    found = residual_directions(whole.residual[surfaces], variables, frame, np.random.default_rng(SIGNS))
-    return np.hstack([np.zeros((len(found), given)), found])
+    found, number = residual_directions(whole.residual[surfaces], variables, frame, np.random.default_rng(SIGNS))
+    return np.hstack([np.zeros((len(found), given)), found]), number
 
 
 def _scores_beyond(
@@ -156,14 +158,12 @@ def _scores_beyond(
 ) -> np.ndarray:
     """Scores : (GROUPS,) of each group of surfaces in the directions that the other half of the groups shows.
 
-    Raises IllPosedError where that half does not show as many, else as `fit_local` does.
+    Whether these stand out of the noise of that half does not matter: scores are honest. Raises as `fit_local` does.
     """
     half = np.arange(len(samples.pressure)) % GROUPS % 2
     found = np.empty(GROUPS)
     for part in range(2):
-        directions = _offered(samples, given, whole, np.flatnonzero(half != part))[: count - given]
-        if len(directions) < count - given:
-            raise IllPosedError(f"half of the surfaces show {len(directions)} directions only: take more samples")
-        rotation = np.vstack([np.eye(samples.variables.shape[2])[:given], directions])
+        directions, _ = _offered(samples, given, whole, np.flatnonzero(half != part))
+        rotation = np.vstack([np.eye(samples.variables.shape[2])[:given], directions[: count - given]])
         found[part::2] = fit_local(turned(samples, rotation), degree, target).scores[part::2]
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,8 +10,16 @@ from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
 
 AUTO = "auto"
+BEST = "best"  # number of variables
+FEWEST, GIVEN, MOST = 2, 8, 12  # variables that it is chosen from, as in chaos/selection.py, and local functionals
 EXTENDED = ("sobol", "monte_carlo")  # designs that can be
 SAMPLES, ERROR, DESIGN = "expansion.samples", "expansion.cdf_error", "expansion.design"
+
+
+def terms(variables: int | str, degree: int, best: int = GIVEN) -> int:
+    """Terms of an expansion; where the best number of variables is to be found, those of so many."""
+    return math.comb((best if isinstance(variables, str) else variables) + degree, degree)
+
 
 # In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {"expansion": {"samples": ("cdf_error",)}}

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from roughslip import scene_ensemble, scene_expansion, scene_roughness
-from roughslip.scene_expansion import AUTO
+from roughslip.scene_expansion import AUTO, BEST, FEWEST, GIVEN, MOST, terms
 from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
 
@@ -44,7 +44,7 @@ SLICES = {
         "design": "seed square.latin_hypercube_samples expansion.samples expansion.design",
         "contact_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance",
         "training_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
-        f" {_TERMS} expansion.target expansion.samples expansion.cdf_error expansion.design",
+        f" {_TERMS} expansion.rotation expansion.target expansion.samples expansion.cdf_error expansion.design",
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
@@ -160,10 +160,6 @@ def _increases(values: list[float]) -> bool:
     return all(a < b for a, b in pairwise(values))
 
 
-def _terms(variables: int, degree: int) -> int:
-    return math.comb(variables + degree, degree)
-
-
 def _training_columns(columns: float) -> int:
     """Columns of a strip that train the expansion; what cannot be told is enough."""
     return math.ceil((columns - _TRAINING_SPACING // 2) / _TRAINING_SPACING) if columns < _CELLS else _CELLS
@@ -183,7 +179,11 @@ _RULES = (
         lambda m, n: m > n**2 or m * n**2 <= _NUMBERS,
         f"modes times nodes^2 at most {_NUMBERS} (0.8 GB of memory), here with {{1}} nodes",
     ),
-    _Rule(("expansion.variables", "square.modes"), lambda v, modes: v <= modes, "at most square.modes = {1}"),
+    _Rule(
+        ("expansion.variables", "square.modes"),
+        lambda v, modes: (GIVEN if v == BEST else v) <= modes,
+        f"at most square.modes = {{1}}, of which {BEST} takes {GIVEN} or more",
+    ),
     *(
         rule
         for samples in ("expansion.samples", "square.latin_hypercube_samples")
@@ -195,19 +195,19 @@ _RULES = (
             ),
             _Rule(
                 (samples, *_TERMS.split()),
-                lambda n, v, d: n == AUTO or n > _terms(v, d),
+                lambda n, v, d: n == AUTO or n > terms(v, d, FEWEST),
                 "more than the terms of the expansion, C({1} + {2}, {2})",
             ),
             _Rule(
                 (samples, *_TERMS.split()),
-                lambda n, v, d: n == AUTO or n <= _terms(v, d) or n * _terms(v, d) <= _NUMBERS,
+                lambda n, v, d: n == AUTO or n <= terms(v, d, FEWEST) or n * terms(v, d, MOST) <= _NUMBERS,
                 f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_NUMBERS} (0.8 GB of memory)",
             ),
         )
     ),
     _Rule(
         ("expansion.samples", *_TERMS.split()),
-        lambda n, v, d: n != AUTO or _TRAINING_NODES * _terms(v, d) * 2 ** _terms(v, d).bit_length() <= _NUMBERS,
+        lambda n, v, d: n != AUTO or _TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= _NUMBERS,
         f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {_TRAINING_NODES} nodes of each, samples times "
         f"terms exceed {_NUMBERS} (0.8 GB of memory): take a lower expansion.degree",
     ),
@@ -273,7 +273,7 @@ _RULES = (
     ),
     _Rule(
         ("strip.training_samples", "strip.length_m", "strip.cell_m", "expansion.degree"),
-        lambda strips, length, cell, d: strips * _training_columns(length / cell) > _terms(_FUNCTIONALS, d),
+        lambda strips, length, cell, d: strips * _training_columns(length / cell) > terms(_FUNCTIONALS, d),
         f"enough that every {_TRAINING_SPACING}th column gives more samples than C({_FUNCTIONALS} + {{3}}, {{3}})",
     ),
     _Rule(

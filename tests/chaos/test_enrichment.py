@@ -47,6 +47,10 @@ def fit(samples: Samples):
     return fit_local(samples, 2, TARGET)
 
 
+def fitted(samples: Samples):
+    return fit(samples), samples
+
+
 def distribution(expansion, draws=2**13):
     variables = sobol(np.random.default_rng(0), draws, 2)
     return cumulative(expansion, 0, hermite_basis(variables, expansion.indices), LEVELS)
@@ -120,7 +124,7 @@ def test_solves_are_added_until_the_error_is_as_asked_and_no_further():
     met, asked = 0, 0.04
     for seed in range(6):
         solve = Surfaces(200 + seed)
-        found = enrich(solve, fit, asked, least=32, most=2**13, seed=[seed])
+        found = enrich(solve, fitted, asked, least=32, most=2**13, seed=[seed])
         counts, errors = map(np.array, zip(*found.history, strict=True))
         assert list(counts) == [32 * 2**step for step in range(len(counts))]
         assert solve.asked == [(0, 32), *((count // 2, count) for count in counts[1:])]
@@ -132,7 +136,7 @@ def test_solves_are_added_until_the_error_is_as_asked_and_no_further():
 
 
 def test_the_samples_are_those_of_one_design_in_its_order():
-    found = enrich(Surfaces(8), fit, 0.03, least=64, most=2**13, seed=[0])
+    found = enrich(Surfaces(8), fitted, 0.03, least=64, most=2**13, seed=[0])
     whole = Surfaces(8)(0, len(found.samples.pressure))
     assert len(whole.pressure) > 64
     for name in ("variables", "distance2", "pressure", "gap"):
@@ -143,7 +147,7 @@ def test_too_few_surfaces_for_the_fit_are_doubled():
     def fussy(samples: Samples):
         if len(samples.pressure) < 100:
             raise IllPosedError("too few")
-        return fit(samples)
+        return fitted(samples)
 
     found = enrich(Surfaces(9), fussy, 0.2, least=32, most=1024, seed=[0])
     assert [count for count, _ in found.history] == [32, 64, 128]
@@ -153,7 +157,7 @@ def test_too_few_surfaces_for_the_fit_are_doubled():
 def test_at_the_most_it_gives_up_with_the_error_reached_and_what_to_try():
     solve = Surfaces(10)
     with pytest.raises(ConvergenceError, match="lower degree against scatter") as told:
-        enrich(solve, fit, 0.001, least=64, most=300, seed=[0])
+        enrich(solve, fitted, 0.001, least=64, most=300, seed=[0])
     assert told.value.work == 256
     assert solve.asked == [(0, 64), (64, 128), (128, 256)]
     samples = Surfaces(10)(0, 256)
@@ -172,5 +176,5 @@ def test_what_cannot_be_fitted_with_the_most_is_told_with_its_reason():
 def test_numbers_out_of_range_are_refused_before_any_solve(asked, least, most):
     solve = Surfaces(12)
     with pytest.raises(ParameterError):
-        enrich(solve, fit, asked, least=least, most=most, seed=[0])
+        enrich(solve, fitted, asked, least=least, most=most, seed=[0])
     assert solve.asked == []

@@ -217,6 +217,20 @@ def test_the_score_is_the_ranked_probability_score_of_the_truth():
     assert one.score == pytest.approx(0.5 * np.mean(np.abs(x[0] - x[1])) / np.mean(x[0]), rel=0.1)
 
 
+def test_residuals_are_of_left_out_predictions_as_the_fit_weighs_them_and_none_far_from_contact():
+    target = TARGETS["squared_pressure"]
+    whole = samples(target, 5, 300, 3, drift=0.0)
+    whole = replace(whole, distance2=np.zeros(NODES))
+    one = fit_local(whole, 2, target)
+    basis = hermite_basis(whole.variables.reshape(-1, 3), one.indices).reshape(300, NODES, -1)
+    predicted = np.stack([basis[k] @ one.coefficients[1 + k % GROUPS] for k in range(300)])
+    values = target.values(whole.pressure, whole.gap)
+    near = predicted >= one.lowest
+    assert 0 < np.mean(near) < 1
+    expected = np.where(near, target.weights(values) * (values - predicted), 0.0)
+    np.testing.assert_allclose(one.residual, expected, atol=1e-10)
+
+
 @pytest.mark.parametrize("law", ["trial_pressure", "squared_pressure"])
 def test_the_best_is_the_target_that_the_response_follows(law):
     """Of the two that use the gap; weak scatter, so that a wrong bend at first contact is told."""

@@ -89,7 +89,18 @@ MISTAKES = {
     "(0.8 GB of memory), here with 200 nodes",
     "square: {latin_hypercube_samples: 300000, modes: 400, nodes: 20}": "square.latin_hypercube_samples: 300000 is "
     "not allowed; samples times square.modes = 400 at most 100000000 (0.8 GB of memory)",
-    "square: {modes: 6}\nexpansion: {variables: 7}": "expansion.variables: 7 is not allowed; at most square.modes = 6",
+    "square: {modes: 6}\nexpansion: {variables: 7}": "expansion.variables: 7 is not allowed; at most square.modes = 6, "
+    "of which best takes 8 or more",
+    "square: {modes: 7}\nexpansion: {variables: best}": "expansion.variables: 'best' is not allowed; "
+    "at most square.modes = 7, of which best takes 8 or more",
+    "expansion: {variables: beste}": "expansion.variables: 'beste' is not allowed; "
+    "a whole number >= 1 and <= 100, or best",
+    "expansion: {variables: 101}": "expansion.variables: 101 is not allowed; a whole number >= 1 and <= 100, or best",
+    "expansion: {rotation: raw}": "expansion.rotation: 'raw' is not allowed; one of local, none",
+    "expansion: {variables: best, degree: 4, samples: 60000}": "expansion.samples: 60000 is not allowed; "
+    "samples times terms, C(best + 4, 4), at most 100000000 (0.8 GB of memory)",
+    "expansion: {variables: best, degree: 4, samples: 15}": "expansion.samples: 15 is not allowed; "
+    "more than the terms of the expansion, C(best + 4, 4)",
     "expansion: {variables: 8, degree: 3, samples: 165}": "expansion.samples: 165 is not allowed; "
     "more than the terms of the expansion, C(8 + 3, 3)",
     "expansion: {variables: 8, degree: 7, samples: 9000}\nsquare: {latin_hypercube_samples: 4000}\n"

@@ -83,6 +83,14 @@ def test_the_rule_on_training_strips_counts_the_columns_that_the_stages_take():
     assert len(NAMES) == _FUNCTIONALS
 
 
+def test_the_rules_on_the_best_number_of_variables_count_as_its_choice_does():
+    from roughslip import scene_expansion as rules
+    from roughslip.chaos.selection import COUNTS
+    from roughslip.stages.expansion import BEST
+
+    assert (BEST, COUNTS[0], len(NAMES), COUNTS[-1]) == (rules.BEST, rules.FEWEST, rules.GIVEN, rules.MOST)
+
+
 def test_lengths_at_the_edge_of_the_numbers(mine):
     """length / cell overflows to infinity, which is no whole multiple of anything."""
     lines = lines_of(mine, "extends: paper\nstrip: {cell_m: 1.0e-320}")

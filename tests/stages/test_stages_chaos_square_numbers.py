@@ -46,7 +46,7 @@ def variables(modes):
 
 
 @pytest.fixture(scope="module")
-def found(run, stored, modes, designs, variables):
+def batches(stored, designs, variables):
     """Monte Carlo in two batches, named in another order than numbered, its four central nodes alike; of the Latin
     hypercube the centre alone counts; the design of our expansion has at each node what the variables there say."""
     stiffness = 1 / Influence(geometry.square_grid(CONFIGURATION), 2.1e11 / (1 - 0.3**2)).diagonal
@@ -62,15 +62,30 @@ def found(run, stored, modes, designs, variables):
         fields = {"pressure": (shape, np.maximum(trial, 0)), "gap": (shape, np.maximum(-trial, 0) / stiffness)}
         return stored(name, {"first": first, "design": method}, **fields)
 
-    batches = [
+    return [
         batch("b.nc", "monte_carlo", 0, np.array(drawn[:1000])),
         batch("a.nc", "monte_carlo", 1000, np.array(drawn[1000:])),
         *(batch(f"{name}.nc", name, 0, designs[name]) for name in ("latin_hypercube", "expansion")),
     ]
-    with pytest.MonkeyPatch.context() as patch:  # intervals have tests of their own
-        patch.setattr(centre_distribution, "REPLICATES", 20)
-        patch.setattr(centre_distribution, "REFIT_BLOCKS", 1)
-        return run(chaos_square, CONFIGURATION, surface=modes.path, design=designs.path, contact=batches)
+
+
+@pytest.fixture(scope="module")
+def expanded(run, modes, designs, batches):
+    """What the stage writes where the scene says this of the expansion."""
+
+    def expand(**changes):
+        configuration = CONFIGURATION | {"expansion": CONFIGURATION["expansion"] | changes}
+        with pytest.MonkeyPatch.context() as patch:  # intervals have tests of their own
+            patch.setattr(centre_distribution, "REPLICATES", 20)
+            patch.setattr(centre_distribution, "REFIT_BLOCKS", 1)
+            return run(chaos_square, configuration, surface=modes.path, design=designs.path, contact=batches)
+
+    return expand
+
+
+@pytest.fixture(scope="module")
+def found(expanded):
+    return expanded()
 
 
 def test_expansions_that_are_exact_have_no_error(found):
@@ -128,3 +143,34 @@ def test_distributions_are_those_of_a_cut_normal(found, designs, variables):
     assert np.all(found["distance_in_contact"][[2, 4]] < 1.63 * math.sqrt(1 / contacts + 1 / (DRAWS * probability)))
     assert found["distance_between_variants"] == pytest.approx(found["distance_in_contact"][3], abs=0.1)
     assert found["captured_variance"] == pytest.approx(1.0)
+
+
+def test_raw_modes_are_the_variables_at_the_centre_where_the_scene_says_so(expanded, designs, variables):
+    """Three of sixteen modes leave what they do not hold of the response, the square of its part in the others, and
+    what ten coefficients from 200 samples cost, to within three standard deviations of sqrt(2 / 200)."""
+    found = expanded(rotation="none", variables=3)
+    np.testing.assert_array_equal(found["direction"], np.eye(MODES)[:3])
+    assert found["fit_samples"][2] == 200
+    left = 1 - np.sum((RESPONSE @ variables[0])[:3] ** 2)
+    assert found["cross_validated"] == pytest.approx(left * (1 + 10 / 200), rel=0.3)
+    assert list(found["count"]) == [found.attributes["variables"]] == [3]
+
+
+def test_the_best_number_of_variables_is_told_with_those_it_was_chosen_from(expanded, variables):
+    """Height and slope give the response exactly; with one more of either kind nothing is left to gain."""
+    found = expanded(variables="best")
+    assert list(found["count"][:2]) == [2, 4]
+    assert found.attributes["variables"] == 2
+    np.testing.assert_array_equal(found["direction"], variables[0])
+    assert np.nanmax(found["count_score"]) < 1e-6
+    assert found["count_error"][int(np.nanargmin(found["count_score"]))] == 0
+
+
+@pytest.mark.parametrize(("asked", "taken"), [(3, 3), (10, 8)])
+def test_the_paper_takes_the_same_variables_but_eight_at_most(expanded, designs, variables, asked, taken):
+    found = expanded(rotation="none", variables=asked)
+    assert len(found["direction"]) == asked
+    in_contact = trial_pressure(designs["latin_hypercube"], variables[0]) > 0
+    basis = hermite_basis(designs["latin_hypercube"][in_contact, :taken], multi_indices(taken, 2))
+    assert found["fit_condition_number"][0] == pytest.approx(np.linalg.cond(basis / np.linalg.norm(basis, axis=0)))
+    assert np.isfinite(found["fit_distance_at_contact"]).all()

@@ -5,7 +5,7 @@ import pytest
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.stages.expansion import directions
+from roughslip.stages.expansion import candidates, directions, heights_around
 from roughslip.stages.nodes import central_nodes, training_nodes
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.karhunen_loeve import karhunen_loeve
@@ -67,3 +67,69 @@ def test_more_variables_than_modes_are_refused():
     modes = karhunen_loeve(SURFACE.covariance, grid, 5).modes
     with pytest.raises(IllPosedError, match="only 5 of the 6 variables"):
         directions(SURFACE, grid, modes, central_nodes(SURFACE, grid), 6)
+
+
+def asked(variables, length=6.0, nodes=24, count=60, **rotation):
+    """Candidates on a mesh, the modes of its surface and its nodes."""
+    surface, grid = GaussianModel(Covariance("gaussian", 1.0, length), (length, length)), Grid(nodes, nodes, 1.0, 1.0)
+    modes = karhunen_loeve(surface.covariance, grid, count).modes
+    places = training_nodes(surface, grid)
+    configuration = {"expansion": {"variables": variables, **rotation}}
+    return candidates(configuration, surface, grid, modes, places), surface, grid, modes, places
+
+
+@pytest.mark.parametrize("count", [3, 8])
+def test_up_to_eight_variables_are_the_functionals_and_nothing_else(count):
+    found, surface, grid, modes, places = asked(count)
+    np.testing.assert_array_equal(found.directions, directions(surface, grid, modes, places, count))
+    assert (found.given, found.count) == (count, count)
+
+
+@pytest.mark.parametrize("variables", [9, "best"])
+def test_beyond_them_is_what_the_heights_around_have_besides(variables):
+    """Orthonormal at every node, and every height nearby is in the span but for a thousandth of the variance."""
+    found, surface, grid, modes, places = asked(variables)
+    assert (found.given, found.count) == (8, None if variables == "best" else 9)
+    np.testing.assert_array_equal(found.directions[:, :8], directions(surface, grid, modes, places, 8))
+    for one, x, y in zip(found.directions, places.x, places.y, strict=True):
+        np.testing.assert_allclose(one @ one.T, np.eye(len(one)), atol=1e-12)
+        near = modes[:, x + 3, y - 2]
+        assert np.sum((one @ near) ** 2) > 0.99 * np.sum(near**2)
+
+
+def test_heights_around_a_node_are_those_at_offsets_from_it():
+    """A length of six cells: a far mean of 12 to either side, offsets of two nodes; those off the mesh are dropped."""
+    _, surface, grid, modes, places = asked(2)
+    found = heights_around(surface, grid, modes, places)
+    least, most = 2 * (int(min(places.x)) // 2), 2 * ((23 - int(max(places.x))) // 2)
+    offsets = [(i, j) for i in range(-least, most + 1, 2) for j in range(-least, most + 1, 2)]
+    assert found.shape == (16, len(offsets), 60)
+    for node in (0, 7, 15):
+        expected = [modes[:, places.x[node] + i, places.y[node] + j] for i, j in offsets]
+        np.testing.assert_array_equal(found[node], expected)
+
+
+def test_on_a_coarse_mesh_they_are_the_neighbours():
+    _, surface, grid, modes, places = asked(2, length=0.1, nodes=10, count=100)
+    assert heights_around(surface, grid, modes, places).shape == (4, 25, 100)
+
+
+def test_raw_modes_lead_and_train_at_the_centre_alone():
+    found, *_ = asked(5, rotation="none")
+    np.testing.assert_array_equal(found.directions, np.eye(60)[None, :5])
+    assert (found.given, found.count) == (5, 5)
+    assert found.distance2.tolist() == [0.0]
+    best, *_ = asked("best", rotation="none")
+    np.testing.assert_array_equal(best.directions, np.eye(60)[None, :12])
+    pressure, gap = np.arange(32.0).reshape(2, 16), np.zeros((2, 16))
+    samples = found.samples(np.arange(120.0).reshape(2, 60), pressure, gap)
+    assert samples.variables.tolist() == [[[0, 1, 2, 3, 4]], [[60, 61, 62, 63, 64]]]
+    assert samples.pressure.tolist() == [[0], [16]]
+
+
+def test_more_variables_than_the_surface_has_around_the_centre_are_refused():
+    """Independent heights: 25 around each node."""
+    found, *_ = asked(25, length=0.1, nodes=10, count=100)
+    assert found.directions.shape == (4, 25, 100)
+    with pytest.raises(IllPosedError, match="26 variables were asked for; around the centre the surface has 25"):
+        asked(26, length=0.1, nodes=10, count=100)

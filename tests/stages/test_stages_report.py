@@ -8,7 +8,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.stages.report import merged, read_scene, represented
+from roughslip.stages.report import merged, read_scene, represented, variables_chosen
 
 
 def test_slices_of_several_stages_merge_at_every_depth():
@@ -104,3 +104,19 @@ def test_what_the_modes_of_the_square_carry_is_told_below_figure_2(tmp_path):
     ):
         found = represented(tmp_path, ["surface"], {"square": square, "targets": ["figure2"]})
         assert found == {"figure2": [f"The square is expanded in 101 modes, {why}.", carried]}
+
+
+def test_how_many_variables_were_chosen_is_told_below_figure_2(tmp_path):
+    def chosen(counts, scores, number):
+        variables = {"count": store.Variable(("count",), np.array(counts), "1", "tried")}
+        variables["count_score"] = store.Variable(("count",), np.array(scores), "1", "score")
+        store.write(tmp_path / "square.nc", variables, store.Key({}, "abc"), {"variables": number})
+        return variables_chosen(store.read(tmp_path / "square.nc"))
+
+    assert chosen([6, 8, 9], [0.15, 0.1247, np.nan], 8) == (
+        "Our expansion takes 8 variables, the least number that cannot be told from the best by its ranked probability "
+        "score at left-out surfaces: 0.1500 with 6, 0.1247 with 8, refused with 9."
+    )
+    assert chosen([8], [0.1247], 8) == (
+        "Our expansion takes 8 variables, as many as the scene asks for; they score 0.1247 at left-out surfaces."
+    )

@@ -84,10 +84,10 @@ def test_the_most_ends_in_an_error_that_says_what_was_reached(run, monkeypatch):
 
 def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold():
     """165 terms are the study's; 2^20 numbers of 1e8 are 95 modes or terms at a node."""
-    assert training_square.numbers(10, 4, 64) == (128, 2**14)
-    assert training_square.numbers(165, 16, 101) == (256, 2**14)
-    assert training_square.numbers(715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
-    assert training_square.numbers(165, 16, 50_000) == (256, 2**10)  # 2000
+    assert training_square.numbers(10, 10, 4, 64) == (128, 2**14)
+    assert training_square.numbers(165, 165, 16, 101) == (256, 2**14)
+    assert training_square.numbers(715, 715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
+    assert training_square.numbers(165, 165, 16, 50_000) == (256, 2**10)  # 2000
 
 
 def test_the_design_of_these_solves_is_not_drawn_whole(run):

@@ -147,8 +147,8 @@ class Scenes:
         return [f"results/{name}/{figure}.png" for figure in scene_rules.figures(self.valid[name])]
 
     def surfaces(self, name: str) -> list[str]:
-        """What is known of the surfaces of the scene: the modes of the square, the models of a scan."""
-        found = {"surface": "surface/modes.nc", "scan": "surface/scan.nc"}
+        """What is told of the surfaces of the scene: modes and variables of the square, the models of a scan."""
+        found = {"surface": "surface/modes.nc", "chaos_square": "chaos/square.nc", "scan": "surface/scan.nc"}
         return [f"results/{name}/{path}" for stage, path in found.items() if stage in self.stages(name)]
 
     def scan_file(self, name: str) -> str:

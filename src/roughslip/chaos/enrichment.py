@@ -120,7 +120,7 @@ def miscalibration(expansion: LocalExpansion, samples: Samples, levels: np.ndarr
 
 def enrich(
     solve: Callable[[int, int], Samples],
-    fit: Callable[[Samples], LocalExpansion],
+    fit: Callable[[Samples], tuple[LocalExpansion, Samples]],
     asked: float,
     *,
     least: int,
@@ -130,7 +130,7 @@ def enrich(
     """Double the number of solved surfaces until the estimated error of the distribution is at most the one asked for.
 
     solve : the surfaces [first, last) of a design that can be extended
-    fit : an expansion of surfaces; where it is ill-posed, they are too few
+    fit : an expansion of surfaces, and these in its variables; where it is ill-posed, they are too few
     asked : [-] Kolmogorov error, in (0, 1)
     least, most : numbers of surfaces to begin with, and never to exceed
 
@@ -146,15 +146,15 @@ def enrich(
     while True:
         count, reason = len(samples.pressure), "the expansion cannot be fitted"
         try:
-            expansion = fit(samples)
-            error = cdf_error(expansion, samples, np.random.default_rng(seed))
+            expansion, fitted = fit(samples)
+            error = cdf_error(expansion, fitted, np.random.default_rng(seed))
         except IllPosedError as ill_posed:
             history.append((count, float("nan")))
             reason = str(ill_posed)
         else:
             history.append((count, error.total))
             if error.total <= asked:
-                return Enriched(expansion, samples, error, tuple(history))
+                return Enriched(expansion, fitted, error, tuple(history))
             reason = f"its error is {error.scatter:.2g} from their scatter and {error.bias:.2g} from bias"
         if 2 * count > most:
             raise ConvergenceError(

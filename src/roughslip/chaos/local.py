@@ -81,7 +81,8 @@ class LocalExpansion:
     target : how the target gives the pressure
     fit : quality of the regression; its leave-one-out counts samples of a surface as if they were independent
     cross_validated : share of the weighted variance of the target that predictions of left-out surfaces miss
-    score : [-] continuous ranked probability score of the pressure at left-out surfaces, over the mean pressure
+    scores : (groups,) [-] of each left-out group its share of `score`
+    residual : (K, nodes) weighted targets less their predictions from the other groups, 0 below `lowest`
     """
 
     indices: np.ndarray
@@ -91,7 +92,13 @@ class LocalExpansion:
     target: PressureTarget
     fit: Fit
     cross_validated: float
-    score: float
+    scores: np.ndarray
+    residual: np.ndarray
+
+    @property
+    def score(self) -> float:
+        """Continuous ranked probability score of the pressure at left-out surfaces, over the mean pressure [-]."""
+        return float(self.scores.sum())
 
     @property
     def groups(self) -> int:
@@ -188,7 +195,8 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
         target=target,
         fit=fit,
         cross_validated=float(missed / variance),
-        score=_score(scatters, lowest, target, predicted, group, pressure),
+        scores=_scores(scatters, lowest, target, predicted, group, pressure),
+        residual=np.where(near[0], weights * (values - predicted[0]), 0.0).reshape(surfaces, nodes),
     )
 
 
@@ -241,29 +249,30 @@ def _censored(basis: np.ndarray, group: np.ndarray, values: np.ndarray) -> tuple
     return fit, without, completed(left_out_predictions(basis, without, group)[0], found.scatter, values)
 
 
-def _score(
+def _scores(
     scatters: tuple[ResidualScatter, ...],
     lowest: float,
     target: PressureTarget,
     predicted: np.ndarray,
     group: np.ndarray,
     pressure: np.ndarray,
-) -> float:
+) -> np.ndarray:
     """Continuous ranked probability score of p at left-out surfaces over its mean: the law of each without its group.
 
     It asks for predictions that are sharp, and for a law as wide as they are wrong (Gneiting and Raftery, J. Am. Stat.
     Assoc. 102 (2007) 359), as an integral over quantiles (Laio and Tamea, Hydrol. Earth Syst. Sci. 11 (2007) 1267).
+    Returns the share of each group : (GROUPS,) [-].
     """
     uniform = (np.arange(SCORED) + 0.5) / SCORED
-    total = 0.0
+    shares = np.empty(GROUPS)
     for g in range(GROUPS):
         members = np.flatnonzero(group == g)
         s, p = predicted[g + 1, members], pressure[members, None]
         near = s > lowest
         quantiles = np.zeros((len(s), SCORED))
         quantiles[near] = target.pressure(scatters[g + 1].draw(s[near, None], uniform))
-        total += 2 / SCORED * float(np.sum(((p < quantiles) - uniform) * (quantiles - p)))
-    return total / float(pressure.sum())
+        shares[g] = 2 / SCORED * float(np.sum(((p < quantiles) - uniform) * (quantiles - p)))
+    return shares / float(pressure.sum())
 
 
 def best_gap_stiffness(

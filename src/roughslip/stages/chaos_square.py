@@ -11,9 +11,9 @@ from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.distribution import NORMAL_95, kolmogorov_distance, quantile_levels
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.local import LocalExpansion, Samples, fit_best
-from roughslip.chaos.pressure import KINDS, Kind, PressureTarget
+from roughslip.chaos.pressure import KINDS, PressureTarget
 from roughslip.chaos.regression import Fit
+from roughslip.chaos.selection import Chosen, fit_count
 from roughslip.chaos.sensitivity import sensitivity_to_directions
 from roughslip.errors import IllPosedError
 from roughslip.stages import expansion, geometry, surfaces
@@ -35,8 +35,9 @@ from roughslip.stages.centre_distribution import (
     sampled_rows,
 )
 from roughslip.stages.command import Job, execute
-from roughslip.stages.nodes import Nodes, training_nodes
+from roughslip.stages.nodes import training_nodes
 
+PAPER = 8  # variables, at most, of eqs. (8) and (9)
 KNOWN = 20_000  # Monte Carlo samples drawn again for the expansions at samples known to be in contact
 FITS = {
     "condition_number": "condition number of the basis",
@@ -56,19 +57,14 @@ def expansions(batches: list[store.Result], directions: np.ndarray, job: Job) ->
 
 
 def local_expansion(
-    batches: list[store.Result],
-    directions: np.ndarray,
-    nodes: Nodes,
-    targets: tuple[PressureTarget, ...],
-    job: Job,
-) -> tuple[LocalExpansion, dict[Kind, float]]:
-    """Ours, from every training node of its design, and the scores of the targets that it was chosen from."""
+    batches: list[store.Result], candidates: expansion.Candidates, targets: tuple[PressureTarget, ...], job: Job
+) -> Chosen:
+    """Ours, from the training nodes of its design, with what its target and its variables were chosen from."""
     chosen = job.configuration["expansion"]["samples"] == "auto"  # then stage training_square drew the samples
     xi = samples_of(batches, "expansion", "xi") if chosen else store.read(job.arguments.design)["expansion"]
-    variables = np.einsum("km,nvm->knv", xi, directions)
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
-    samples = Samples(variables, nodes.distance2, pressure, gap)
-    return fit_best(samples, job.configuration["expansion"]["degree"], targets)
+    samples = candidates.samples(xi, pressure, gap)
+    return fit_count(samples, candidates.given, candidates.count, job.configuration["expansion"]["degree"], targets)
 
 
 def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarray:
@@ -105,12 +101,11 @@ def work(job: Job) -> None:
     surface = store.read(job.arguments.surface)
     model = surfaces.gaussian_model(job.configuration, job.arguments.scan)
     grid = geometry.square_grid(job.configuration)
-    places, variables = training_nodes(model, grid), job.configuration["expansion"]["variables"]
     with job.usage.core():
-        directions = expansion.directions(model, grid, surface["modes"], places, variables)
-        targets = expansion.targets(job.configuration, model, grid)
-        local, scores = local_expansion(batches, directions, places, targets, job)
-        found = expansions(batches, directions[0], job)
+        candidates = expansion.candidates(job.configuration, model, grid, surface["modes"], training_nodes(model, grid))
+        chosen = local_expansion(batches, candidates, expansion.targets(job.configuration, model, grid), job)
+        local, directions = chosen.expansion, chosen.rotation @ candidates.directions[0]
+        found = expansions(batches, directions[:PAPER], job)
         fits = fits_of(found)
         sampled = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
         pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
@@ -119,12 +114,13 @@ def work(job: Job) -> None:
             "monte_carlo": sampled_rows(pressure["monte_carlo"], len(nodes), reference),
             "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
         }
-        known = contacts_of_monte_carlo(nodes[:KNOWN, 0], directions[0], job)
+        known = contacts_of_monte_carlo(nodes[:KNOWN, 0], directions, job)
         moved: dict[str, np.ndarray] = {}
         at_contact: dict[str, float] = {}
         for method, fit in fits.items():
             one, signs = found[method], [job.configuration["seed"], geometry.STREAM_BOOTSTRAP]
-            at_contact[method] = reference.distance(one.at(hermite_basis(known, one.indices), fit.coefficients))
+            basis = hermite_basis(known[:, :PAPER], one.indices)
+            at_contact[method] = reference.distance(one.at(basis, fit.coefficients))
             pressure[method] = draw(one, fit.coefficients, draws, drawing)
             moved[method] = refits(one, fit, reference.levels, drawing, signs)
             probability = rows["latin_hypercube"]["contact_probability"]
@@ -144,22 +140,44 @@ def work(job: Job) -> None:
     results = table(rows, pressure, reference) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)
-    title = "share of the variance of its target that our expansion misses at surfaces left out of its fit"
-    results["cross_validated"] = store.Variable((), local.cross_validated, "1", title)
-    title = "stiffness of the gap in the target of our expansion"
-    unit = "Pa m-1" if local.target.kind == "trial_pressure" else "Pa2 m-1"
-    results["gap_stiffness"] = store.Variable((), local.target.gap_stiffness, unit, title)
-    results["target"] = store.Variable(("target",), np.array(KINDS), "1", "what our expansion may expand")
-    title = "continuous ranked probability score at left-out surfaces over the mean pressure; NaN where not tried"
-    results["score"] = store.Variable(("target",), [scores.get(kind, np.nan) for kind in KINDS], "1", title)
+    results |= choice(chosen) | of_modes(chosen, directions)
     results["captured_variance"] = surface.variable("captured_variance")
-    modes = sensitivity_to_directions(local.indices, local.coefficients[0], directions[0])
-    for name, values, title in (("first", modes.first, "alone"), ("total", modes.total, "alone and with others")):
-        title = f"share of the variance of the expanded target that a mode explains {title} (Sobol' index)"
-        results[f"sobol_{name}"] = store.Variable(("mode",), values, "1", title)
-    title = "variables at the centre in terms of the modes"
-    results["direction"] = store.Variable(("variable", "mode"), directions[0], "1", title)
-    store.write(job.arguments.output, results, job.key, {"target": local.target.kind})
+    store.write(job.arguments.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
+
+
+def choice(chosen: Chosen) -> dict[str, store.Variable]:
+    """What our expansion takes of its candidates, and how well each predicts."""
+    local, tried = chosen.expansion, ("count",)
+    unit = "Pa m-1" if local.target.kind == "trial_pressure" else "Pa2 m-1"
+    score = "continuous ranked probability score at left-out surfaces over the mean pressure; NaN where not tried"
+    titles = {
+        "cross_validated": "share of the variance of its target that our expansion misses at left-out surfaces",
+        "gap_stiffness": "stiffness of the gap in the target of our expansion",
+        "count_error": "standard error of how much more the score is than the least of these",
+    }
+    return {
+        "cross_validated": store.Variable((), local.cross_validated, "1", titles["cross_validated"]),
+        "gap_stiffness": store.Variable((), local.target.gap_stiffness, unit, titles["gap_stiffness"]),
+        "target": store.Variable(("target",), np.array(KINDS), "1", "what our expansion may expand"),
+        "score": store.Variable(("target",), [chosen.targets.get(kind, np.nan) for kind in KINDS], "1", score),
+        "count": store.Variable(tried, np.array(chosen.counts), "1", "numbers of variables that were tried"),
+        "count_score": store.Variable(tried, chosen.scores, "1", score.replace("not tried", "refused")),
+        "count_error": store.Variable(tried, chosen.errors, "1", titles["count_error"]),
+    }
+
+
+def of_modes(chosen: Chosen, directions: np.ndarray) -> dict[str, store.Variable]:
+    """The variables at the centre, and what the modes behind them explain."""
+    local = chosen.expansion
+    modes = sensitivity_to_directions(local.indices, local.coefficients[0], directions)
+    title = "share of the variance of the expanded target that a mode explains {} (Sobol' index)"
+    return {
+        "sobol_first": store.Variable(("mode",), modes.first, "1", title.format("alone")),
+        "sobol_total": store.Variable(("mode",), modes.total, "1", title.format("alone and with others")),
+        "direction": store.Variable(
+            ("variable", "mode"), directions, "1", "variables at the centre in terms of the modes"
+        ),
+    }
 
 
 def table(

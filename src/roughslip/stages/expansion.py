@@ -3,17 +3,88 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.chaos.functionals import Stencil, local_functionals, orthonormal_directions
+from roughslip.chaos.directions import moving_frame
+from roughslip.chaos.functionals import NAMES, Stencil, local_functionals, orthonormal_directions
+from roughslip.chaos.local import Samples
 from roughslip.chaos.pressure import KINDS, Kind, PressureTarget, pressure_target, summit_curvature
+from roughslip.chaos.selection import COUNTS
+from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.stages import elastic, geometry
 from roughslip.stages.nodes import Nodes
 from roughslip.surface.model import SurfaceModel
 
-BEST = "best"  # in a scene: the target that scores best
+BEST = "best"  # in a scene: the target that scores best, or the number of variables
+RAW = "none"  # of expansion.rotation: the leading modes themselves
+OFFSET = 3.0  # to a correlation length, of the heights around a node that further variables may take
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """What an expansion may take its variables from.
+
+    directions : (nodes, c, M) orthonormal rows at each node that trains it, in terms of the variables of the modes
+    given : the number of them that are taken in their order; those behind are a frame for further directions
+    count : how many variables the scene asks for, None if that is to be found
+    distance2 : (nodes,) [-] of the nodes, as in `Samples`
+    """
+
+    directions: np.ndarray
+    given: int
+    count: int | None
+    distance2: np.ndarray
+
+    def samples(self, xi: np.ndarray, pressure: np.ndarray, gap: np.ndarray) -> Samples:
+        """Surfaces xi : (K, M) with pressure [Pa] and gap [m] : (K, training nodes) in all candidates."""
+        nodes = len(self.directions)
+        variables = np.einsum("km,nvm->knv", xi, self.directions)
+        return Samples(variables, self.distance2, pressure[:, :nodes], gap[:, :nodes])
+
+
+def candidates(
+    configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Nodes
+) -> Candidates:
+    """The variables that the scene names: raw modes at the centre alone, or local functionals at all training nodes.
+
+    modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
+
+    Functionals are followed by what the heights around a node have besides them, where more than all of them, or a
+    number yet to be found, are asked for. The modes that lead at one node do not at another, so they train at one.
+    """
+    asked = configuration["expansion"]
+    count = None if asked["variables"] == BEST else int(asked["variables"])
+    if asked.get("rotation") == RAW:
+        given = min(count or COUNTS[-1], len(modes))
+        return Candidates(np.eye(len(modes))[None, :given], given, count, nodes.distance2[:1])
+    given = min(count or len(NAMES), len(NAMES))
+    found = directions(surface, grid, modes, nodes, given)
+    if count is None or count > given:
+        frame = moving_frame(heights_around(surface, grid, modes, nodes), found)
+        found = np.concatenate([found, frame], axis=1)
+        if count is not None and count > found.shape[1]:
+            raise IllPosedError(
+                f"{count} variables were asked for; around the centre the surface has {found.shape[1]}: ask for fewer"
+            )
+    return Candidates(found, given, count, nodes.distance2)
+
+
+def heights_around(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Nodes) -> np.ndarray:
+    """Heights of the modes : (nodes, n, M) [m] at the same offsets from every node, those that lie on the mesh.
+
+    Up to as far as the far mean reaches, a third of a correlation length apart where the mesh resolves that.
+    """
+    reach, steps = stencil(surface, grid).far, []
+    for length, cell, most in zip(surface.lengths_m, (grid.dx, grid.dy), reach, strict=True):
+        apart = max(1, round(length / cell / OFFSET))
+        steps.append(apart * np.arange(-(most // apart), most // apart + 1))
+    along, across = (part.ravel() for part in np.meshgrid(*steps, indexing="ij"))
+    x, y = nodes.x[:, None] + along, nodes.y[:, None] + across
+    kept = np.all((x >= 0) & (x < grid.nx) & (y >= 0) & (y < grid.ny), axis=0)
+    return np.moveaxis(modes[:, x[:, kept], y[:, kept]], 0, -1)
 
 
 def directions(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Nodes, count: int) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 
 import numpy as np
@@ -9,8 +10,8 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.chaos.enrichment import enrich
-from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.local import LocalExpansion, Samples, fit_best
+from roughslip.chaos.local import LocalExpansion, Samples
+from roughslip.chaos.selection import COUNTS, fit_count
 from roughslip.stages import expansion, geometry
 from roughslip.stages.command import Job, execute
 from roughslip.stages.nodes import training_nodes
@@ -22,10 +23,20 @@ MOST = 2**14  # sixteen times what an error of 0.005 takes on the resolved squar
 MOST_NUMBERS = 100_000_000  # in one array: 0.8 GB
 
 
-def numbers(terms: int, nodes: int, modes: int) -> tuple[int, int]:
-    """Solves to begin with, more than the terms as for a given number, and solves never to exceed; powers of two."""
-    room = MOST_NUMBERS // max(terms * nodes, modes)
-    return max(LEAST, 2 ** terms.bit_length()), min(MOST, 2 ** (room.bit_length() - 1))
+def terms(candidates: expansion.Candidates, degree: int) -> tuple[int, int]:
+    """Fewest and most terms of the expansion, the former with all given variables."""
+    least = candidates.given if candidates.count is None else candidates.count
+    most = max(COUNTS) if candidates.count is None else candidates.count
+    return math.comb(least + degree, degree), math.comb(most + degree, degree)
+
+
+def numbers(least: int, most: int, nodes: int, modes: int) -> tuple[int, int]:
+    """Solves to begin with, more than the least terms as for a given number, and solves never to exceed; powers of two.
+
+    least, most : terms
+    """
+    room = MOST_NUMBERS // max(most * nodes, modes)
+    return max(LEAST, 2 ** least.bit_length()), min(MOST, 2 ** (room.bit_length() - 1))
 
 
 def work(job: Job) -> None:
@@ -36,7 +47,7 @@ def work(job: Job) -> None:
     nodes = training_nodes(problem.model, problem.grid)
     batches: list[dict[str, store.Variable]] = []
     with job.usage.core():
-        directions = expansion.directions(problem.model, problem.grid, problem.modes, nodes, asked["variables"])
+        candidates = expansion.candidates(job.configuration, problem.model, problem.grid, problem.modes, nodes)
         targets = expansion.targets(job.configuration, problem.model, problem.grid)
 
         def solve(first: int, last: int) -> Samples:
@@ -44,14 +55,13 @@ def work(job: Job) -> None:
             found = solved(problem, xi, last - first, nodes, job)
             title = "standard normal variables of the samples"
             batches.append({**found, "xi": store.Variable(("sample", "mode"), xi, "1", title)})
-            variables = np.einsum("km,nvm->knv", xi, directions)
-            return Samples(variables, nodes.distance2, found["pressure"].values, found["gap"].values)
+            return candidates.samples(xi, found["pressure"].values, found["gap"].values)
 
-        def fit(samples: Samples) -> LocalExpansion:
-            return fit_best(samples, asked["degree"], targets)[0]
+        def fit(samples: Samples) -> tuple[LocalExpansion, Samples]:
+            chosen = fit_count(samples, candidates.given, candidates.count, asked["degree"], targets)
+            return chosen.expansion, chosen.samples
 
-        terms = len(multi_indices(asked["variables"], asked["degree"]))
-        least, most = numbers(terms, len(nodes.x), len(problem.modes))
+        least, most = numbers(*terms(candidates, asked["degree"]), len(nodes.x), len(problem.modes))
         drawing = [job.configuration["seed"], geometry.STREAM_ENRICHMENT]
         enriched = enrich(solve, fit, asked["cdf_error"], least=least, most=most, seed=drawing)
     for count, error in enriched.history:

@@ -11,6 +11,8 @@ from roughslip.scene_yaml import shown
 AUTO = "auto"
 EXTENDED = ("sobol", "monte_carlo")  # designs that can be
 SAMPLES, ERROR, DESIGN = "expansion.samples", "expansion.cdf_error", "expansion.design"
+FIELD = "figure_field"  # the target that expands the pressure at every node
+FIELD_NUMBERS = 90_000_000  # in each of the two tables that its stage holds: 1.5 GB
 
 # In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {"expansion": {"samples": ("cdf_error",)}}
@@ -28,3 +30,17 @@ def mistakes(expansion: dict[str, Any]) -> Iterator[Mistake]:
     elif samples is not None and error is not None:
         text = f"{shown(error)} is not allowed beside {SAMPLES} = {shown(samples)}; only {AUTO} takes it"
         yield Mistake((ERROR, SAMPLES), text)
+
+
+def field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
+    """What does not go with the expansion at every node: a basis in all modes, and tables of all nodes."""
+    samples, square = scene["expansion"].get("samples"), scene.get("square")
+    if not isinstance(samples, int) or not isinstance(square, dict):
+        return
+    modes, nodes = square.get("modes"), square.get("nodes")
+    if modes is not None and samples <= modes + 1:
+        text = f"{samples} is not allowed; more than the {modes + 1} terms of {FIELD}, square.modes and a constant"
+        yield Mistake((SAMPLES, "square.modes"), text)
+    if nodes is not None and samples * nodes**2 > FIELD_NUMBERS:
+        text = f"{samples} is not allowed; samples times the {nodes**2} nodes of the square at most {FIELD_NUMBERS}"
+        yield Mistake((SAMPLES, "square.nodes"), f"{text} (1.5 GB of memory) for {FIELD}")

@@ -45,6 +45,8 @@ SLICES = {
         "training_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
         f" {_TERMS} expansion.target expansion.samples expansion.cdf_error expansion.design",
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
+        "field_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
+        " expansion.samples expansion.variables",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
         "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples expansion.degree expansion.target",
@@ -57,6 +59,7 @@ SLICES = {
         "figure3": "description",
         "figure5": "description",
         "figure_scan": "description",
+        "figure_field": "description",
         "claims": "description targets",
         "costs": "description",
         "report": "description",
@@ -70,6 +73,7 @@ _STAGES = {
     "figure3": (*_STRIP_STAGES, "figure3"),
     "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
     "figure_scan": ("scan", "twins", "figure_scan"),
+    "figure_field": ("surface", "field_square", "figure_field"),
 }
 
 # What a target needs of the scene; figure 5 needs _FRICTION too where friction is not given as statistics.
@@ -80,6 +84,7 @@ _NEEDS = {
     "figure3": _FRICTION,
     "figure5": ("friction", "oscillator", "ensemble", "numerics.oscillator_tolerance", "batches.realisations"),
     "figure_scan": ("roughness.scan",),
+    "figure_field": (*_SURFACE, "square"),
 }
 
 
@@ -251,10 +256,13 @@ _RULES = (
         lambda shortest, cell: shortest > 2 * cell,
         "more than two cells, strip.cell_m = {1} [m]",
     ),
-    _Rule(
-        ("targets", "roughness.fractal"),
-        lambda targets, _: "figure2" not in targets,
-        "figure2 expands the pressure in a few Gaussian variables, and roughness.fractal has a phase a wave",
+    *(
+        _Rule(
+            ("targets", "roughness.fractal"),
+            lambda targets, _, figure=figure: figure not in targets,
+            f"{figure} expands the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
+        )
+        for figure in ("figure2", "figure_field")
     ),
     _Rule(
         ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
@@ -335,6 +343,8 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("expansion"), dict):
         yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
+        if scene_expansion.FIELD in scene.get("targets", ()):
+            yield from (m for m in scene_expansion.field_mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):
         yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
@@ -351,7 +361,7 @@ def _sections_not_read(scene: Scene) -> set[str]:
     """Sections that no target reads; what an overlay inherits in them may not fit and does no harm."""
     stages = stages_needed(scene)
     unread = set() if "friction" in stages else {"strip"}
-    return unread if "chaos_square" in stages else unread | {"square"}
+    return unread if stages & {"chaos_square", "field_square"} else unread | {"square"}
 
 
 def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake]:

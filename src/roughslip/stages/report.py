@@ -61,7 +61,8 @@ def represented(folder: Path, stages: list[str], configuration: dict[str, Any]) 
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     found = {}
     if "surface" in stages:
-        found["figure2"] = square_represented(store.read(folder / "surface" / "modes.nc"), configuration)
+        figure = "figure2" if "figure2" in configuration["targets"] else "figure_field"
+        found[figure] = square_represented(store.read(folder / "surface" / "modes.nc"), configuration)
     if "contact_strip" in stages:
         figure = "figure3" if "figure3" in configuration["targets"] else "figure5"
         scan = folder / "surface" / "scan.nc" if "scan" in stages else None

@@ -35,9 +35,9 @@ def mistakes(expansion: dict[str, Any]) -> Iterator[Mistake]:
 def field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     """What does not go with the expansion at every node: a basis in all modes, and tables of all nodes."""
     samples, square = scene["expansion"].get("samples"), scene.get("square")
-    if not isinstance(samples, int) or not isinstance(square, dict):
+    if FIELD not in scene.get("targets", ()) or not isinstance(samples, int) or not isinstance(square, dict):
         return
-    modes, nodes = square.get("modes"), square.get("nodes")
+    modes, nodes = (square.get(key) if isinstance(square.get(key), int) else None for key in ("modes", "nodes"))
     if modes is not None and samples <= modes + 1:
         text = f"{samples} is not allowed; more than the {modes + 1} terms of {FIELD}, square.modes and a constant"
         yield Mistake((SAMPLES, "square.modes"), text)

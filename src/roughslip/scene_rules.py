@@ -55,11 +55,7 @@ SLICES = {
         "deterministic": "oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
-        "figure2": "description",
-        "figure3": "description",
-        "figure5": "description",
-        "figure_scan": "description",
-        "figure_field": "description",
+        **dict.fromkeys(("figure2", "figure3", "figure5", "figure_scan", "figure_field"), "description"),
         "claims": "description targets",
         "costs": "description",
         "report": "description",
@@ -256,13 +252,10 @@ _RULES = (
         lambda shortest, cell: shortest > 2 * cell,
         "more than two cells, strip.cell_m = {1} [m]",
     ),
-    *(
-        _Rule(
-            ("targets", "roughness.fractal"),
-            lambda targets, _, figure=figure: figure not in targets,
-            f"{figure} expands the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
-        )
-        for figure in ("figure2", "figure_field")
+    _Rule(
+        ("targets", "roughness.fractal"),
+        lambda targets, _: not {"figure2", "figure_field"}.intersection(targets),
+        "figure2 and figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
     ),
     _Rule(
         ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
@@ -343,8 +336,7 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("expansion"), dict):
         yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
-        if scene_expansion.FIELD in scene.get("targets", ()):
-            yield from (m for m in scene_expansion.field_mistakes(scene) if all(map(sound, m.keys)))
+        yield from (m for m in scene_expansion.field_mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):
         yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()

@@ -190,8 +190,8 @@ MISTAKES = {
     f"targets: [figure3]\nroughness: {{fractal: {FRACTAL}, hurst: 0.8}}": (
         "roughness.hurst: 0.8 is not allowed beside roughness.fractal; give one"
     ),
-    f"roughness: {{fractal: {FRACTAL}}}": "targets: ['figure2', 'figure3', 'figure5'] is not allowed; figure2 expands "
-    "the pressure in a few Gaussian variables, and roughness.fractal has a phase a wave",
+    f"roughness: {{fractal: {FRACTAL}}}": "targets: ['figure2', 'figure3', 'figure5'] is not allowed; figure2 and "
+    "figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
     f"targets: [figure3]\nroughness: {{fractal: {FRACTAL[:-1]}, shortest_wavelength_m: 5.0e-6}}}}": (
         "roughness.fractal.shortest_wavelength_m: 5e-06 is not allowed; more than two cells, strip.cell_m = 2.5e-06 [m]"
     ),
@@ -203,6 +203,10 @@ MISTAKES = {
     "allowed; a gaussian marginal changes no correlation",
     f"roughness: {{scan: {SCAN}, rms_height_m: 1.0e-7}}": "roughness.rms_height_m: 1e-07 is not allowed beside "
     "roughness.scan; give one",
+    "targets: [figure_field]\nexpansion: {samples: 101, degree: 1}": "expansion.samples: 101 is not allowed; more than "
+    "the 101 terms of figure_field, square.modes and a constant",
+    "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301}": "expansion.samples: 1000 is not "
+    "allowed; samples times the 90601 nodes of the square at most 90000000 (1.5 GB of memory) for figure_field",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays
     "extends: 3": f"extends: 3 is not allowed; scenes: {BESIDE}",

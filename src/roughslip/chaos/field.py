@@ -238,11 +238,12 @@ def draw_pressure(
     generator : chooses a solved surface for each, one of those whose expected load is nearest
 
     Returns p : (fields, nodes) [Pa]. At every node the law is that of the solved surfaces nearest in the index, as in
-    the local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1), their pressures moved along E[p | t]. The rank in
-    it is that of the chosen surface at all nodes, so that what the index leaves unsaid hangs together in space as it
-    does in solved fields (Schaake shuffle: Clark et al., J. Hydrometeorol. 5 (2004) 243). Where the expected load is
-    high, neighbours that press as well leave less for each: hence the choice by load, without which the load of drawn
-    fields scatters twice as much as that of solved ones.
+    the local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1), those of the highest moved along E[p | t]. The
+    rank in it is that of the chosen surface at all nodes, so that what the index leaves unsaid hangs together in space
+    as it does in solved fields (Schaake shuffle: Clark et al., J. Hydrometeorol. 5 (2004) 243). Where the expected load
+    is high, neighbours that press as well leave less for each: hence the choice by load, without which the load of
+    drawn fields scatters twice as much as that of solved ones. On the resolved square (60 fields, percentile 50) its
+    mean comes out 6 % low with an error of 2 %, its scatter and that of the contact area within the error of theirs.
     """
     surfaces, nodes = state.shape
     near = min(surfaces, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * surfaces)))
@@ -259,10 +260,10 @@ def draw_pressure(
         def law(at: np.ndarray, ordered=ordered, states=states, link=link) -> np.ndarray:  # type: ignore[no-untyped-def]
             first = np.clip(np.count_nonzero(ordered < at, axis=0) - near // 2, 0, surfaces - near)
             rows = first + np.arange(near)[:, None]
-            here, there = link(at)[0], link(np.take_along_axis(ordered, rows, axis=0))[0]
-            moved = np.divide(here, there, out=np.ones_like(there), where=(here > 0) & (there > 0))
             found = np.take_along_axis(states, rows, axis=0)
-            return np.sort(np.where(found > 0, found * moved, found), axis=0)
+            moved = link(at)[0] - link(np.take_along_axis(ordered, rows, axis=0))[0]
+            highest = (found > 0) & (first == surfaces - near)  # elsewhere as many lie above as below
+            return np.sort(found + np.where(highest, moved, 0.0), axis=0)
 
         for field, donor in enumerate(donors):
             rank = np.count_nonzero(law(known[donor, block]) < state[donor, block], axis=0)

@@ -34,7 +34,7 @@ def figure_field(result: Arrays) -> Figure:
     for axes, one, (factor, label) in zip(grid[0], MAPS, labels, strict=True):
         _map(axes, result, factor * result[one], label, "viridis")
     _map(grid[1, 0], result, result["mean_gain"], "times fewer solves for the mean", "cividis")
-    _map(grid[1, 1], result, 100 * (1 - result["missed"]), "share of the variance of the pressure [%]", "cividis")
+    _map(grid[1, 1], result, 100 * (1 - result["missed"]), "share of that of the pressure [%]", "cividis")
     _modes(grid[1, 2], result)
     fields = [result[f"{name}_pressure"][SHOWN] for name in FIELDS]
     peak = max(float(field.max()) for field in fields)

@@ -104,3 +104,5 @@ def test_what_the_modes_of_the_square_carry_is_told_below_figure_2(tmp_path):
     ):
         found = represented(tmp_path, ["surface"], {"square": square, "targets": ["figure2"]})
         assert found == {"figure2": [f"The square is expanded in 101 modes, {why}.", carried]}
+        alone = represented(tmp_path, ["surface"], {"square": square, "targets": ["figure_field"]})
+        assert alone == {"figure_field": found["figure2"]}

@@ -36,6 +36,13 @@ CAPTIONS = {
     "density of heights, autocorrelation, radially averaged power spectrum, and numbers in units of the half width of "
     "the scan's 95 % intervals. Bands around the scan are those intervals; bands of the twins go from the least to the "
     "largest of them.",
+    "figure_field": "The pressure at every node of the square. Contact probability, mean and standard deviation are "
+    "those of solved surfaces with the expansion as control variate: what it misses widens their errors and biases "
+    "nothing. In the titles: their standard error, as the median over the nodes. Gain: variance of the mean pressure "
+    "from the solves alone, over that with the expansion. Modes: their Sobol' "
+    "indices for the expected pressure, all nodes together, with two standard errors. Below, a solved field, what the "
+    "expansion expects at the same variables though it has not seen it, and a field drawn with the scatter that it "
+    "leaves.",
     "figure2": "Figure 2. Pressure at the centre of the square: Monte Carlo, Latin hypercube, the two polynomial chaos "
     "variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals, of sampling, and for "
     "an expansion of its fit, not of the truncation of its series.",

@@ -14,6 +14,8 @@ BEST = "best"  # number of variables
 FEWEST, GIVEN, MOST = 2, 8, 12  # variables that it is chosen from, as in chaos/selection.py, and local functionals
 EXTENDED = ("sobol", "monte_carlo")  # designs that can be
 SAMPLES, ERROR, DESIGN = "expansion.samples", "expansion.cdf_error", "expansion.design"
+FIELD = "figure_field"  # the target that expands the pressure at every node
+FIELD_NUMBERS = 90_000_000  # in each of the two tables that its stage holds: 1.5 GB
 
 
 def terms(variables: int | str, degree: int, best: int = GIVEN) -> int:
@@ -37,3 +39,17 @@ def mistakes(expansion: dict[str, Any]) -> Iterator[Mistake]:
     elif samples is not None and error is not None:
         text = f"{shown(error)} is not allowed beside {SAMPLES} = {shown(samples)}; only {AUTO} takes it"
         yield Mistake((ERROR, SAMPLES), text)
+
+
+def field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
+    """What does not go with the expansion at every node: a basis in all modes, and tables of all nodes."""
+    samples, square = scene["expansion"].get("samples"), scene.get("square")
+    if FIELD not in scene.get("targets", ()) or not isinstance(samples, int) or not isinstance(square, dict):
+        return
+    modes, nodes = (square.get(key) if isinstance(square.get(key), int) else None for key in ("modes", "nodes"))
+    if modes is not None and samples <= modes + 1:
+        text = f"{samples} is not allowed; more than the {modes + 1} terms of {FIELD}, square.modes and a constant"
+        yield Mistake((SAMPLES, "square.modes"), text)
+    if nodes is not None and samples * nodes**2 > FIELD_NUMBERS:
+        text = f"{samples} is not allowed; samples times the {nodes**2} nodes of the square at most {FIELD_NUMBERS}"
+        yield Mistake((SAMPLES, "square.nodes"), f"{text} (1.5 GB of memory) for {FIELD}")

@@ -46,6 +46,8 @@ SLICES = {
         "training_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
         f" {_TERMS} expansion.rotation expansion.target expansion.samples expansion.cdf_error expansion.design",
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
+        "field_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
+        " expansion.samples expansion.variables",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
         "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples expansion.degree expansion.target",
@@ -55,11 +57,7 @@ SLICES = {
         "spacing": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
-        "figure2": "description",
-        "figure3": "description",
-        "figure3_law": "description",
-        "figure5": "description",
-        "figure_scan": "description",
+        **dict.fromkeys(("figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field"), "description"),
         "claims": "description targets",
         "costs": "description",
         "report": "description",
@@ -76,6 +74,7 @@ _STAGES = {
     "figure3": (*_STRIP_STAGES, *_SHEETS["figure3"]),
     "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
     "figure_scan": ("scan", "twins", "figure_scan"),
+    "figure_field": ("surface", "field_square", "figure_field"),
 }
 
 # What a target needs of the scene; figure 5 needs _FRICTION too where friction is not given as statistics.
@@ -86,6 +85,7 @@ _NEEDS = {
     "figure3": _FRICTION,
     "figure5": ("friction", "oscillator", "ensemble", "numerics.oscillator_tolerance", "batches.realisations"),
     "figure_scan": ("roughness.scan",),
+    "figure_field": (*_SURFACE, "square"),
 }
 
 
@@ -257,8 +257,8 @@ _RULES = (
     ),
     _Rule(
         ("targets", "roughness.fractal"),
-        lambda targets, _: "figure2" not in targets,
-        "figure2 expands the pressure in a few Gaussian variables, and roughness.fractal has a phase a wave",
+        lambda targets, _: not {"figure2", "figure_field"}.intersection(targets),
+        "figure2 and figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
     ),
     _Rule(
         ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
@@ -280,6 +280,11 @@ _RULES = (
         ("expansion.target", "strip.training_samples"),
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
+    ),
+    _Rule(
+        ("targets", "material.hardness_pa"),
+        lambda targets, _: "figure_field" not in targets,
+        "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal",
     ),
     _Rule(
         ("expansion.target", "material.hardness_pa"),
@@ -333,6 +338,7 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("expansion"), dict):
         yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
+        yield from (m for m in scene_expansion.field_mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("ensemble"), dict):
         yield from (m for m in scene_ensemble.mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):
@@ -351,7 +357,7 @@ def _sections_not_read(scene: Scene) -> set[str]:
     """Sections that no target reads; what an overlay inherits in them may not fit and does no harm."""
     stages = stages_needed(scene)
     unread = set() if "friction" in stages else {"strip"}
-    return unread if "chaos_square" in stages else unread | {"square"}
+    return unread if stages & {"chaos_square", "field_square"} else unread | {"square"}
 
 
 def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake]:

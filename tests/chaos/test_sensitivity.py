@@ -7,7 +7,12 @@ from numpy.polynomial.legendre import leggauss
 from roughslip.chaos.basis import legendre_polynomials
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.sensitivity import sensitivity, sensitivity_to_directions
+from roughslip.chaos.sensitivity import (
+    sensitivity,
+    sensitivity_along,
+    sensitivity_to_directions,
+    share_of_modes,
+)
 from roughslip.errors import IllPosedError, ParameterError
 
 
@@ -88,3 +93,30 @@ def test_modes_of_a_turned_expansion_by_sampling():
 def test_directions_that_are_not_orthonormal_are_refused():
     with pytest.raises(ParameterError, match="orthonormal"):
         sensitivity_to_directions(multi_indices(2, 1), np.ones(3), np.ones((2, 3)))
+
+
+def test_functions_of_one_direction_are_expansions_in_one_rotated_variable():
+    """Node by node as the indices behind a rotated variable, of a cubic of mixed coefficients; all modes are all."""
+    generator = np.random.default_rng(8)
+    direction = generator.standard_normal((4, 3))
+    direction /= np.linalg.norm(direction, axis=0)
+    coefficients = generator.standard_normal((4, 3))
+    first, total = sensitivity_along(direction, coefficients)
+    for node in range(3):
+        known = sensitivity_to_directions(multi_indices(1, 3), coefficients[:, node], direction[:, node][None])
+        np.testing.assert_allclose(first[:, node], known.first, rtol=1e-9)
+        np.testing.assert_allclose(total[:, node], known.total, rtol=1e-9)
+    np.testing.assert_allclose(share_of_modes(direction, coefficients, 4), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(share_of_modes(direction, coefficients, 1), first[0], rtol=1e-12)
+    squares = direction[0] ** 2 + direction[1] ** 2  # of He_2 alone: their share of d, squared
+    np.testing.assert_allclose(share_of_modes(direction, np.eye(4)[:, [2, 2, 2]], 2), squares**2, rtol=1e-12)
+
+
+def test_directions_and_coefficients_must_be_such():
+    direction, coefficients = np.eye(3)[:, :2], np.ones((3, 2))
+    with pytest.raises(ParameterError, match="do not match"):
+        sensitivity_along(direction, coefficients[:, :1])
+    with pytest.raises(ParameterError, match="unit length"):
+        sensitivity_along(2 * direction, coefficients)
+    with pytest.raises(IllPosedError, match="constant"):
+        sensitivity_along(direction, np.array([[1.0, 1.0], [0.0, 1.0]]))

@@ -135,10 +135,12 @@ MISTAKES = {
     "strictly increasing percentiles",
     "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
     "50 among them: friction.mean_at_median sets the shear strength there",
-    "oscillator: {windows_in_parallel: 0}": "oscillator.windows_in_parallel: 0 is not allowed; a whole number >= 1 and "
-    "<= 1000000 [-]",
+    "oscillator: {windows_in_parallel: 0}": "oscillator.windows_in_parallel: 0 is not allowed; a whole number >= 1 "
+    "and <= 1000000 [-]",
     "oscillator: {windows_in_parallel: 4}\nensemble: {marginal: empirical}": "oscillator.windows_in_parallel: 4 is not "
     "allowed beside ensemble.marginal = empirical; 1, or beta or paper for the marginal",
+    "targets: [figure_field]\nmaterial: {hardness_pa: 1.0e+9}": "targets: ['figure_field'] is not allowed; "
+    "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal",
     "material: {hardness_pa: 0}": "material.hardness_pa: 0 is not allowed; a number > 0 and <= 1e+13 [Pa]",
     "targets: [figure2]\nmaterial: {hardness_pa: 1.0e+9}\nexpansion: {target: censored}": "expansion.target: "
     "'censored' is not allowed; trial_pressure, squared_pressure or best where the surface yields, at "
@@ -218,8 +220,8 @@ MISTAKES = {
     f"targets: [figure3]\nroughness: {{fractal: {FRACTAL}, hurst: 0.8}}": (
         "roughness.hurst: 0.8 is not allowed beside roughness.fractal; give one"
     ),
-    f"roughness: {{fractal: {FRACTAL}}}": "targets: ['figure2', 'figure3', 'figure5'] is not allowed; figure2 expands "
-    "the pressure in a few Gaussian variables, and roughness.fractal has a phase a wave",
+    f"roughness: {{fractal: {FRACTAL}}}": "targets: ['figure2', 'figure3', 'figure5'] is not allowed; figure2 and "
+    "figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
     f"targets: [figure3]\nroughness: {{fractal: {FRACTAL[:-1]}, shortest_wavelength_m: 5.0e-6}}}}": (
         "roughness.fractal.shortest_wavelength_m: 5e-06 is not allowed; more than two cells, strip.cell_m = 2.5e-06 [m]"
     ),
@@ -231,6 +233,10 @@ MISTAKES = {
     "allowed; a gaussian marginal changes no correlation",
     f"roughness: {{scan: {SCAN}, rms_height_m: 1.0e-7}}": "roughness.rms_height_m: 1e-07 is not allowed beside "
     "roughness.scan; give one",
+    "targets: [figure_field]\nexpansion: {samples: 101, degree: 1}": "expansion.samples: 101 is not allowed; more than "
+    "the 101 terms of figure_field, square.modes and a constant",
+    "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301}": "expansion.samples: 1000 is not "
+    "allowed; samples times the 90601 nodes of the square at most 90000000 (1.5 GB of memory) for figure_field",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays
     "extends: 3": f"extends: 3 is not allowed; scenes: {BESIDE}",

@@ -129,6 +129,7 @@ def test_the_square_is_truncated_by_number_or_by_share(mine):
 def test_a_scene_that_lacks_what_its_targets_need(mine):
     needed = {
         "figure2": {"material", "roughness", "square", "expansion", "numerics", "batches"},
+        "figure_field": {"material", "roughness", "square", "expansion", "numerics"},
         "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics", "batches"},
         "figure5": {"oscillator", "ensemble", "friction", "numerics", "batches"},
     }

@@ -7,7 +7,7 @@ import yaml
 
 from roughslip.scene import slice_for, stages_needed
 from roughslip.scene_rules import SLICES, figures
-from tests.scene.shipped import ALWAYS, OSCILLATOR, SCAN, SCAN_STAGES, SCHEMA, properties, shipped_scene
+from tests.scene.shipped import ALWAYS, FIELD_STAGES, OSCILLATOR, SCAN, SCAN_STAGES, SCHEMA, properties, shipped_scene
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -37,12 +37,16 @@ def test_a_slice_has_the_shape_of_the_scene():
     [
         ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "spacing", "oscillator"}),
         ("batches.strip_samples", 7, set()),
-        ("numerics.contact_tolerance", 1e-9, {"contact_square", "training_square", "contact_strip"}),
+        ("numerics.contact_tolerance", 1e-9, {"contact_square", "training_square", "field_square", "contact_strip"}),
         ("strip.samples", 99, {"friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
         ("square.monte_carlo_samples", 999, set()),
         ("expansion.draws", 9999, {"chaos_square"}),
-        ("description", "other", {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", *ALWAYS, "reference"}),
+        (
+            "description",
+            "other",
+            {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", *ALWAYS, "reference"},
+        ),
     ],
 )
 def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
@@ -60,16 +64,19 @@ def test_only_stages_that_the_targets_need():
     paper = shipped_scene("paper")
     square = {"surface", "design", "contact_square", "chaos_square", "figure2"}
     strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-    assert stages_needed(paper) == set(SLICES) - {"reference", "training_square", "spacing"} - SCAN_STAGES
+    not_asked = {"reference", "training_square", "spacing", *SCAN_STAGES, *FIELD_STAGES}
+    assert stages_needed(paper) == set(SLICES) - not_asked
     assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
     assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     found = paper | {"expansion": paper["expansion"] | {"samples": "auto", "cdf_error": 0.01}}
     assert stages_needed(found | {"targets": ["figure2"]}) == square | {"training_square"} | ALWAYS
     assert stages_needed(found | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     assert stages_needed(paper | {"targets": ["figure5"]}) == strip | OSCILLATOR | ALWAYS
-    found = paper | {"ensemble": paper["ensemble"] | {"nodes_per_correlation_length": "auto", "count_error": 0.01}}
-    assert stages_needed(found | {"targets": ["figure5"]}) == strip | OSCILLATOR | {"spacing"} | ALWAYS
-    assert stages_needed(found | {"targets": ["figure3"]}) == strip | {"figure3"} | ALWAYS
+    spaced = paper | {"ensemble": paper["ensemble"] | {"nodes_per_correlation_length": "auto", "count_error": 0.01}}
+    assert stages_needed(spaced | {"targets": ["figure5"]}) == strip | OSCILLATOR | {"spacing"} | ALWAYS
+    assert stages_needed(spaced | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
+    assert stages_needed(paper | {"targets": ["figure_field"]}) == {"surface"} | FIELD_STAGES | ALWAYS
+    assert stages_needed(found | {"targets": ["figure_field"]}) == {"surface"} | FIELD_STAGES | ALWAYS
 
 
 def test_given_statistics_need_no_contact():

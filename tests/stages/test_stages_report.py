@@ -104,6 +104,8 @@ def test_what_the_modes_of_the_square_carry_is_told_below_figure_2(tmp_path):
     ):
         found = represented(tmp_path, ["surface"], {"square": square, "targets": ["figure2"]})
         assert found == {"figure2": [f"The square is expanded in 101 modes, {why}.", carried]}
+        alone = represented(tmp_path, ["surface"], {"square": square, "targets": ["figure_field"]})
+        assert alone == {"figure_field": found["figure2"]}
 
 
 def test_how_many_variables_were_chosen_is_told_below_figure_2(tmp_path):

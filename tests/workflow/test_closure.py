@@ -145,21 +145,23 @@ def test_the_hash_is_the_same_on_every_python(tmp_path):
 
 
 # Modules of src/roughslip and the stages whose code they belong to.
-CONTACT = {"contact_square", "training_square", "contact_strip"}
+CONTACT = {"contact_square", "training_square", "field_square", "contact_strip"}
 SAMPLING = {"surface", *CONTACT, "chaos_square", "chaos_strip", "expansion_strip", "scan", "twins", "report"}
 MODULES = {
-    "figures": {"figure2", "figure3", "figure3_law", "figure5", "figure_scan"},
+    "figures": {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field"},
     "figures_friction": {"figure3", "figure3_law"},
     "figures_scan": {"figure_scan"},
+    "figures_field": {"figure_field"},
     "report": {"report"},
     "claims": {"claims"},
-    "surface/karhunen_loeve": {"surface", "contact_square", "training_square", "report"},
+    "surface/karhunen_loeve": {"surface", "contact_square", "training_square", "field_square", "report"},
     "surface/embedding": {*SAMPLING, "grinding"},
     "surface/model": SAMPLING,
     "surface/covariance_fit": {"scan"},
     "contact/conjugate_gradients": CONTACT,
     "contact/solve": CONTACT,
-    "chaos/regression": {"training_square", "chaos_square", "chaos_strip", "expansion_strip"},
+    "chaos/regression": {"training_square", "chaos_square", "field_square", "chaos_strip", "expansion_strip"},
+    "chaos/field": {"field_square"},
     "friction/correlation": {"friction"},
     "friction/recursion": {"spacing", "oscillator"},
     "oscillator/stick": {"deterministic", "spacing", "oscillator"},

@@ -13,6 +13,7 @@ SQUARE = {"surface": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "fi
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 OSCILLATOR = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 
+FIELD = {"field_square": 1, "figure_field": 1}
 SCAN = {"grinding": 1, "scan": 1, "twins": 1, "figure_scan": 1}
 GROUND = "roughness: {scan: {form: plane, covariance: best, marginal: gaussian, grinding: {points: 96, \
   spacing_m: 1.0e-6, grains_per_m2: 2.0e+10, depth_m: 3.0e-7, tip_radius_m: 3.0e-6, path_radius_m: 1.5e-4, \
@@ -24,6 +25,9 @@ SPACED = "ensemble: {nodes_per_correlation_length: auto, count_error: 0.05}\n"
 GIVEN = f"friction:\n  statistics: {STATISTICS}\n"
 SCENES = {
     "targets: [figure2]": {**SQUARE, **END},
+    "targets: [figure_field]": {"surface": 1, **FIELD, **END},
+    "targets: [figure2, figure_field]": {**SQUARE, **FIELD, **END},
+    f"targets: [figure_field]\n{GROUND}": {"surface": 1, **FIELD, **SCAN, **END},
     "targets: [figure3]": {**STRIP, "figure3": 1, "figure3_law": 1, **END},
     "targets: [figure5]": {**STRIP, **OSCILLATOR, **END},
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, "figure3": 1, "figure3_law": 1, **END},

@@ -1,6 +1,6 @@
 # What a scene is for.
-# In:  surface/twins.nc, chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc, as far as the scene's targets need them.
-# Out: figure2|3|3_law|5|_scan.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together results/report.html.
+# In:  surface/twins.nc, chaos/square.nc, chaos/field.nc, friction/statistics.nc, oscillator/statistics.nc, as far as the scene's targets need them.
+# Out: figure2|3|3_law|5|_scan|_field.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together results/report.html.
 
 
 rule cycles:
@@ -101,6 +101,23 @@ rule figure_scan:
     threads: 1
     shell:
         STAGE + ".figure_scan --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
+        " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule figure_field:
+    input:
+        key=scenes.key("figure_field"),
+        result=rules.field_square.output.result,
+    output:
+        numbers="results/{scene}/figure_field.nc",
+        png=report("results/{scene}/figure_field.png", caption="../report/figure_field.rst", category="{scene}"),
+        svg="results/{scene}/figure_field.svg",
+        usage="results/{scene}/usage/figure_field.json",
+    log:
+        "results/{scene}/logs/figure_field.log",
+    threads: 1
+    shell:
+        STAGE + ".figure_field --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
 
 

@@ -1,7 +1,7 @@
-# The square of Figure 2.
+# The square of Figure 2 and of the whole field of pressures.
 # In:  key files.
 # Out: surface/modes.nc, surface/design.nc, contact/square-<design>-<first>-<last>.nc, contact/training.nc where the number of
-#      training samples is found while running, chaos/square.nc.
+#      training samples is found while running, chaos/square.nc; chaos/field.nc.
 
 
 rule surface:
@@ -93,3 +93,21 @@ rule chaos_square:
     shell:
         STAGE + ".chaos_square --key {input.key:q} {params.scan} --surface {input.surface:q} --design {input.design:q}"
         " --contact {input.contact:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule field_square:
+    input:
+        key=scenes.key("field_square"),
+        scan=scan_models,
+        surface=rules.surface.output.result,
+    output:
+        result="results/{scene}/chaos/field.nc",
+        usage="results/{scene}/usage/field_square.json",
+    log:
+        "results/{scene}/logs/field_square.log",
+    threads: 1
+    params:
+        scan=scan_option,
+    shell:
+        STAGE + ".field_square --key {input.key:q} {params.scan} --surface {input.surface:q}"
+        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"

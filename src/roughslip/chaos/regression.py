@@ -99,28 +99,18 @@ def fit_distinct(basis: np.ndarray, target: np.ndarray, weights: np.ndarray, wit
             f"{samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: {REMEDY}"
         )
     root = np.sqrt(weights)
-    weighted = root[:, None] * basis
-    norms = np.linalg.norm(weighted, axis=0)
-    if not np.all(norms > 0):
-        raise IllPosedError(f"a term of the basis vanishes on every sample: {REMEDY}")
-    q, r = scipy.linalg.qr(weighted / norms, mode="economic", check_finite=False)
-    singular = scipy.linalg.svdvals(r, check_finite=False)
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-    if condition > WORST_CONDITION:
-        raise IllPosedError(f"condition number {condition:.1e} of {samples} samples for {terms} terms: {REMEDY}")
+    factor = factorised(root[:, None] * basis)
+    q, r, norms = factor.q, factor.r, factor.norms
     projected = q.T @ (root * target)
     residual = root * target - q @ projected
-    freedom = 1.0 - np.einsum("kp,kp->k", q, q)
-    if np.min(freedom) < LEAST_FREEDOM:
-        raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {REMEDY}")
     variance = variance_of_target(target, weights, within)
     inverse = scipy.linalg.solve_triangular(r, np.eye(terms), check_finite=False) / norms[:, None]
     trace = float(weights.sum() * np.sum(inverse**2))
-    left_out = float(np.sum((residual / freedom) ** 2) / weights.sum()) + within
+    left_out = float(np.sum((residual / factor.freedom) ** 2) / weights.sum()) + within
     folds = np.sum(_folds_left_out(q, residual) ** 2) / weights.sum() + within
     return Fit(
         coefficients=scipy.linalg.solve_triangular(r, projected, check_finite=False) / norms,
-        condition_number=condition,
+        condition_number=factor.condition,
         samples=samples,
         effective_samples=effective,
         r_squared=float(1.0 - (np.sum(residual**2) / weights.sum() + within) / variance),
@@ -130,6 +120,46 @@ def fit_distinct(basis: np.ndarray, target: np.ndarray, weights: np.ndarray, wit
         cross_validation=float(folds / variance),
         scatter=float(np.sqrt(left_out)),
     )
+
+
+@dataclass(frozen=True)
+class Factor:
+    """Q R of a basis with unit columns, of which every regression on its samples is made.
+
+    q, r : (K, P), (P, P)
+    norms : (P,) of the columns
+    condition : [-] ratio of the extreme singular values of the unit columns
+    freedom : (K,) [-] 1 - leverage: a residual over it is that of the sample when it is left out
+    """
+
+    q: np.ndarray
+    r: np.ndarray
+    norms: np.ndarray
+    condition: float
+    freedom: np.ndarray
+
+
+def factorised(basis: np.ndarray) -> Factor:
+    """Factorise a (weighted) basis : (K, P).
+
+    Raises IllPosedError where samples are not more than terms, a column vanishes, the condition number exceeds
+    WORST_CONDITION, or a single sample determines a coefficient.
+    """
+    samples, terms = basis.shape
+    if samples <= terms:
+        raise IllPosedError(f"{samples} samples are too few for {terms} coefficients: {REMEDY}")
+    norms = np.linalg.norm(basis, axis=0)
+    if not np.all(norms > 0):
+        raise IllPosedError(f"a term of the basis vanishes on every sample: {REMEDY}")
+    q, r = scipy.linalg.qr(basis / norms, mode="economic", check_finite=False)
+    singular = scipy.linalg.svdvals(r, check_finite=False)
+    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    if condition > WORST_CONDITION:
+        raise IllPosedError(f"condition number {condition:.1e} of {samples} samples for {terms} terms: {REMEDY}")
+    freedom = 1.0 - np.einsum("kp,kp->k", q, q)
+    if np.min(freedom) < LEAST_FREEDOM:
+        raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {REMEDY}")
+    return Factor(q, r, norms, condition, freedom)
 
 
 def checked(fit: Fit) -> Fit:

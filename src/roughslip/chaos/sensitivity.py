@@ -92,3 +92,38 @@ def _first_along(d: np.ndarray) -> np.ndarray:
     mirror = d / (np.linalg.norm(d) or 1.0) - np.eye(len(d))[0]
     square = mirror @ mirror
     return np.eye(len(d)) - (2.0 / square * np.outer(mirror, mirror) if np.any(d) and square > 0 else 0.0)
+
+
+def sensitivity_along(direction: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sobol' indices of the normal variables xi behind functions sum_n h_n He_n(d xi) / sqrt(n!) of one direction each.
+
+    direction : (M, nodes) d, unit vectors
+    coefficients : (degree + 1, nodes) h
+
+    Returns first, total : (M, nodes) [-]. Raises ParameterError for shapes that do not match or directions that are not
+    of unit length; IllPosedError for a constant.
+
+    Method: as `sensitivity_to_directions`, with one variable: of h_n^2 the share d_j^(2n) is that of xi_j alone, and
+    (1 - d_j^2)^n does without xi_j. The same of a set of modes with the sum of their d_j^2.
+    """
+    if coefficients.ndim != 2 or direction.shape[1:] != coefficients.shape[1:]:
+        raise ParameterError(f"directions {direction.shape} do not match coefficients {coefficients.shape}")
+    squares = direction**2
+    if not np.allclose(squares.sum(axis=0), 1.0, atol=1e-9):
+        raise ParameterError("directions must be of unit length")
+    return _shares(squares, coefficients)
+
+
+def share_of_modes(direction: np.ndarray, coefficients: np.ndarray, modes: int) -> np.ndarray:
+    """Share : (nodes,) [-] of the variance that the first modes explain together; arguments as `sensitivity_along`."""
+    return _shares(np.sum(direction[:modes] ** 2, axis=0, keepdims=True), coefficients)[0][0]
+
+
+def _shares(squares: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    variance = np.sum(coefficients[1:] ** 2, axis=0)
+    if not np.all(variance > 0):
+        raise IllPosedError("the expansion is constant: there is no variance to share")
+    first, without = np.zeros(squares.shape), np.zeros(squares.shape)
+    for h in coefficients[:0:-1]:  # Horner
+        first, without = squares * (h**2 + first), (1.0 - squares) * (h**2 + without)
+    return first / variance, 1.0 - without / variance

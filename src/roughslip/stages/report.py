@@ -74,7 +74,8 @@ def represented(folder: Path, stages: list[str], configuration: dict[str, Any]) 
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     found = {}
     if "surface" in stages:
-        found["figure2"] = square_represented(store.read(folder / "surface" / "modes.nc"), configuration)
+        figure = "figure2" if "figure2" in configuration["targets"] else "figure_field"
+        found[figure] = square_represented(store.read(folder / "surface" / "modes.nc"), configuration)
     if "chaos_square" in stages:
         found["figure2"].append(variables_chosen(store.read(folder / "chaos" / "square.nc")))
     if "contact_strip" in stages:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from roughslip import store
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import solve
+from roughslip.contact.solve import ContactSolution, solve
 from roughslip.grid import Grid
 from roughslip.stages import elastic, geometry, surfaces
 from roughslip.stages.command import Job
@@ -56,6 +56,17 @@ def square(job: Job) -> Square:
     )
 
 
+def solutions(problem: Square, xi: Iterable[np.ndarray], count: int, job: Job) -> Iterator[ContactSolution]:
+    """The contact of every sample with the plane.
+
+    xi : `count` samples (M,) of the variables of the modes
+    """
+    for number, one in enumerate(xi):
+        rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
+        yield solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
+        job.usage.progress(number + 1, count)
+
+
 def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job) -> dict[str, store.Variable]:
     """Pressure and gap at some nodes, area fraction, mean pressure and residual of every sample.
 
@@ -65,14 +76,11 @@ def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, 
     area, mean_pressure, residual = np.empty(count), np.empty(count), np.empty(count)
     effort = np.empty(count, dtype=np.int32)
     kept = nodes.x, nodes.y
-    for row, one in enumerate(xi):
-        rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
-        solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
+    for row, solution in enumerate(solutions(problem, xi, count, job)):
         pressure[row], gap[row] = solution.pressure[kept], solution.signed_gap[kept]
         area[row] = np.count_nonzero(solution.pressure) / problem.grid.size
         mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual
         effort[row] = solution.work
-        job.usage.progress(row + 1, count)
     job.usage.count(solves=count, solves_without_contact=int(np.sum(area == 0)))
     return {
         "pressure": store.Variable(("sample", "node"), pressure, "Pa", "contact pressure at nodes around the centre"),

@@ -1,0 +1,122 @@
+"""Stage field_square: the pressure at every node of the square, expanded in all modes from surfaces of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip import store
+from roughslip.chaos.designs import monte_carlo
+from roughslip.chaos.field import FieldExpansion, draw_pressure, fit_field, mode_shares
+from roughslip.errors import InputError
+from roughslip.grid import Grid
+from roughslip.stages import geometry
+from roughslip.stages.command import Job, execute
+from roughslip.stages.square import Square, solutions, square
+
+AUTO = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
+SURPLUS = 4
+MOST_NUMBERS = 90_000_000  # surfaces times nodes, of which two tables are held: 1.5 GB
+LEADING = 8  # as the paper has variables
+DRAWN = 3  # fields beside the solved ones of the same variables
+
+STATISTICS = {
+    "contact": ("1", "probability of contact"),
+    "mean": ("Pa", "mean of the pressure"),
+    "deviation": ("Pa", "standard deviation of the pressure"),
+}
+
+
+def surfaces_of(configuration: geometry.Configuration, modes: int) -> int:
+    """Surfaces to solve. Raises InputError where their fields exceed the memory."""
+    asked, nodes = configuration["expansion"]["samples"], configuration["square"]["nodes"] ** 2
+    count: int = max(AUTO, SURPLUS * modes) if asked == "auto" else asked
+    if count * nodes > MOST_NUMBERS:
+        raise InputError(
+            f"expansion.samples: {count} surfaces times {nodes} nodes of the square are more than {MOST_NUMBERS} "
+            "numbers (two tables of them, 1.5 GB of memory): fewer samples or fewer square.nodes"
+        )
+    return count
+
+
+def leading_modes(configuration: geometry.Configuration) -> int:
+    """Modes whose share is told together: as many as the centre has variables, LEADING where that is left open."""
+    asked = configuration["expansion"]["variables"]
+    return LEADING if asked == "best" else int(asked)
+
+
+def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np.ndarray]:
+    """xi : (K, M) of independent surfaces, and state : (K, nodes), the pressure [Pa] or minus the gap [m]."""
+    seed = [job.configuration["seed"], geometry.STREAM_FIELD]
+    xi = np.stack([monte_carlo([*seed, number], len(problem.modes)) for number in range(count)])
+    state = np.empty((count, problem.grid.size))
+    for row, one in enumerate(solutions(problem, xi, count, job)):
+        state[row] = np.where(one.pressure > 0, one.pressure, -one.gap).ravel()
+    job.usage.count(solves=count)
+    return xi, state
+
+
+def work(job: Job) -> None:
+    """Solve, expand, and write coefficients, maps with their errors, shares of the modes and some fields."""
+    problem = square(job)
+    count = surfaces_of(job.configuration, len(problem.modes))
+    with job.usage.core():
+        xi, state = solved_fields(problem, count, job)
+        expansion = fit_field(xi, state)
+        shares = mode_shares(expansion, min(leading_modes(job.configuration), len(problem.modes)))
+        generator = np.random.default_rng([job.configuration["seed"], geometry.STREAM_FIELD_DRAWS])
+        index = expansion.index[:DRAWN]
+        fields = {
+            "solved": (np.maximum(state[:DRAWN], 0.0), "of the contact solve"),
+            "expected": (expansion.expected_pressure(index), "expected of the same variables"),
+            "drawn": (draw_pressure(expansion, state, index, generator), "drawn given the same variables"),
+        }
+    job.usage.count(nodes=problem.grid.size)
+    results = maps(expansion, problem.grid) | coefficients(expansion, problem.grid)
+    for name, (field, title) in fields.items():
+        values = field.reshape(-1, *problem.grid.shape)
+        results[f"{name}_pressure"] = store.Variable(("field", "x", "y"), values, "Pa", f"field of pressure {title}")
+    for name, title in (("first", "alone"), ("total", "alone and with others")):
+        title = f"share of the variance of the expected pressure, all nodes together, that a mode explains {title}"
+        results[f"sobol_{name}"] = store.Variable(("mode",), getattr(shares, name), "1", title)
+        error = getattr(shares, f"{name}_error")
+        results[f"sobol_{name}_error"] = store.Variable(("mode",), error, "1", f"standard error of the {title}")
+    title = "share of the variance of the expected pressure that as many leading modes explain as expansion.variables"
+    leading = shares.leading.reshape(problem.grid.shape)
+    results["leading_share"] = store.Variable(("x", "y"), leading, "1", title)
+    store.write(job.arguments.output, results, job.key, {"surfaces": count})
+
+
+def maps(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Variable]:
+    """Statistics at every node with their standard errors and gains."""
+    found = {name: store.Variable((name,), getattr(grid, name)(), "m", f"node along {name}") for name in "xy"}
+    for name, (units, title) in STATISTICS.items():
+        one = getattr(expansion, name)
+        parts = {
+            "": (one.value, units, title),
+            "_error": (one.error, units, f"standard error of the {title}"),
+            "_gain": (one.gain, "1", f"variance of the {title} from the solves alone, over that with the expansion"),
+        }
+        for end, (values, unit, text) in parts.items():
+            found[name + end] = store.Variable(("x", "y"), values.reshape(grid.shape), unit, text)
+    title = "share of the variance of the pressure that predictions of left-out surfaces miss"
+    found["missed"] = store.Variable(("x", "y"), expansion.missed.reshape(grid.shape), "1", title)
+    return found
+
+
+def coefficients(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Variable]:
+    """What the expansion at every node is made of: its direction, and the link at the knots of the index."""
+    direction = expansion.direction.reshape(-1, *grid.shape)
+    contact, pressure = (values.reshape(-1, *grid.shape) for values in expansion.link.values[:2])
+    knots, title = ("knot", "x", "y"), "at the knots of the index"
+    return {
+        "direction": store.Variable(
+            ("mode", "x", "y"), direction, "1", "direction in the modes that a node depends on"
+        ),
+        "knot": store.Variable(("knot",), expansion.link.knots, "1", "knots of the index, direction times variables"),
+        "link_contact": store.Variable(knots, contact, "1", f"probability of contact {title}"),
+        "link_pressure": store.Variable(knots, pressure, "Pa", f"expected pressure {title}"),
+    }
+
+
+if __name__ == "__main__":
+    execute("field_square", work, files=("surface",), optional=("scan",))

@@ -1,0 +1,111 @@
+"""The stage of the whole field: maps against Monte Carlo of their own, mirror images, what is written and refused."""
+
+import numpy as np
+import pytest
+from scipy.special import ndtri
+
+from roughslip.contact.influence import Influence
+from roughslip.contact.material import Material
+from roughslip.contact.solve import solve
+from roughslip.errors import IllPosedError, InputError
+from roughslip.grid import Grid
+from roughslip.stages import field_square, surface
+
+SQ, NODES, MODES, SAMPLES = 2e-7, 6, 36, 600
+SCENE = {
+    "seed": 7,
+    "roughness": {"covariance": "gaussian", "rms_height_m": SQ, "correlation_length_m": 1.5e-5},
+    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
+    "square": {"edge_m": 6e-5, "nodes": NODES, "modes": MODES, "penetration_percentile": 50.0},
+    "expansion": {"samples": SAMPLES, "variables": 8},
+    "numerics": {"contact_tolerance": 1e-10},
+}
+
+
+@pytest.fixture(scope="module")
+def modes(run):
+    return run(surface, SCENE, "modes")
+
+
+@pytest.fixture(scope="module")
+def found(run, modes):
+    return run(field_square, SCENE, surface=modes.path)
+
+
+def limit(comparisons):
+    return float(ndtri(1 - 0.001 / (2 * comparisons)))  # family-wise 0.1 %
+
+
+def test_maps_are_those_of_monte_carlo(found, modes):
+    """6000 surfaces of another generator: ten times the stage's, as the expansion makes up for that many."""
+    grid = Grid(NODES, NODES, 1e-5, 1e-5)
+    influence = Influence(grid, Material(2.1e11, 0.3).plane_strain_modulus_pa)
+    xi = np.random.default_rng(99).standard_normal((6000, MODES))
+    pressure = np.stack([solve(influence, np.einsum("m,mxy->xy", one, modes["modes"])).pressure for one in xi])
+    variance = pressure.var(axis=0)
+    fourth = np.mean((pressure - pressure.mean(axis=0)) ** 4, axis=0)
+    truths = {
+        "contact": ((pressure > 0).mean(axis=0), (pressure > 0).var(axis=0)),
+        "mean": (pressure.mean(axis=0), variance),
+        "deviation": (np.sqrt(variance), (fourth - variance**2) / (4 * variance)),
+    }
+    for name, (value, spread) in truths.items():
+        error = np.sqrt(spread / len(xi) + found[f"{name}_error"] ** 2)
+        assert np.max(np.abs(found[name] - value) / error) < limit(3 * NODES**2)
+        own = found[f"{name}_error"] ** 2 * found[f"{name}_gain"] * SAMPLES  # variance of a sample by itself
+        assert np.median(own / spread) == pytest.approx(1.0, abs=0.2)  # fourth moments of 600 among them
+    assert np.median(found["mean_gain"]) > 4
+    assert np.all(found["missed"] < 0.4)
+
+
+def test_mirror_images_are_alike(found):
+    """All eight of a square; on a node and its image errors are of the same surfaces, at worst opposite."""
+    for name in ("contact", "mean", "deviation"):
+        value, error = found[name], found[f"{name}_error"]
+        for image in (np.flipud, np.fliplr, np.transpose):
+            worst = np.abs(value - image(value)) / (error + image(error))
+            assert worst.max() < limit(3 * 3 * NODES**2)
+
+
+def test_what_is_written_makes_the_fields(found, modes):
+    """The expected fields follow from the coefficients, to within what leaving their own surface out moves."""
+    assert found.attributes["surfaces"] == SAMPLES
+    assert found["direction"].shape == (MODES, NODES, NODES)
+    np.testing.assert_allclose(np.sum(found["direction"] ** 2, axis=0), 1.0, rtol=1e-12)
+    assert found["solved_pressure"].shape == found["drawn_pressure"].shape == (field_square.DRAWN, NODES, NODES)
+    assert np.all(found["solved_pressure"] >= 0)
+    assert np.all(found["drawn_pressure"] >= 0)
+    xi = np.stack([np.random.default_rng([7, 11, number]).standard_normal(MODES) for number in range(3)])
+    index = np.einsum("km,mxy->kxy", xi, found["direction"])
+    expected = np.empty(index.shape)
+    for place in np.ndindex(NODES, NODES):
+        at, link, t = found["knot"], found["link_pressure"][:, *place], index[:, *place]
+        inside = np.interp(t, at, link)
+        slopes = np.diff(link) / np.diff(at)
+        expected[:, *place] = inside + np.where(t > at[-1], slopes[-1] * (t - at[-1]), 0.0)
+        expected[:, *place] += np.where(t < at[0], slopes[0] * (t - at[0]), 0.0)
+    deviation = found["deviation"].mean()
+    assert np.sqrt(np.mean((expected - found["expected_pressure"]) ** 2)) < 0.1 * deviation
+    assert np.sqrt(np.mean((expected - found["solved_pressure"]) ** 2)) < 0.6 * deviation
+    for name in ("first", "total"):
+        assert np.all((found[f"sobol_{name}"] >= 0) & (found[f"sobol_{name}_error"] >= 0))
+    assert found["sobol_first"].sum() < 1 < found["sobol_total"].sum()
+    assert np.all((found["leading_share"] > 0) & (found["leading_share"] < 1))
+
+
+def test_as_many_surfaces_as_asked_and_no_more_than_memory_holds():
+    def scene(samples, nodes):
+        return {"expansion": {"samples": samples}, "square": {"nodes": nodes}}
+
+    assert field_square.surfaces_of(scene("auto", 64), 101) == 2048
+    assert field_square.surfaces_of(scene("auto", 10), 600) == 2400
+    assert field_square.surfaces_of(scene(2000, 64), 101) == 2000
+    assert field_square.surfaces_of(scene(900, 316), 101) == 900  # 89.9 million numbers
+    with pytest.raises(InputError, match=r"expansion\.samples: 902 surfaces times 99856 nodes .* 1\.5 GB of memory"):
+        field_square.surfaces_of(scene(902, 316), 101)
+
+
+def test_fewer_surfaces_than_modes_end_in_an_error(run, modes):
+    few = SCENE | {"expansion": {"samples": 37, "variables": 8}}
+    with pytest.raises(IllPosedError, match="37 samples"):
+        run(field_square, few, "few", surface=modes.path)

@@ -47,8 +47,10 @@ SLICES = {
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
-        "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples expansion.degree expansion.target",
-        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} expansion.degree expansion.target",
+        "chaos_strip": f"seed material roughness {_STRIP} strip.expansion_spacing_m strip.training_samples"
+        " expansion.degree expansion.target",
+        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.expansion_spacing_m strip.samples"
+        " expansion.degree expansion.target",
         "friction": "seed roughness strip friction",
         "deterministic": "oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
@@ -276,6 +278,24 @@ _RULES = (
         ("expansion.target", "strip.training_samples"),
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
+    ),
+    _Rule(
+        ("strip.expansion_spacing_m", "strip.cell_m"),
+        _is_multiple,
+        "a whole multiple of strip.cell_m = {1} [m]",
+    ),
+    *(
+        _Rule(
+            ("strip.expansion_spacing_m", f"strip.{length}"),
+            lambda spacing, length: _is_multiple(length, spacing),
+            f"strip.{length} = {{1}} [m] over a whole number",
+        )
+        for length in ("length_m", "window_m", "window_spacing_m")
+    ),
+    _Rule(
+        ("strip.training_samples",),
+        lambda strips: strips >= 2,
+        "at least 2, as strips are left out in turn",
     ),
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),

@@ -43,6 +43,10 @@ class Basis:
         Returns values : (K, P). Raises ParameterError where the variables do not match, or a point is not finite or
         outside the interval of a uniform variable.
         """
+        return np.ascontiguousarray(self.by_term(points).T)
+
+    def by_term(self, points: np.ndarray) -> np.ndarray:
+        """As the call, but (P, K): as it is built, without turning the table."""
         if points.ndim != 2 or points.shape[1] != len(self.families):
             raise ParameterError(f"points {points.shape} must be a table of {len(self.families)} variables")
         if not np.isfinite(points).all():
@@ -55,7 +59,7 @@ class Basis:
         for term, exponents in zip(table, self.indices, strict=True):
             for variable in np.flatnonzero(exponents):
                 term *= values[variable][exponents[variable]]
-        return np.ascontiguousarray(table.T)
+        return table
 
     def subset(self, terms: np.ndarray) -> Basis:
         """The basis of these terms alone, by their row numbers."""

@@ -8,12 +8,12 @@ around its prediction is read off strips that are left out (`conditional`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from roughslip.chaos.basis import Basis
-from roughslip.chaos.functionals import Stencil, local_functionals, whitening
+from roughslip.chaos.functionals import HALF_TURN, Stencil, local_functionals, whitening
 from roughslip.chaos.groups import group_sums, left_out_predictions, without_one
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
@@ -135,3 +135,27 @@ def predictions_of_left_out_strips(
             without = without_one(*group_sums(basis, weights, weights * values, group, groups))
             found[level, :, row] = left_out_predictions(basis, without, group)
     return found
+
+
+def turned_to_half(functionals: np.ndarray, target_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Training nodes of the rows up to the middle one, with those of the others after half a turn of the strip.
+
+    functionals, target_values : (K, ny, 8), (K, ny, levels) as `fit_strip` takes them
+
+    Returns both as (2 K, (ny + 1) // 2, ...). A stationary surface and the half-space are alike after half a turn, so
+    that a row and the one as far from the other border say the same: twice the samples for half the fits.
+    """
+    half = (functionals.shape[1] + 1) // 2
+    pairs = ((functionals, functionals[:, ::-1] * HALF_TURN), (target_values, target_values[:, ::-1]))
+    folded = [np.ascontiguousarray(np.concatenate(pair)[:, :half]) for pair in pairs]
+    return folded[0], folded[1]
+
+
+def on_all_rows(half: StripExpansion, rows: int) -> StripExpansion:
+    """The expansion of strips of so many rows from that of the rows up to the middle one."""
+    turned = np.flip(np.arange(rows // 2))
+    return replace(
+        half,
+        whiten=np.concatenate([half.whiten, half.whiten[turned] * HALF_TURN]),
+        coefficients=np.concatenate([half.coefficients, half.coefficients[turned]]),
+    )

@@ -7,7 +7,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.conditional import conditional_means
 from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
-from roughslip.chaos.strip import fit_strip, predictions_of_left_out_strips
+from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
 from roughslip.stages import expansion, geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.stages.training import training_columns
@@ -30,22 +30,24 @@ def work(job: Job) -> None:
             functionals.append(_functionals(field, columns, lattice.spacing, stencil))
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
         degree = configuration["expansion"]["degree"]
-        training = np.concatenate(functionals)
-        fitted, quality = fit_strip(training, values, degree, stencil, target)
-        strip = np.repeat(np.arange(len(pressure)), len(columns))
-        predicted = predictions_of_left_out_strips(fitted, training, values, strip)
+        training, values = turned_to_half(np.concatenate(functionals), values)
+        half, quality = fit_strip(training, values, degree, stencil, target)
+        strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
+        predicted = predictions_of_left_out_strips(half, training, values, strip)
         levels = len(predicted)
         means = conditional_means(
             predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target
         )
+        fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
+    row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     shape = ("y", "level")
     titles = {
         "leave_one_out": "share of the variance of the target that leave-one-out residuals keep",
         "condition_number": "condition number of the weighted basis",
         "effective_samples": "effective number of weighted samples, neighbours counted as independent",
     }
-    variables = {name: store.Variable(shape, quality[name], "1", title) for name, title in titles.items()}
+    variables = {name: store.Variable(shape, quality[name][row], "1", title) for name, title in titles.items()}
     unit = "Pa" if target.kind == "trial_pressure" else "Pa2"
     variables["coefficients"] = store.Variable(
         ("y", "term", "level"), fitted.coefficients, unit, "coefficients of the target"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from copy import deepcopy
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 from roughslip import scene_expansion, scene_roughness
@@ -32,6 +31,7 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 _SQUARE = "square.edge_m square.nodes"
 _STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
 _TERMS = "expansion.variables expansion.degree"
+_EXPANDED = "strip.expansion_spacing_m expansion.degree expansion.target"
 _WINDOWS = "strip.window_m strip.window_spacing_m"
 SLICES = {
     stage: tuple(keys.split())
@@ -47,10 +47,8 @@ SLICES = {
         "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
-        "chaos_strip": f"seed material roughness {_STRIP} strip.expansion_spacing_m strip.training_samples"
-        " expansion.degree expansion.target",
-        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.expansion_spacing_m strip.samples"
-        " expansion.degree expansion.target",
+        "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples {_EXPANDED}",
+        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.samples {_EXPANDED}",
         "friction": "seed roughness strip friction",
         "deterministic": "oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
@@ -149,10 +147,6 @@ def _is_multiple(length: float, cell: float) -> bool:
     return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
 
 
-def _increases(values: list[float]) -> bool:
-    return all(a < b for a, b in pairwise(values))
-
-
 def _terms(variables: int, degree: int) -> int:
     return math.comb(variables + degree, degree)
 
@@ -173,6 +167,11 @@ _ROWS = 3  # across the strip
 _FUNCTIONALS, _TRAINING_SPACING = 8, 8  # of the expansion along the strip, as in its stages
 _TRAINING_NODES = 16  # at most, of a surface of the square
 _DRAWS = 10  # over the square of the error asked of a distribution: drawing it adds 1.36 / sqrt(10) of that, with 95 %
+
+_MULTIPLES = {
+    "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
+    "expansion_spacing_m": "length_m window_m window_spacing_m",
+}
 
 _RULES = (
     _Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
@@ -215,8 +214,9 @@ _RULES = (
         f"at least {_DRAWS} / expansion.cdf_error^2, or the draws alone err by as much as {{1}}",
     ),
     *(
-        _Rule((f"strip.{length}", "strip.cell_m"), _is_multiple, "a whole multiple of strip.cell_m = {1} [m]")
-        for length in ("length_m", "margin_m", "width_m", "window_m", "window_spacing_m")
+        _Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
+        for step, lengths in _MULTIPLES.items()
+        for length in lengths.split()
     ),
     _Rule(
         ("strip.length_m", "strip.window_m"),
@@ -263,7 +263,7 @@ _RULES = (
         lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
         f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
-    _Rule(("strip.penetration_percentiles",), _increases, "strictly increasing percentiles"),
+    _Rule(("strip.penetration_percentiles",), lambda q: sorted(set(q)) == q, "strictly increasing percentiles"),
     _Rule(
         ("strip.penetration_percentiles", "friction.mean_at_median"),
         lambda percentiles, _: 50 in percentiles,
@@ -271,31 +271,14 @@ _RULES = (
     ),
     _Rule(
         ("strip.training_samples", "strip.length_m", "strip.cell_m", "expansion.degree"),
-        lambda strips, length, cell, d: strips * _training_columns(length / cell) > _terms(_FUNCTIONALS, d),
-        f"enough that every {_TRAINING_SPACING}th column gives more samples than C({_FUNCTIONALS} + {{3}}, {{3}})",
+        lambda n, length, cell, d: n > 1 and n * _training_columns(length / cell) > _terms(_FUNCTIONALS, d),
+        f"at least 2, and enough that every {_TRAINING_SPACING}th column gives more samples than "
+        f"C({_FUNCTIONALS} + {{3}}, {{3}})",
     ),
     _Rule(
         ("expansion.target", "strip.training_samples"),
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
-    ),
-    _Rule(
-        ("strip.expansion_spacing_m", "strip.cell_m"),
-        _is_multiple,
-        "a whole multiple of strip.cell_m = {1} [m]",
-    ),
-    *(
-        _Rule(
-            ("strip.expansion_spacing_m", f"strip.{length}"),
-            lambda spacing, length: _is_multiple(length, spacing),
-            f"strip.{length} = {{1}} [m] over a whole number",
-        )
-        for length in ("length_m", "window_m", "window_spacing_m")
-    ),
-    _Rule(
-        ("strip.training_samples",),
-        lambda strips: strips >= 2,
-        "at least 2, as strips are left out in turn",
     ),
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
@@ -322,7 +305,9 @@ _RULES = (
         lambda drawn, realisations: drawn <= realisations,
         "at most ensemble.realisations = {1}",
     ),
-    _Rule(("ensemble.damping_ratios",), _increases, "strictly increasing damping ratios"),
+    _Rule(
+        ("ensemble.damping_ratios",), lambda ratios: sorted(set(ratios)) == ratios, "strictly increasing damping ratios"
+    ),
     _Rule(
         (
             "friction.statistics.correlation_length_m",

@@ -20,7 +20,7 @@ from roughslip.chaos.scatter import residual_scatter
 from roughslip.errors import ParameterError
 
 REACH = 1.5  # times the mean target in contact: predictions further below are out of contact, unless a sample was not
-PLACES = 400  # of a table, evenly spaced; one is 0.02 of the mean target in contact
+PLACES = 2000  # of a table, evenly spaced up to the largest target, which near a border is some 40 times the mean
 DRAWS = 200  # quantiles of the scatter over which a mean runs
 
 
@@ -45,8 +45,8 @@ class ConditionalMeans:
     def at(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Contact probability [-] and mean pressure [Pa] : (levels, ...) at predictions : (levels, ...).
 
-        Linear between places, zero below the first, continued along the last two above. A scatter narrower than two
-        places is not resolved and counts as none.
+        Linear between places, zero below the first, and above the last, the largest target that was seen, as there:
+        polynomials run off. A scatter narrower than two places is not resolved and counts as none.
         """
         if len(predicted) != len(self.low):
             raise ParameterError(f"{len(predicted)} levels of predictions for tables of {len(self.low)}")
@@ -55,14 +55,11 @@ class ConditionalMeans:
             if self.scatter[level] <= 2 * self.step[level]:
                 contact[level], pressure[level] = s > 0, self.target.pressure(s)
                 continue
-            place = (s - self.low[level]) / self.step[level]
-            inside = np.clip(place, 0, PLACES - 2)
-            below = inside.astype(np.int64)
-            share = place - below
-            touching = place > 0
+            place = np.minimum((s - self.low[level]) / self.step[level], PLACES - 1)
+            below = np.clip(place, 0, PLACES - 2).astype(np.int64)
+            share, touching = place - below, place > 0
             for table, found in ((self.contact[level], contact[level]), (self.pressure[level], pressure[level])):
                 found[...] = (table[below] + share * np.diff(table)[below]) * touching
-            np.minimum(contact[level], 1.0, out=contact[level])
         return contact, pressure
 
 
@@ -86,7 +83,7 @@ def conditional_means(predicted: np.ndarray, values: np.ndarray, target: Pressur
         lowest = -REACH * float(value[touching].mean()) if touching.any() else 0.0
         near = s >= min(lowest, float(s[touching].min(initial=lowest)))
         law = residual_scatter(s[near], value[near])
-        places = np.linspace(law.low, law.high, PLACES)
+        places = np.linspace(law.low, min(law.high, float(value.max())), PLACES)
         drawn = law.draw(places[:, None], uniform)
         low[level], step[level] = places[0], places[1] - places[0]
         scatter[level] = np.sqrt(np.mean((value[near] - law.centre(s[near])) ** 2))

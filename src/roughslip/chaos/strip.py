@@ -20,7 +20,7 @@ from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.errors import IllPosedError, ParameterError
 
-BLOCK = 4096  # nodes whose terms are evaluated together: 165 of them take 5 MB
+BLOCK = 2048  # nodes whose terms are evaluated together: 165 of them take 3 MB
 ALL = slice(None)
 GROUPS = 20  # of training strips, at most, that are left out in turn
 QUALITY = ("leave_one_out", "condition_number", "effective_samples")

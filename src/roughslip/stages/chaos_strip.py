@@ -35,9 +35,7 @@ def work(job: Job) -> None:
         strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
         predicted = predictions_of_left_out_strips(half, training, values, strip)
         levels = len(predicted)
-        means = conditional_means(
-            predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target
-        )
+        means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
         fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by

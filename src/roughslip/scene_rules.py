@@ -28,9 +28,8 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 
 # What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
 # does not re-run the stage. Sample numbers and batches reach it as arguments, the results of other stages as inputs.
-_SQUARE = "square.edge_m square.nodes"
 _STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
-_TERMS = "expansion.variables expansion.degree"
+_SQUARE, _TERMS = "square.edge_m square.nodes", "expansion.variables expansion.degree"
 _EXPANDED = "strip.expansion_spacing_m expansion.degree expansion.target"
 _WINDOWS = "strip.window_m strip.window_spacing_m"
 SLICES = {
@@ -162,8 +161,7 @@ def _process_nodes(length: float, velocity: float, omega: float, periods: float,
 
 
 _NUMBERS = 100_000_000  # in one array: 0.8 GB
-_CELLS = 4_000_000
-_ROWS = 3  # across the strip
+_CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
 _FUNCTIONALS, _TRAINING_SPACING = 8, 8  # of the expansion along the strip, as in its stages
 _TRAINING_NODES = 16  # at most, of a surface of the square
 _DRAWS = 10  # over the square of the error asked of a distribution: drawing it adds 1.36 / sqrt(10) of that, with 95 %

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -56,10 +57,23 @@ class Basis:
             for family, x, highest in zip(self.families, points.T, self.indices.max(axis=0, initial=0), strict=True)
         ]
         table = np.ones((len(self.indices), len(points)))
-        for term, exponents in zip(table, self.indices, strict=True):
-            for variable in np.flatnonzero(exponents):
-                term *= values[variable][exponents[variable]]
+        for term, (start, factors) in zip(table, self._products, strict=True):
+            before = table[start] if start is not None else term
+            for variable, exponent in factors:
+                before = np.multiply(before, values[variable][exponent], out=term)
         return table
+
+    @cached_property
+    def _products(self) -> list[tuple[int | None, list[tuple[int, int]]]]:
+        """For each term an earlier one without its last variable, if there is one, and the factors that it lacks."""
+        rows: dict[tuple[tuple[int, int], ...], int] = {}
+        products: list[tuple[int | None, list[tuple[int, int]]]] = []
+        for row, exponents in enumerate(self.indices):
+            factors = [(int(variable), int(exponents[variable])) for variable in np.flatnonzero(exponents)]
+            start = rows.get(tuple(factors[:-1])) if len(factors) > 1 else None
+            products.append((None, factors) if start is None else (start, factors[-1:]))
+            rows[tuple(factors)] = row
+        return products
 
     def subset(self, terms: np.ndarray) -> Basis:
         """The basis of these terms alone, by their row numbers."""

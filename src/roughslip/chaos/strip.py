@@ -9,6 +9,7 @@ around its prediction is read off strips that are left out (`conditional`).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -43,6 +44,10 @@ class StripExpansion:
     stencil: Stencil
     target: PressureTarget
 
+    @cached_property
+    def _basis(self) -> Basis:
+        return Basis(self.indices, ("hermite",) * self.indices.shape[1])
+
     def predicted(self, heights: np.ndarray, columns: slice = ALL) -> np.ndarray:
         """The target at every penetration.
 
@@ -56,14 +61,13 @@ class StripExpansion:
         if heights.ndim != 2 or heights.shape[1] != rows:
             raise ParameterError(f"the expansion is of strips of {rows} rows, not of heights {heights.shape}")
         functionals = local_functionals(heights, self.stencil)[:, columns].transpose(2, 1, 0)
-        basis = Basis(self.indices, ("hermite",) * self.indices.shape[1])
         count = functionals.shape[1]
         values = np.empty((levels, count, rows))
         together = max(1, BLOCK // max(count, 1))
         for first in range(0, rows, together):
             block = slice(first, first + together)
             xi = np.einsum("rkf,rvf->rkv", functionals[block], self.whiten[block])
-            terms = basis.by_term(xi.reshape(-1, xi.shape[-1])).reshape(len(self.indices), -1, count)
+            terms = self._basis.by_term(xi.reshape(-1, xi.shape[-1])).reshape(len(self.indices), -1, count)
             for row in range(len(xi)):
                 values[:, :, first + row] = self.coefficients[first + row].T @ terms[:, row]
         return values

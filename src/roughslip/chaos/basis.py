@@ -56,9 +56,11 @@ class Basis:
             POLYNOMIALS[family](np.ascontiguousarray(x), int(highest))
             for family, x, highest in zip(self.families, points.T, self.indices.max(axis=0, initial=0), strict=True)
         ]
-        table = np.ones((len(self.indices), len(points)))
+        table = np.empty((len(self.indices), len(points)))
         for term, (start, factors) in zip(table, self._products, strict=True):
-            before = table[start] if start is not None else term
+            if start is None:
+                term[:] = 1.0
+            before = term if start is None else table[start]
             for variable, exponent in factors:
                 before = np.multiply(before, values[variable][exponent], out=term)
         return table

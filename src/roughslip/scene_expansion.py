@@ -1,4 +1,4 @@
-"""The two forms of `expansion.samples`, a number or an error for which it is found, and the keys that go with each."""
+"""What goes with one another around the expansion: samples or an error, the field of the square, a surface that yields."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ BEST = "best"  # number of variables
 FEWEST, GIVEN, MOST = 2, 8, 12  # variables that it is chosen from, as in chaos/selection.py, and local functionals
 EXTENDED = ("sobol", "monte_carlo")  # designs that can be
 SAMPLES, ERROR, DESIGN = "expansion.samples", "expansion.cdf_error", "expansion.design"
+HARDNESS = "material.hardness_pa"
 FIELD = "figure_field"  # the target that expands the pressure at every node
 FIELD_NUMBERS = 90_000_000  # in each of the two tables that its stage holds: 1.5 GB
 
@@ -53,3 +54,19 @@ def field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     if nodes is not None and samples * nodes**2 > FIELD_NUMBERS:
         text = f"{samples} is not allowed; samples times the {nodes**2} nodes of the square at most {FIELD_NUMBERS}"
         yield Mistake((SAMPLES, "square.nodes"), f"{text} (1.5 GB of memory) for {FIELD}")
+
+
+def hardness_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
+    """What does not go with a surface that yields: a target without a gap, and ranks of pressures that are equal."""
+    material, targets = scene.get("material"), scene.get("targets")
+    hardness = material.get("hardness_pa") if isinstance(material, dict) else None
+    if hardness is None:
+        return
+    if scene["expansion"].get("target") == "censored":
+        text = f"{shown('censored')} is not allowed; trial_pressure, squared_pressure or best where the surface yields"
+        yield Mistake(("expansion.target", HARDNESS), f"{text}, at {HARDNESS} = {hardness} [Pa]")
+    if isinstance(targets, list) and FIELD in targets:
+        text = (
+            f"{shown(targets)} is not allowed; {FIELD} ranks the pressures of a node, and those at {HARDNESS} are equal"
+        )
+        yield Mistake(("targets", HARDNESS), text)

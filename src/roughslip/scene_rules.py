@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from copy import deepcopy
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 from roughslip import scene_ensemble, scene_expansion, scene_roughness
@@ -30,9 +29,9 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 
 # What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
 # does not re-run the stage. Sample numbers and batches reach it as arguments, the results of other stages as inputs.
-_SQUARE = "square.edge_m square.nodes"
 _STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
-_TERMS = "expansion.variables expansion.degree"
+_SQUARE, _TERMS = "square.edge_m square.nodes", "expansion.variables expansion.degree"
+_EXPANDED = "strip.expansion_spacing_m expansion.degree expansion.target"
 _WINDOWS = "strip.window_m strip.window_spacing_m"
 SLICES = {
     stage: tuple(keys.split())
@@ -50,8 +49,8 @@ SLICES = {
         " expansion.samples expansion.variables",
         "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
         " numerics.contact_tolerance",
-        "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples expansion.degree expansion.target",
-        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} expansion.degree expansion.target",
+        "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples {_EXPANDED}",
+        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.samples {_EXPANDED}",
         "friction": "seed roughness strip friction",
         "deterministic": "oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "spacing": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
@@ -156,21 +155,21 @@ def _is_multiple(length: float, cell: float) -> bool:
     return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
 
 
-def _increases(values: list[float]) -> bool:
-    return all(a < b for a, b in pairwise(values))
-
-
 def _training_columns(columns: float) -> int:
     """Columns of a strip that train the expansion; what cannot be told is enough."""
     return math.ceil((columns - _TRAINING_SPACING // 2) / _TRAINING_SPACING) if columns < _CELLS else _CELLS
 
 
 _NUMBERS = 100_000_000  # in one array: 0.8 GB
-_CELLS = 4_000_000
-_ROWS = 3  # across the strip
+_CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
 _FUNCTIONALS, _TRAINING_SPACING = 8, 8  # of the expansion along the strip, as in its stages
 _TRAINING_NODES = 16  # at most, of a surface of the square
 _DRAWS = 10  # over the square of the error asked of a distribution: drawing it adds 1.36 / sqrt(10) of that, with 95 %
+
+_MULTIPLES = {
+    "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
+    "expansion_spacing_m": "length_m window_m window_spacing_m",
+}
 
 _RULES = (
     _Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
@@ -217,8 +216,9 @@ _RULES = (
         f"at least {_DRAWS} / expansion.cdf_error^2, or the draws alone err by as much as {{1}}",
     ),
     *(
-        _Rule((f"strip.{length}", "strip.cell_m"), _is_multiple, "a whole multiple of strip.cell_m = {1} [m]")
-        for length in ("length_m", "margin_m", "width_m", "window_m", "window_spacing_m")
+        _Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
+        for step, lengths in _MULTIPLES.items()
+        for length in lengths.split()
     ),
     _Rule(
         ("strip.length_m", "strip.window_m"),
@@ -265,7 +265,7 @@ _RULES = (
         lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
         f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
-    _Rule(("strip.penetration_percentiles",), _increases, "strictly increasing percentiles"),
+    _Rule(("strip.penetration_percentiles",), lambda q: sorted(set(q)) == q, "strictly increasing percentiles"),
     _Rule(
         ("strip.penetration_percentiles", "friction.mean_at_median"),
         lambda percentiles, _: 50 in percentiles,
@@ -273,23 +273,14 @@ _RULES = (
     ),
     _Rule(
         ("strip.training_samples", "strip.length_m", "strip.cell_m", "expansion.degree"),
-        lambda strips, length, cell, d: strips * _training_columns(length / cell) > terms(_FUNCTIONALS, d),
-        f"enough that every {_TRAINING_SPACING}th column gives more samples than C({_FUNCTIONALS} + {{3}}, {{3}})",
+        lambda n, length, cell, d: n > 1 and n * _training_columns(length / cell) > terms(_FUNCTIONALS, d),
+        f"at least 2, and enough that every {_TRAINING_SPACING}th column gives more samples than "
+        f"C({_FUNCTIONALS} + {{3}}, {{3}})",
     ),
     _Rule(
         ("expansion.target", "strip.training_samples"),
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
-    ),
-    _Rule(
-        ("targets", "material.hardness_pa"),
-        lambda targets, _: "figure_field" not in targets,
-        "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal",
-    ),
-    _Rule(
-        ("expansion.target", "material.hardness_pa"),
-        lambda target, _: target != "censored",
-        "trial_pressure, squared_pressure or best where the surface yields, at material.hardness_pa = {1} [Pa]",
     ),
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
@@ -316,7 +307,9 @@ _RULES = (
         lambda drawn, realisations: drawn <= realisations,
         "at most ensemble.realisations = {1}",
     ),
-    _Rule(("ensemble.damping_ratios",), _increases, "strictly increasing damping ratios"),
+    _Rule(
+        ("ensemble.damping_ratios",), lambda ratios: sorted(set(ratios)) == ratios, "strictly increasing damping ratios"
+    ),
 )
 
 
@@ -339,6 +332,7 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
     if isinstance(scene.get("expansion"), dict):
         yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
         yield from (m for m in scene_expansion.field_mistakes(scene) if all(map(sound, m.keys)))
+        yield from (m for m in scene_expansion.hardness_mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("ensemble"), dict):
         yield from (m for m in scene_ensemble.mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):

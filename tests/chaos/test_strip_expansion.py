@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from roughslip.chaos.functionals import Stencil, local_functionals
+from roughslip.chaos.functionals import HALF_TURN, Stencil, local_functionals
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.chaos.strip import StripExpansion, fit_strip
+from roughslip.chaos.strip import (
+    StripExpansion,
+    fit_strip,
+    on_all_rows,
+    predictions_of_left_out_strips,
+    turned_to_half,
+)
 from roughslip.errors import IllPosedError, ParameterError
 
 NODES, ROWS, STENCIL, UNIT = 800, 3, Stencil(near=(1, 1), far=(4, 4)), 1e-7
@@ -114,3 +120,48 @@ def test_pressure_follows_from_given_coefficients():
         expansion = StripExpansion(np.zeros((1, 8), dtype=np.int64), whiten, coefficients, STENCIL, target)
         found = expansion.pressure(strip(7, 20))
         assert np.array_equal(found, np.stack([np.full((20, ROWS), expected), np.zeros((20, ROWS))]))
+
+
+def test_a_strip_turned_by_half_a_turn_is_predicted_the_same():
+    """Fitted on the rows up to the middle one, of 3 and of 4 rows; the functionals in HALF_TURN change their sign."""
+    rng = np.random.default_rng(8)
+    for rows in (3, 4):
+        heights = UNIT * gaussian_filter(rng.standard_normal((700, rows)), (1.0, 0.5))
+        functionals = local_functionals(heights, STENCIL)
+        turned = local_functionals(heights[::-1, ::-1], STENCIL)[:, ::-1, ::-1]
+        np.testing.assert_allclose(turned, functionals * HALF_TURN[:, None, None], rtol=0, atol=1e-12 * UNIT)
+        functionals = functionals.transpose(1, 2, 0)
+        values = 1e9 * rng.standard_normal((700, rows, 1)) + 1e16 * functionals[..., :1]
+        folded = turned_to_half(functionals, values)
+        assert folded[0].shape == (1400, 2, 8)
+        fit, _ = fit_strip(*folded, 2, STENCIL, TARGETS[0])
+        whole = on_all_rows(fit, rows)
+        found = whole.predicted(heights)
+        assert found.shape == (1, 700, rows)
+        rounding = 1e-12 * np.abs(found).max()
+        again = whole.predicted(heights[::-1, ::-1])[:, ::-1, ::-1]
+        np.testing.assert_allclose(again, found, rtol=0, atol=100 * rounding)
+        np.testing.assert_allclose(whole.predicted(heights, slice(5, 40)), found[:, 5:40], rtol=0, atol=rounding)
+
+
+def test_left_out_strips_are_predicted_by_the_others():
+    """As a fit to the other strips predicts them, in the variables of the whole fit: a linear change of these changes
+    no prediction of a polynomial of full degree."""
+    nodes, strips, target = 60, 4, TARGETS[1]
+    heights = strip(9, strips * nodes)
+    functionals = np.ascontiguousarray(local_functionals(heights, STENCIL).transpose(1, 2, 0))
+    noise = 1e18 * np.random.default_rng(10).standard_normal((strips * nodes, ROWS, 2))
+    values = cubic(heights, target).transpose(1, 2, 0) + noise
+    number = np.repeat(np.arange(strips), nodes)
+    fit, _ = fit_strip(functionals, values, 1, STENCIL, target)
+    found = predictions_of_left_out_strips(fit, functionals, values, number)
+    assert found.shape == (2, strips * nodes, ROWS)
+    for row, level, out in ((0, 1, 0), (2, 0, 3)):
+        kept = number != out
+        u = np.column_stack([np.ones(len(number)), functionals[:, row] / UNIT])
+        root = np.sqrt(target.weights(values[:, row, level]))[kept]
+        beta = np.linalg.lstsq(root[:, None] * u[kept], root * values[kept, row, level], rcond=None)[0]
+        expected = (u @ beta)[~kept]
+        np.testing.assert_allclose(found[level, ~kept, row], expected, rtol=0, atol=1e-8 * np.abs(values).max())
+    with pytest.raises(ParameterError, match="two at least"):
+        predictions_of_left_out_strips(fit, functionals, values, np.zeros(len(number)))

@@ -310,3 +310,28 @@ def test_results_are_frozen() -> None:
     result = window_statistics(mu, valid, strip_weights(len(mu), 40, np.random.default_rng(0)))
     with pytest.raises(dataclasses.FrozenInstanceError):
         result.windows = 3  # type: ignore[misc]
+
+
+def test_combined_intervals_cover_mean_and_std_of_a_known_process() -> None:
+    """As a study has them: 80 solved strips of correlated windows, 800 of a control with another mean and scatter that
+    correlates by 0.95. 95 % intervals of 200 repetitions hold the truth in 90 to 99 % of them: percentile intervals of
+    few strips fall short by 1 to 3 %, and 200 repetitions tell a share to 1.5 %."""
+    solved, many, windows, factor, rho, repetitions = 80, 800, 20, 0.8, 0.95, 200
+    hits = np.zeros(2)
+    for k in range(repetitions):
+        rng = np.random.default_rng([18, k])
+        control = autoregressive(rng, solved + many, windows, factor)
+        own = autoregressive(rng, solved, windows, factor)
+        mu = 0.3 + 0.03 * (rho * control[:solved] + math.sqrt(1 - rho**2) * own)
+        coarse = 0.29 + 0.027 * control
+        valid = np.ones(coarse.shape, bool)
+        c = combine(
+            (mu, valid[:solved]),
+            (coarse[:solved], valid[:solved]),
+            (coarse[solved:], valid[solved:]),
+            strip_weights(solved, 200, rng),
+            strip_weights(many, 200, rng),
+        )
+        hits += c.mean.low <= 0.3 <= c.mean.high, c.std.low <= 0.03 <= c.std.high
+    assert np.all(hits >= 0.90 * repetitions), hits
+    assert np.all(hits <= 0.99 * repetitions), hits

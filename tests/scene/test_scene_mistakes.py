@@ -48,7 +48,7 @@ MISTAKES = {
     # keys
     "strip: {cel_m: 1.0e-6}": "strip.cel_m: unknown key; did you mean cell_m? allowed: "
     "length_m, margin_m, width_m, cell_m, window_m, window_spacing_m, penetration_percentiles, samples, "
-    "training_samples, expansion_samples",
+    "training_samples, expansion_spacing_m, expansion_samples",
     "material: {young_modulus_gpa: 210}": "material.young_modulus_gpa: unknown key; "
     "did you mean young_modulus_pa? allowed: young_modulus_pa, poisson_ratio, hardness_pa",
     "numerics: {normal_force_n: 1}": "numerics.normal_force_n: unknown key; did you mean oscillator.normal_force_n? "
@@ -122,7 +122,7 @@ MISTAKES = {
     "strip: {width_m: 5.0e-6, cell_m: 2.5e-6}": "strip.width_m: 5e-06 is not allowed; "
     "at least 3 times strip.cell_m = 2.5e-06 [m], for slope and curvature across the strip",
     "strip: {training_samples: 1, cell_m: 2.5e-6}": "strip.training_samples: 1 is not allowed; "
-    "enough that every 8th column gives more samples than C(8 + 3, 3)",
+    "at least 2, and enough that every 8th column gives more samples than C(8 + 3, 3)",
     "strip: {length_m: 2.3e-3, window_m: 6.0e-4}": "strip.length_m: 0.0023 is not allowed; "
     "at least four times strip.window_m = 0.0006 [m], for lags of three windows",
     "strip: {length_m: 2.4e-3}\nroughness: {correlation_length_m: 3.1e-4}": "strip.length_m: 0.0024 is not allowed; "
@@ -147,6 +147,10 @@ MISTAKES = {
     "material.hardness_pa = 1000000000.0 [Pa]",
     "expansion: {target: censored}": "expansion.target: 'censored' is not allowed; "
     "trial_pressure, squared_pressure or best: along the strip no regression is censored",
+    "strip: {expansion_spacing_m: 3.75e-6}": "strip.expansion_spacing_m: 3.75e-06 is not allowed; "
+    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
+    "strip: {expansion_spacing_m: 1.0e-5}": "strip.window_spacing_m: 1.5e-05 is not allowed; "
+    "a whole multiple of strip.expansion_spacing_m = 1e-05 [m]",
     "strip: {samples: 12, training_samples: 13}": "strip.training_samples: 13 is not allowed; "
     "at most strip.samples = 12",
     "strip: {samples: 12, training_samples: 4, expansion_samples: 11}": "strip.expansion_samples: 11 is not allowed; "

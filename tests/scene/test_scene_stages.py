@@ -38,7 +38,7 @@ def test_a_slice_has_the_shape_of_the_scene():
         ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "spacing", "oscillator"}),
         ("batches.strip_samples", 7, set()),
         ("numerics.contact_tolerance", 1e-9, {"contact_square", "training_square", "field_square", "contact_strip"}),
-        ("strip.samples", 99, {"friction"}),
+        ("strip.samples", 99, {"expansion_strip", "friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
         ("square.monte_carlo_samples", 999, set()),
         ("expansion.draws", 9999, {"chaos_square"}),

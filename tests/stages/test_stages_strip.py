@@ -112,8 +112,9 @@ def linear(stored):
     stiffness = 1 / Influence(geometry.strip_grid(CONFIGURATION), 2.1e11 / (1 - 0.3**2)).diagonal
 
     def trial(number: int) -> np.ndarray:
-        rise = np.stack([strip(number) * (1 + np.arange(NY)), -2 * strip(number) * (1 + np.arange(NY))])
-        return 1e14 * rise + 1e7 * np.arange(NY) * np.array([1.0, -1.0])[:, None, None]
+        from_border = np.minimum(np.arange(NY), np.arange(NY)[::-1])  # rows alike after half a turn, as of any contact
+        rise = np.stack([strip(number) * (1 + from_border), -2 * strip(number) * (1 + from_border)])
+        return 1e14 * rise + 1e7 * from_border * np.array([1.0, -1.0])[:, None, None]
 
     def columns(*numbers: int) -> dict:
         r = np.stack([trial(number)[:, COLUMNS] for number in numbers])
@@ -131,8 +132,10 @@ def linear(stored):
     return trial, batches
 
 
-def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear):
-    """10 columns of 3 strips for 9 terms; on strips not seen as well. What a window sums is counted node by node."""
+def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear, monkeypatch):
+    """10 columns of 3 strips for 9 terms; on strips not seen as well. What a window sums is counted node by node; this
+    contact has no far field."""
+    monkeypatch.setattr(expansion_strip, "column_influence", lambda *_: np.zeros(NX))
     trial, batches = linear
     fitted = run(chaos_strip, CONFIGURATION, contact=batches)
     assert fitted["coefficients"].shape == (NY, 9, 2)
@@ -232,3 +235,63 @@ def test_what_is_drawn_and_tabled_is_at_its_penetration(friction_of_known_window
         assert float(row["combined_mean"]) == pytest.approx(found["combined_mean"][level], rel=1e-5)
         assert float(row["skewness"]) == pytest.approx(found["skewness"][0, level], rel=1e-5)
         assert float(row["combined_std"]) == pytest.approx(found["combined_std"][level], rel=1e-5)
+
+
+COARSE = CONFIGURATION | {"strip": CONFIGURATION["strip"] | {"expansion_spacing_m": 1e-5, "samples": 2}}
+
+
+def test_the_lattice_lies_in_the_middle_of_the_columns_that_it_stands_for():
+    """Every column where the scene does not say; else windows begin with a column of the lattice, and none is left."""
+    every = geometry.lattice(CONFIGURATION)
+    assert (every.spacing, every.first, every.grid) == (1, 0, geometry.strip_grid(CONFIGURATION))
+    assert every.middle == slice(FIRST, FIRST + 80)
+    for spacing, first_of_windows in ((2, FIRST), (4, FIRST + 1)):
+        strip_of = CONFIGURATION["strip"] | {"expansion_spacing_m": spacing * 5e-6}
+        lattice = geometry.lattice(CONFIGURATION | {"strip": strip_of})
+        columns = lattice.of(np.arange(NX))
+        assert lattice.grid.shape == (len(columns), NY)
+        assert (lattice.grid.dx, lattice.grid.dy) == (pytest.approx(spacing * 5e-6), 5e-6)
+        np.testing.assert_array_equal(columns[lattice.middle], first_of_windows + spacing * np.arange(80 // spacing))
+
+
+def test_strips_on_the_lattice_alone_have_the_law_of_its_columns_in_whole_strips():
+    """Strip 0 was solved: columns of its field. Of others, 4000 of them, the second moments of height over all lags:
+    the moments of 12 x 5 nodes of 4000 strips err by at most sqrt(2 / 4000) Sq^2, four of which bound 3600 of them."""
+    grid, lattice = geometry.strip_grid(COARSE), geometry.lattice(COARSE)
+    model = surface_model(COARSE)
+    draw = expansion_strip._sampler(COARSE, model, grid, lattice)
+    np.testing.assert_array_equal(draw(1), strip(1)[lattice.first :: 2])
+    fields = np.stack([draw(number)[:12].ravel() for number in range(2, 4002)])
+    x, y = lattice.grid.dx * np.arange(12), lattice.grid.dy * np.arange(NY)
+    lag_x = np.abs(np.subtract.outer(x, x))[:, None, :, None]
+    lag_y = np.abs(np.subtract.outer(y, y))[None, :, None, :]
+    exact = SQ**2 * np.exp(-((lag_x / 1.5e-5) ** 2) - (lag_y / 9e-6) ** 2).reshape(60, 60)
+    np.testing.assert_allclose(fields.T @ fields / 4000, exact, rtol=0, atol=4.5 * math.sqrt(2 / 4000) * SQ**2)
+
+
+def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
+    """A far field that lifts every column by the same makes windows those of a plane so much higher: with a linear
+    contact at 30 and 50 per cent, halfway between the planes both see the mean of the two, the upper one below it."""
+    _, batches = linear
+    expansion = run(chaos_strip, CONFIGURATION, contact=batches).path
+    planes = SQ * ndtri(0.7), 0.0
+    found = []
+    for lift in (0.0, (planes[0] - planes[1]) / 2):
+        monkeypatch.setattr(expansion_strip, "displacement", lambda _, force, lift=lift: np.full(force.shape, lift))
+        found.append(run(expansion_strip, CONFIGURATION, expansion=expansion, first=0, last=2))
+    plain, lifted = found
+    for name in ("area", "force"):
+        np.testing.assert_allclose(lifted[name][:, 0], plain[name][:, 0], rtol=1e-9)
+        np.testing.assert_allclose(lifted[name][:, 1], plain[name].mean(axis=1), rtol=1e-9)
+
+
+def test_gains_are_the_ratio_of_solves(friction_of_known_windows):
+    found, *_ = friction_of_known_windows
+    for name in ("mean", "std"):
+        np.testing.assert_allclose(found[f"combined_{name}_gain"] * found[f"combined_{name}_variance_ratio"], 1.0)
+        low, high = (found[f"combined_{name}_gain_{end}"] for end in ("low", "high"))
+        assert np.all(low <= high)
+        np.testing.assert_allclose(low * found[f"combined_{name}_variance_ratio_high"], 1.0)
+    # 12 solved and 28 new strips: a perfect control would give 40 / 12
+    assert np.all(found["combined_mean_gain"] < 40 / 12)
+    assert np.all(found["combined_mean_gain"] > 2.5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -44,6 +45,10 @@ class Basis:
         Returns values : (K, P). Raises ParameterError where the variables do not match, or a point is not finite or
         outside the interval of a uniform variable.
         """
+        return np.ascontiguousarray(self.by_term(points).T)
+
+    def by_term(self, points: np.ndarray) -> np.ndarray:
+        """As the call, but (P, K): as it is built, without turning the table."""
         points = finite("points of the variables", points)
         if points.ndim != 2 or points.shape[1] != len(self.families):
             raise ParameterError(f"points {points.shape} must be a table of {len(self.families)} variables")
@@ -51,11 +56,26 @@ class Basis:
             POLYNOMIALS[family](np.ascontiguousarray(x), int(highest))
             for family, x, highest in zip(self.families, points.T, self.indices.max(axis=0, initial=0), strict=True)
         ]
-        table = np.ones((len(self.indices), len(points)))
-        for term, exponents in zip(table, self.indices, strict=True):
-            for variable in np.flatnonzero(exponents):
-                term *= values[variable][exponents[variable]]
-        return np.ascontiguousarray(table.T)
+        table = np.empty((len(self.indices), len(points)))
+        for term, (start, factors) in zip(table, self._products, strict=True):
+            if start is None:
+                term[:] = 1.0
+            before = term if start is None else table[start]
+            for variable, exponent in factors:
+                before = np.multiply(before, values[variable][exponent], out=term)
+        return table
+
+    @cached_property
+    def _products(self) -> list[tuple[int | None, list[tuple[int, int]]]]:
+        """For each term an earlier one without its last variable, if there is one, and the factors that it lacks."""
+        rows: dict[tuple[tuple[int, int], ...], int] = {}
+        products: list[tuple[int | None, list[tuple[int, int]]]] = []
+        for row, exponents in enumerate(self.indices):
+            factors = [(int(variable), int(exponents[variable])) for variable in np.flatnonzero(exponents)]
+            start = rows.get(tuple(factors[:-1])) if len(factors) > 1 else None
+            products.append((None, factors) if start is None else (start, factors[-1:]))
+            rows[tuple(factors)] = row
+        return products
 
     def subset(self, terms: np.ndarray) -> Basis:
         """The basis of these terms alone, by their row numbers."""

@@ -17,6 +17,8 @@ from roughslip.errors import IllPosedError, ParameterError
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
 
+HALF_TURN = np.array([1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0])  # of each, where the surface is turned by half a turn
+
 INDEPENDENT = 1e-6  # share of a functional, by standard deviation, that those before it must leave unexplained
 
 

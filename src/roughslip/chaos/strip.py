@@ -2,22 +2,29 @@
 
 Along the strip the field is stationary, so every node of a row shares the coefficients; the rows differ, since the
 border of the contact is near for some and far for others. The variables are the local functionals of the heights,
-whitened row by row; they do not depend on the penetration, so one basis serves all of them.
+whitened row by row; they do not depend on the penetration, so one basis serves all of them. What the target does
+around its prediction is read off strips that are left out (`conditional`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from roughslip.chaos.basis import Basis
 from roughslip.chaos.checks import finite
-from roughslip.chaos.functionals import Stencil, local_functionals, whitening
+from roughslip.chaos.functionals import HALF_TURN, Stencil, local_functionals, whitening
+from roughslip.chaos.groups import group_sums, left_out_predictions, without_one
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.errors import IllPosedError, ParameterError
 
+BLOCK = 2048  # nodes whose terms are evaluated together: 165 of them take 3 MB
+ALL = slice(None)
+GROUPS = 20  # of training strips, at most, that are left out in turn
 QUALITY = ("leave_one_out", "condition_number", "effective_samples")
 
 
@@ -38,22 +45,37 @@ class StripExpansion:
     stencil: Stencil
     target: PressureTarget
 
-    def pressure(self, heights: np.ndarray) -> np.ndarray:
-        """Pressure at every penetration.
+    @cached_property
+    def _basis(self) -> Basis:
+        return Basis(self.indices, ("hermite",) * self.indices.shape[1])
+
+    def predicted(self, heights: np.ndarray, columns: slice = ALL) -> np.ndarray:
+        """The target at every penetration.
 
         heights : (nx, ny) [m] a strip as wide as those of the fit, of any length
+        columns : where it is wanted
 
-        Returns p : (levels, nx, ny) [Pa]. Raises ParameterError for another width or heights that are not finite.
+        Returns s : (levels, columns, ny) [target]. Raises ParameterError for another width or heights that are not
+        finite.
         """
         rows, _, levels = self.coefficients.shape
         if heights.ndim != 2 or heights.shape[1] != rows:
             raise ParameterError(f"the expansion is of strips of {rows} rows, not of heights {heights.shape}")
-        functionals = local_functionals(heights, self.stencil)
-        values = np.empty((levels, *heights.shape))
-        for row in range(rows):
-            xi = functionals[:, :, row].T @ self.whiten[row].T
-            values[:, :, row] = (hermite_basis(xi, self.indices) @ self.coefficients[row]).T
-        return self.target.pressure(values)
+        functionals = local_functionals(heights, self.stencil)[:, columns].transpose(2, 1, 0)
+        count = functionals.shape[1]
+        values = np.empty((levels, count, rows))
+        together = max(1, BLOCK // max(count, 1))
+        for first in range(0, rows, together):
+            block = slice(first, first + together)
+            xi = np.einsum("rkf,rvf->rkv", functionals[block], self.whiten[block])
+            terms = self._basis.by_term(xi.reshape(-1, xi.shape[-1])).reshape(len(self.indices), -1, count)
+            for row in range(len(xi)):
+                values[:, :, first + row] = self.coefficients[first + row].T @ terms[:, row]
+        return values
+
+    def pressure(self, heights: np.ndarray) -> np.ndarray:
+        """p : (levels, nx, ny) [Pa] of the predicted target itself; else as `predicted`."""
+        return self.target.pressure(self.predicted(heights))
 
 
 def fit_strip(
@@ -91,3 +113,55 @@ def fit_strip(
             for name, array in quality.items():
                 array[row, level] = getattr(fit, name)
     return StripExpansion(indices, whiten, coefficients, stencil, target), quality
+
+
+def predictions_of_left_out_strips(
+    expansion: StripExpansion, functionals: np.ndarray, target_values: np.ndarray, strip: np.ndarray
+) -> np.ndarray:
+    """The target at the training nodes, predicted without the strips of each.
+
+    expansion, functionals, target_values : result and arguments of `fit_strip`
+    strip : (K,) number of the strip of each node; strips are left out in GROUPS at most
+
+    Returns s : (levels, K, ny). Raises ParameterError for less than two strips, IllPosedError where too few samples are
+    left to determine a coefficient.
+    """
+    strips = len(np.unique(strip))
+    if strips < 2:
+        raise ParameterError("strips that are left out in turn must be two at least: train with more strips")
+    groups = min(GROUPS, strips)
+    group = np.unique(strip, return_inverse=True)[1] % groups
+    _, rows, levels = target_values.shape
+    found = np.empty((levels, len(strip), rows))
+    for row in range(rows):
+        basis = hermite_basis(functionals[:, row] @ expansion.whiten[row].T, expansion.indices)
+        for level in range(levels):
+            values = target_values[:, row, level]
+            weights = expansion.target.weights(values)
+            without = without_one(*group_sums(basis, weights, weights * values, group, groups))
+            found[level, :, row] = left_out_predictions(basis, without, group)
+    return found
+
+
+def turned_to_half(functionals: np.ndarray, target_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Training nodes of the rows up to the middle one, with those of the others after half a turn of the strip.
+
+    functionals, target_values : (K, ny, 8), (K, ny, levels) as `fit_strip` takes them
+
+    Returns both as (2 K, (ny + 1) // 2, ...). A stationary surface and the half-space are alike after half a turn, so
+    that a row and the one as far from the other border say the same: twice the samples for half the fits.
+    """
+    half = (functionals.shape[1] + 1) // 2
+    pairs = ((functionals, functionals[:, ::-1] * HALF_TURN), (target_values, target_values[:, ::-1]))
+    folded = [np.ascontiguousarray(np.concatenate(pair)[:, :half]) for pair in pairs]
+    return folded[0], folded[1]
+
+
+def on_all_rows(half: StripExpansion, rows: int) -> StripExpansion:
+    """The expansion of strips of so many rows from that of the rows up to the middle one."""
+    turned = np.flip(np.arange(rows // 2))
+    return replace(
+        half,
+        whiten=np.concatenate([half.whiten, half.whiten[turned] * HALF_TURN]),
+        coefficients=np.concatenate([half.coefficients, half.coefficients[turned]]),
+    )

@@ -5,38 +5,47 @@ from __future__ import annotations
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.functionals import local_functionals
-from roughslip.chaos.strip import fit_strip
+from roughslip.chaos.conditional import conditional_means
+from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
+from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
 from roughslip.stages import expansion, geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.stages.training import training_columns
 
 
 def work(job: Job) -> None:
-    """Write whitening, coefficients and quality of the expansion for every row and penetration."""
+    """Write whitening, coefficients and quality of the expansion for every row and penetration, and what it says."""
     configuration = job.configuration
     grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration, job.arguments.scan)
     batches = [batch for batch in store.read_all(job.arguments.contact) if "pressure" in batch]
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
-    target, stencil = expansion.strip_target(configuration, model, grid), expansion.stencil(model, grid)
+    lattice = geometry.lattice(configuration)
+    target, stencil = expansion.strip_target(configuration, model, grid), expansion.stencil(model, lattice.grid)
     sample = model.sampler(grid)
     columns = training_columns(geometry.middle(configuration))
     with job.usage.core():
         functionals = []
         for number in range(len(pressure)):
             field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
-            functionals.append(local_functionals(field, stencil)[:, columns].transpose(1, 2, 0))
+            functionals.append(_functionals(field, columns, lattice.spacing, stencil))
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
         degree = configuration["expansion"]["degree"]
-        fitted, quality = fit_strip(np.concatenate(functionals), values, degree, stencil, target)
+        training, values = turned_to_half(np.concatenate(functionals), values)
+        half, quality = fit_strip(training, values, degree, stencil, target)
+        strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
+        predicted = predictions_of_left_out_strips(half, training, values, strip)
+        levels = len(predicted)
+        means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
+        fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
+    row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     shape = ("y", "level")
     titles = {
         "leave_one_out": "share of the variance of the target that leave-one-out residuals keep",
         "condition_number": "condition number of the weighted basis",
         "effective_samples": "effective number of weighted samples, neighbours counted as independent",
     }
-    variables = {name: store.Variable(shape, quality[name], "1", title) for name, title in titles.items()}
+    variables = {name: store.Variable(shape, quality[name][row], "1", title) for name, title in titles.items()}
     unit = "Pa" if target.kind == "trial_pressure" else "Pa2"
     variables["coefficients"] = store.Variable(
         ("y", "term", "level"), fitted.coefficients, unit, "coefficients of the target"
@@ -45,7 +54,31 @@ def work(job: Job) -> None:
     variables["whiten"] = store.Variable(
         ("y", "variable", "functional"), fitted.whiten, "m-1", "from local functionals to variables of unit variance"
     )
+    tables = {
+        "table_low": (("level",), means.low, unit, "first predicted target of the tables"),
+        "table_step": (("level",), means.step, unit, "distance of two predicted targets of the tables"),
+        "scatter": (("level",), means.scatter, unit, "root mean square of the target around what is expected of it"),
+        "contact": (("level", "place"), means.contact, "1", "contact probability given the predicted target"),
+        "mean_pressure": (("level", "place"), means.pressure, "Pa", "mean pressure given the predicted target"),
+        "column_force": (
+            ("level",),
+            grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3)),
+            "N",
+            "mean force on a column of the training strips",
+        ),
+    }
+    variables |= {name: store.Variable(*described) for name, described in tables.items()}
     store.write(job.arguments.output, variables, job.key)
+
+
+def _functionals(field: np.ndarray, columns: np.ndarray, spacing: int, stencil: Stencil) -> np.ndarray:
+    """Local functionals (columns, ny, 8) [m] of a field at columns, each on the lattice of columns that it lies on."""
+    found = np.empty((len(columns), field.shape[1], len(NAMES)))
+    for phase in np.unique(columns % spacing):
+        lies = columns % spacing == phase
+        on_lattice = local_functionals(field[phase::spacing], stencil)
+        found[lies] = on_lattice[:, columns[lies] // spacing].transpose(1, 2, 0)
+    return found
 
 
 if __name__ == "__main__":

@@ -1,44 +1,55 @@
 """Stage expansion_strip: window sums of a batch of strips from the pressure expansion instead of contact solves.
 
 Strips are numbered as in contact_strip and drawn from the same streams: the first are the solved ones over again, which
-makes the expansion their control variate; the others are new.
+makes the expansion their control variate; the others are new. Area and force are what the expansion expects of them
+given its prediction (`chaos/conditional.py`), at a plane that far contacts move (`contact/far_field.py`).
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import numpy as np
 
 from roughslip import store
+from roughslip.chaos.conditional import ConditionalMeans
 from roughslip.chaos.strip import StripExpansion
+from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
 from roughslip.friction.bowden_tabor import window_sums
-from roughslip.stages import expansion, geometry, surfaces
+from roughslip.grid import Grid
+from roughslip.stages import elastic, expansion, geometry, surfaces
 from roughslip.stages.command import Job, execute
+
+FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see ARCHITECTURE.md
 
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window."""
     configuration, arguments = job.configuration, job.arguments
     grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration, arguments.scan)
-    stored = store.read(arguments.expansion)
-    fitted = StripExpansion(
-        stored["indices"],
-        stored["whiten"],
-        stored["coefficients"],
-        expansion.stencil(model, grid),
-        expansion.strip_target(configuration, model, grid),
-    )
-    sample = model.sampler(grid)
-    windows = geometry.windows(configuration)
-    count, levels = arguments.last - arguments.first, fitted.coefficients.shape[2]
+    stored, target = store.read(arguments.expansion), expansion.strip_target(configuration, model, grid)
+    lattice, windows = geometry.lattice(configuration), geometry.windows(configuration)
+    stencil = expansion.stencil(model, lattice.grid)
+    fitted = StripExpansion(stored["indices"], stored["whiten"], stored["coefficients"], stencil, target)
+    tables = (stored[name] for name in ("table_low", "table_step", "scatter", "contact", "mean_pressure"))
+    means = ConditionalMeans(target, *tables)
+    planes = model.plane_height(np.array(configuration["strip"]["penetration_percentiles"], dtype=float))
+    reach = 1 + math.floor(FAR * model.lengths_m[0] / lattice.grid.dx)
+    kernel = column_influence(elastic.influence(configuration, grid), lattice.spacing, reach)
+    mean_force = lattice.spacing * stored["column_force"][:, None]
+    length, spacing = windows.length // lattice.spacing, windows.spacing // lattice.spacing
+    draw = _sampler(configuration, model, grid, lattice)
+    count, levels = arguments.last - arguments.first, len(planes)
     area, force = np.empty((2, count, levels, windows.count))
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
-            pressure = fitted.pressure(field)
-            in_contact = np.count_nonzero(pressure, axis=2).astype(float)
-            column_area, column_force = grid.cell_area * in_contact, grid.cell_area * pressure.sum(axis=2)
-            area[row] = window_sums(column_area[:, windows.middle], windows.length, windows.spacing)
-            force[row] = window_sums(column_force[:, windows.middle], windows.length, windows.spacing)
+            columns = lattice.grid.cell_area * np.stack(
+                [field.sum(axis=2) for field in means.at(fitted.predicted(draw(number), lattice.middle))]
+            )
+            lifted = displacement(kernel, columns[1] - mean_force)
+            columns = at_displaced_planes(columns, planes, lifted)
+            area[row], force[row] = window_sums(columns, length, spacing)
             job.usage.progress(row + 1, count)
     job.usage.count(expansions=count * levels)
     shape = ("sample", "level", "window")
@@ -47,6 +58,23 @@ def work(job: Job) -> None:
         "force": store.Variable(shape, force, "N", "normal force on the window"),
     }
     store.write(arguments.output, variables, job.key, {"first": arguments.first})
+
+
+def _sampler(
+    configuration: geometry.Configuration, model: surfaces.SurfaceModel, grid: Grid, lattice: geometry.Lattice
+) -> Callable[[int], np.ndarray]:
+    """A function that gives the field (nx, ny) [m] of a strip on the lattice by its number.
+
+    Of a solved strip these are columns of the whole field, of any other the lattice alone is drawn, of the same law.
+    """
+    whole, alone = model.sampler(grid), model.sampler(lattice.grid)
+    solved = configuration["strip"]["samples"]
+
+    def draw(number: int) -> np.ndarray:
+        generator = np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number])
+        return lattice.of(whole(generator)) if number < solved else alone(generator)
+
+    return draw
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
 QUANTILES = 1000
 COMBINED = ("mean", "std", "variation", "mean_variance_ratio", "std_variance_ratio")
+GAINS = ("mean", "std")  # told as the ratio of solves at equal standard error too
 TRENDS = ("mean", "std", "variation", "length_least_squares", "beta_distance_standardised")
 UNITS = dict.fromkeys(("length_least_squares", "length_half_window", "length_one_over_e", "length_integral"), "m")
 TITLES = {
@@ -52,6 +53,8 @@ TITLES = {
     "combined_variation": "coefficient of variation, solved windows with the expansion as control",
     "combined_mean_variance_ratio": "variance of the combined mean over that of the solved mean",
     "combined_std_variance_ratio": "variance of the combined standard deviation over that of the solved",
+    "combined_mean_gain": "solved strips alone that give the mean as well, for each that was solved",
+    "combined_std_gain": "solved strips alone that give the standard deviation as well, for each that was solved",
 }
 
 
@@ -88,6 +91,10 @@ def table_variables(
         variables |= stored(name, ("source", "level", *extra.get(name, ())), estimates)
     for name in COMBINED:
         variables |= stored(f"combined_{name}", ("level",), [getattr(estimate, name) for estimate in combined])
+    for name in GAINS:
+        ratios = [getattr(each, f"{name}_variance_ratio") for each in combined]
+        gains = [Estimate(1.0 / each.value, 1.0 / each.high, 1.0 / each.low, each.replicates) for each in ratios]
+        variables |= stored(f"combined_{name}_gain", ("level",), gains)
     if levels > 1:
         variables |= trend_variables(table, combined, percentiles)
     shapes = np.stack([variables["beta_a"].values, variables["beta_b"].values])

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from roughslip.grid import Grid
 
 Configuration = dict[str, Any]
@@ -37,6 +39,38 @@ def middle(configuration: Configuration) -> slice:
     strip = configuration["strip"]
     margin, length = round(strip["margin_m"] / strip["cell_m"]), round(strip["length_m"] / strip["cell_m"])
     return slice(margin, margin + length)
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Every so many columns of a strip, on which the expansion lives: neighbours of smooth heights say the same again.
+
+    spacing : columns of the strip from one to the next
+    grid : mesh of these columns, and all rows
+    first : column of the strip that is the first of the lattice
+    middle : those of the lattice on which windows lie
+    """
+
+    spacing: int
+    grid: Grid
+    first: int
+    middle: slice
+
+    def of(self, field: np.ndarray) -> np.ndarray:
+        """The columns of the lattice of a field (nx, ny) on the strip."""
+        return field[self.first :: self.spacing]
+
+
+def lattice(configuration: Configuration) -> Lattice:
+    """Where the expansion of a strip lives, every column where the scene does not say."""
+    strip, fine = configuration["strip"], strip_grid(configuration)
+    spacing = round(strip.get("expansion_spacing_m", strip["cell_m"]) / strip["cell_m"])
+    within = middle(configuration)
+    start = within.start + (spacing - 1) // 2  # in the middle of the columns that it stands for
+    first, count = start % spacing, (within.stop - within.start) // spacing
+    columns = len(range(first, fine.nx, spacing))
+    grid = Grid(columns, fine.ny, fine.dx * spacing, fine.dy)
+    return Lattice(spacing, grid, first, slice(start // spacing, start // spacing + count))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What goes with one another around the expansion: samples or an error, the field of the square, a surface that yields."""
+"""What goes together in an expansion: samples or an error, the field of the square, a surface that yields."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ MISTAKES = {
     "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
     "50 among them: friction.mean_at_median sets the shear strength there",
     "oscillator: {windows_in_parallel: 0}": "oscillator.windows_in_parallel: 0 is not allowed; a whole number >= 1 "
-    "and <= 1000000 [-]",
+    "and <= 1000000",
     "oscillator: {windows_in_parallel: 4}\nensemble: {marginal: empirical}": "oscillator.windows_in_parallel: 4 is not "
     "allowed beside ensemble.marginal = empirical; 1, or beta or paper for the marginal",
     "targets: [figure_field]\nmaterial: {hardness_pa: 1.0e+9}": "targets: ['figure_field'] is not allowed; "

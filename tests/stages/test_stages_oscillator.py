@@ -18,7 +18,7 @@ GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4
 
 def process_of(numbers, marginal=None, statistics=None):
     ensemble = {} if marginal is None else {"marginal": marginal}
-    return friction_process({"ensemble": ensemble}, numbers, statistics)
+    return friction_process({"ensemble": ensemble, "oscillator": OSCILLATOR}, numbers, statistics)
 
 
 @pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.5, 0.5), (90.0, 300.0)])

@@ -31,6 +31,7 @@ CONFIGURATION = {
         "window_spacing_m": 2e-5,
         "penetration_percentiles": [30.0, 50.0, 80.0],
         "training_samples": 6,
+        "samples": 6,
     },
     "expansion": {"target": "squared_pressure", "degree": 1},
     "numerics": {"contact_tolerance": TOLERANCE},

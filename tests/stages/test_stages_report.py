@@ -34,13 +34,14 @@ def scene(tmp_path):
     for stage, configuration in (
         ("claims", {"description": "Mine", "targets": ["figure5"]}),
         ("cycles", {"oscillator": {"damping_ratio": 0.17}}),
+        ("figure5", {"description": "Mine"}),
         ("contact_square", {"oscillator": {"damping_ratio": 0.4}, "square": {"nodes": 10}}),
     ):
         key = {"configuration": configuration, "code": "abc"}
         (tmp_path / "keys" / f"{stage}.json").write_text(json.dumps(key), encoding="utf-8")
     for name in ("figure2", "figure5"):
         (tmp_path / f"{name}.png").write_bytes(name.encode())
-    costs = [{"stage": stage} for stage in ("claims", "cycles", "all")]
+    costs = [{"stage": stage} for stage in ("claims", "cycles", "figure5", "all")]
     (tmp_path / "costs.json").write_text(json.dumps(costs), encoding="utf-8")
     (tmp_path / "claims.json").write_text("[]", encoding="utf-8")
     return tmp_path

@@ -41,7 +41,7 @@ class Samples:
 
     variables : (K, nodes, v) [-] orthonormal local functionals
     distance2 : (nodes,) [-] squared distance of each node from the centre of the mesh, less that of the centre node
-    pressure, gap : (K, nodes) [Pa], [m]
+    pressure, gap : (K, nodes) [Pa], [m] the gap less than zero where the surface yields, by the plastic displacement
 
     Raises ParameterError for shapes that do not match or numbers that are not finite.
     """
@@ -59,8 +59,8 @@ class Samples:
             raise ParameterError(f"pressure {self.pressure.shape} and gap {self.gap.shape} do not match {shape}")
         if self.distance2.shape != shape[1:]:
             raise ParameterError(f"{len(self.distance2)} distances were given for {shape[1]} nodes")
-        if np.any(self.pressure < 0) or np.any(self.gap < 0):
-            raise ParameterError("pressures and gaps must not be negative")
+        if np.any(self.pressure < 0) or np.any(self.gap[self.pressure == 0] < 0):
+            raise ParameterError("pressures must not be negative, nor gaps where there is no pressure")
 
     @property
     def group(self) -> np.ndarray:

@@ -93,7 +93,7 @@ def work(job: Job) -> None:
             friction_law.candidate_variables(mu["solved"], weights["solved"])
             | friction_law.p_value_variables(mu["solved"], table, percentiles, weights["solved"])
             | friction_law.fit_variables(combined, percentiles)
-            | friction_law.white_variables(configuration, strips)
+            | friction_law.white_variables(configuration, strips, mu["solved"][0].shape[2])
         )
     job.usage.count(windows=area["solved"][0].size, expanded_windows=area["expansion"][0].size)
     variables = table_variables(table, combined, percentiles, configuration["strip"]) | law

@@ -89,15 +89,13 @@ def fit_variables(combined: list[Combined], percentiles: np.ndarray) -> dict[str
     return variables
 
 
-def white_variables(configuration: dict[str, Any], strips: int) -> dict[str, store.Variable]:
-    """What windows of white pressure would show in this measurement: autocorrelation and length."""
+def white_variables(configuration: dict[str, Any], strips: int, count: int) -> dict[str, store.Variable]:
+    """What so many windows of white pressure on each strip would show in this measurement: autocorrelation, length."""
     strip, windows = configuration["strip"], geometry.windows(configuration)
     rng = np.random.default_rng([configuration["seed"], geometry.STREAM_WHITE])
-    columns = windows.middle.stop - windows.middle.start
-    curve = white_autocorrelation(
-        strips, columns, windows.length, windows.spacing, windows.count, WHITE_REPLICATES, rng
-    )
-    lags = strip["window_spacing_m"] * np.arange(windows.count)
+    columns = windows.length + (count - 1) * windows.spacing
+    curve = white_autocorrelation(strips, columns, windows.length, windows.spacing, count, WHITE_REPLICATES, rng)
+    lags = strip["window_spacing_m"] * np.arange(count)
     length = correlation_fit(lags, curve, strip["window_m"]).least_squares
     title = "autocorrelation of windows of white pressure, and the range of 95 % of such measurements"
     variables = store.with_interval("white_autocorrelation", ("lag",), [curve.value, curve.low, curve.high], "1", title)

@@ -183,7 +183,9 @@ def _others() -> dict[str, Callable[[], object]]:
         "descending degrees": lambda: expand_adaptively(POINTS, TARGET, FAMILIES, (2, 1)),
         "no degrees": lambda: expand_adaptively(POINTS, TARGET, FAMILIES, ()),
         "negative pressures": lambda: _samples("pressure", -np.ones((30, 1))),
-        "negative gaps": lambda: _samples("gap", -np.ones((30, 1))),
+        "negative gaps out of contact": lambda: Samples(
+            np.zeros((30, 1, 2)), np.zeros(1), np.zeros((30, 1)), -np.ones((30, 1))
+        ),
         "a target that is not known": lambda: PressureTarget("cubed_pressure", 1.0),  # type: ignore[arg-type]
         "a censored strip": lambda: fit_strip(
             np.random.default_rng(4).standard_normal((60, 4, 8)),

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from roughslip import claims as module
-from roughslip.claims import RULES, STATEMENTS, VISIBLE, claims, inside
+from roughslip.claims import P_VALUES, RULES, STATEMENTS, VISIBLE, claims, inside
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.resampling import strip_weights
@@ -69,6 +69,7 @@ def friction():
         table[f"combined_{name}"] = np.array([0.3, 0.2, 0.1])
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
         table |= with_interval(f"trend_combined_{name}_slope", -0.02, -0.03, -0.01)
+    table |= dict.fromkeys((variable for variable, _ in P_VALUES.values()), np.array(0.031))
     return table | with_interval("trend_length_least_squares_change", [0.0, 0.0], [-1e-5, -1e-5], [1e-5, 1e-5])
 
 
@@ -394,3 +395,12 @@ def test_normal_reattachment_points_are_not_called_non_normal():
         for name in ("distance_to_normal", "skewness", "kurtosis"):
             arrays |= with_interval(f"reattachment_{name}", *getattr(found, name))
         assert judge(oscillator_=arrays)["fig5-reattachment-nonnormal"]["verdict"] == verdict
+
+
+def test_notes_tell_the_p_values_that_there_are():
+    """One a statement, and none where there is no such number, as with one penetration."""
+    notes = {each["id"]: each["note"] for each in claims(None, friction(), None)}
+    for name, (variable, hypothesis) in P_VALUES.items():
+        assert notes[name].endswith(f"; {hypothesis}: p = 0.031") or "undecided" in notes[name]
+        alone = {each["id"]: each["note"] for each in claims(None, friction() | {variable: np.array(np.nan)}, None)}
+        assert {key for key in notes if notes[key] != alone[key]} == {name}

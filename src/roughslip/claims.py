@@ -8,19 +8,16 @@ at odds with another number of the paper `contradicts itself`; one that the scen
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from roughslip.friction.marginal import beta_moments
+from roughslip.statements import P_VALUES, STATEMENTS
 
-REPRODUCED, NOT_REPRODUCED, CONTRADICTS, NOT_TESTED = (
-    "reproduced",
-    "not reproduced",
-    "contradicts itself",
-    "not tested",
-)
+REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
+CONTRADICTS, NOT_TESTED = "contradicts itself", "not tested"
 VISIBLE = 0.1  # Kolmogorov distance that a reader sees between two curves in print
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
 FACTOR = 2.0  # between small probabilities that still match
@@ -69,27 +66,6 @@ class Finding:
     note: str
     contradicts: bool = False
 
-
-STATEMENTS = {
-    "fig2-mcs-lhs": ("Latin hypercube sampling gives the distribution of Monte Carlo sampling", "curves coincide"),
-    "fig2-pc-lhs": ("The polynomial chaos of eq. (8) gives the sampled distribution", "curves coincide"),
-    "fig2-pc-tail": ("Polynomial chaos matches even for low probabilities", "matches well"),
-    "fig2-variants-agree": ("The variants of eqs. (8) and (9) are nearly indistinguishable", "curves coincide"),
-    "fig3-mean-decreases": ("The mean friction coefficient decreases with penetration", "decreases"),
-    "fig3-std-decreases": ("The standard deviation decreases with penetration", "decreases"),
-    "fig3-cov-decreases": ("The coefficient of variation decreases with penetration", "decreases"),
-    "mu-correlation-exponential": ("The friction coefficient is exponentially correlated", "exponential"),
-    "mu-correlation-250um": ("Its correlation length is 250 um", "250 um"),
-    "mu-correlation-any-depth": ("The correlation length does not depend on the penetration", "independent"),
-    "mu-right-skewed": ("The friction coefficient is right skewed", "skewness > 0"),
-    "mu-leptokurtic": ("The friction coefficient is leptokurtic", "excess kurtosis > 0"),
-    "mu-beta-2.1-5": ("Scaled to (0, 1) the friction coefficient follows Beta(2.1, 5)", "Beta(2.1, 5)"),
-    "mu-beta-any-depth": ("It follows Beta(2.1, 5) at every penetration", "independent"),
-    "fig5-limit-cycle": ("The mass moves on a stick-slip limit cycle, with and without scatter", "limit cycle"),
-    "fig5-reattachment-nonnormal": ("The reattachment point is not normally distributed", "non-normal"),
-    "fig5-sharp-limit": ("Without scatter the cycle ceases at a sharp limit of damping", "sharp limit"),
-    "fig5-range-beyond-limit": ("With scatter there is a range of damping where the cycle goes on", "a range"),
-}
 
 _COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"
 _DECREASES = "the intervals of the slope over penetration and of last less first level both lie below zero"
@@ -146,7 +122,7 @@ def claims(square: Arrays | None, friction: Arrays | None, oscillator: Arrays | 
     if square is not None:
         found |= _figure_2(square)
     if friction is not None:
-        found |= _figure_3(friction) | _correlation(friction) | _marginal(friction)
+        found |= _with_p_values(_figure_3(friction) | _correlation(friction) | _marginal(friction), friction)
     if oscillator is not None:
         found |= _figure_5(oscillator)
     return [asdict(_claim(name, found.get(name, NO_STAGE))) for name in STATEMENTS]
@@ -241,6 +217,15 @@ def _figure_3(friction: Arrays) -> dict[str, Finding | str]:
         note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
         holds = min(inside(interval, high=0.0), inside(slope, high=0.0))
         found[f"fig3-{name}-decreases"] = Finding(change, interval, holds, note)
+    return found
+
+
+def _with_p_values(found: dict[str, Finding | str], friction: Arrays) -> dict[str, Finding | str]:
+    """The findings, whose notes end in the p-value of the hypothesis that goes with them where there is one."""
+    for name, (variable, hypothesis) in P_VALUES.items():
+        finding, p = found[name], float(friction[variable])
+        if isinstance(finding, Finding) and np.isfinite(p):
+            found[name] = replace(finding, note=f"{finding.note}; {hypothesis}: p = {p:.2g}")
     return found
 
 

@@ -13,6 +13,7 @@ AUTO = "auto"
 NODES, ERROR = "ensemble.nodes_per_correlation_length", "ensemble.count_error"
 MARGINAL, PROCESS = "ensemble.marginal", "ensemble.process"
 PARALLEL = "oscillator.windows_in_parallel"
+DEPTH, LEVELS = "oscillator.penetration_percentile", "penetration_percentiles"
 LENGTH = "friction.statistics.correlation_length_m"
 MOST_NODES = 100_000_000  # in one array: 0.8 GB
 
@@ -37,6 +38,16 @@ def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     if parallel != 1 and ensemble.get("marginal") == "empirical":
         text = f"{shown(parallel)} is not allowed beside {MARGINAL} = empirical; 1, or beta or paper for the marginal"
         yield Mistake((PARALLEL, MARGINAL), text)
+    depth = _section(scene, "oscillator").get("penetration_percentile")
+    levels = _range(_section(scene, "strip").get(LEVELS))
+    if depth is not None and statistics is not None:
+        yield Mistake((DEPTH, "friction.statistics"), f"{shown(depth)} is not allowed beside friction.statistics")
+    elif isinstance(depth, int | float) and levels is not None and not levels[0] <= depth <= levels[1]:
+        text = f"{shown(depth)} is not allowed; between the first and last of strip.{LEVELS}"
+        yield Mistake((DEPTH, f"strip.{LEVELS}"), f"{text}, {levels[0]} and {levels[1]}")
+    elif depth is not None and depth != 50 and ensemble.get("marginal") == "empirical":
+        text = f"{shown(depth)} is not allowed beside {MARGINAL} = empirical"
+        yield Mistake((DEPTH, MARGINAL), f"{text}; 50, where quantiles of the windows are kept")
     if ensemble.get("process", "recursion") != "recursion" and isinstance(statistics, dict):
         section = _section(scene, "oscillator")
         velocity, omega = section.get("belt_velocity_m_per_s"), section.get("natural_frequency_rad_per_s")
@@ -47,6 +58,13 @@ def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
             )
             keys = (LENGTH, "oscillator", "ensemble.duration_periods", NODES, PROCESS)
             yield Mistake(keys, f"{text}the belt's way in a run, or {PROCESS}: recursion")
+
+
+def _range(levels: Any) -> tuple[float, float] | None:
+    """The first and the last of a list of numbers; None where it is something else."""
+    if not isinstance(levels, list) or not levels or not all(type(one) in (int, float) for one in levels):
+        return None
+    return levels[0], levels[-1]
 
 
 def _section(scene: dict[str, Any], name: str) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.penetration_law import PenetrationLaw, penetration_law
+from roughslip.friction.penetration_law import PenetrationLaw, between, penetration_law
 from roughslip.friction.resampling import Estimate
 
 LEVELS = np.array([5.0, 10.0, 20.0, 40.0, 50.0, 80.0, 95.0])
@@ -74,3 +74,13 @@ def test_what_was_not_solved_is_refused():
         penetration_law(np.array([50.0]), [one])
     with pytest.raises(ParameterError, match="increasing"):
         penetration_law(np.array([50.0, 20.0]), [one, one])
+
+
+def test_a_number_at_a_level_is_that_of_the_level_and_between_two_on_the_curve():
+    values = np.array([0.37, 0.34, 0.32, 0.31, 0.30, 0.28, 0.27])
+    assert [between(LEVELS, values, q) for q in LEVELS] == values.tolist()
+    law = PenetrationLaw(LEVELS, np.tile(values, (42, 1)))
+    assert between(LEVELS, values, 33.0) == float(law.at(np.float64(33.0)).value)
+    assert between(np.array([50.0]), np.array([0.3]), 50.0) == 0.3
+    with pytest.raises(ParameterError, match="between the levels"):
+        between(LEVELS, values, 99.0)

@@ -135,6 +135,12 @@ MISTAKES = {
     "strictly increasing percentiles",
     "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
     "50 among them: friction.mean_at_median sets the shear strength there",
+    "oscillator: {penetration_percentile: 3}": "oscillator.penetration_percentile: 3 is not allowed; between the first "
+    "and last of strip.penetration_percentiles, 5 and 95",
+    "extends: given\noscillator: {penetration_percentile: 30}": "oscillator.penetration_percentile: 30 is not allowed "
+    "beside friction.statistics",
+    "oscillator: {penetration_percentile: 30}\nensemble: {marginal: empirical}": "oscillator.penetration_percentile: "
+    "30 is not allowed beside ensemble.marginal = empirical; 50, where quantiles of the windows are kept",
     "oscillator: {windows_in_parallel: 0}": "oscillator.windows_in_parallel: 0 is not allowed; a whole number >= 1 "
     "and <= 1000000",
     "oscillator: {windows_in_parallel: 4}\nensemble: {marginal: empirical}": "oscillator.windows_in_parallel: 4 is not "

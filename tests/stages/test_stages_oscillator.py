@@ -86,7 +86,14 @@ def test_numbers_of_the_statistics_are_those_at_the_median(tmp_path):
         "beta_b": store.Variable(("source", "level"), 5 + two, "1", "b"),
     }
     store.write(tmp_path / "statistics.nc", variables, store.Key({}, "abc"))
-    assert friction_numbers({}, tmp_path / "statistics.nc") == FrictionNumbers(0.3, 0.03, 2e-4, 3.0, 6.0)
+    median = friction_numbers({"oscillator": {}}, tmp_path / "statistics.nc")
+    assert median == FrictionNumbers(0.3, 0.03, 2e-4, 3.0, 6.0)
+    # straight lines over the penetration, on which the curves through three levels lie as well
+    between = friction_numbers({"oscillator": {"penetration_percentile": 30.0}}, tmp_path / "statistics.nc")
+    assert between.mean == pytest.approx(0.35)
+    assert between.standard_deviation == pytest.approx(0.035)
+    assert between.correlation_length_m == pytest.approx(1.5e-4)
+    assert (between.beta_a, between.beta_b) == (pytest.approx(2.5), pytest.approx(5.5))
 
 
 def test_without_numbers_and_without_a_file_there_is_no_friction():

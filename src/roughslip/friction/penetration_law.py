@@ -46,6 +46,18 @@ class PenetrationLaw:
         return points
 
 
+def between(percentiles: np.ndarray, values: np.ndarray, percentile: float) -> float:
+    """The curve through values : (L,) at percentiles : (L,) [%], increasing, at one penetration; at a level its value.
+
+    Raises ParameterError for a penetration that is neither a level nor between two.
+    """
+    level = np.flatnonzero(percentiles == percentile)
+    if level.size:
+        return float(values[level[0]])
+    law = PenetrationLaw(np.asarray(percentiles, dtype=np.float64), np.asarray(values)[None])
+    return float(law._curves()(law._inside(np.array(percentile)))[0])
+
+
 def penetration_law(percentiles: np.ndarray, estimates: list[Estimate]) -> PenetrationLaw:
     """The curve through estimates : L of () at percentiles : (L,) [%], increasing, that share their replicates.
 

@@ -91,7 +91,7 @@ def work(job: Job) -> None:
         combined = [combined_at(mu, level, strips, weights) for level in range(len(percentiles))]
         law = (
             friction_law.candidate_variables(mu["solved"], weights["solved"])
-            | friction_law.p_value_variables(mu["solved"], table, percentiles, weights["solved"])
+            | friction_law.p_value_variables(mu["solved"], table, combined, percentiles, weights["solved"])
             | friction_law.fit_variables(combined, percentiles)
             | friction_law.white_variables(configuration, strips, mu["solved"][0].shape[2])
         )

@@ -16,6 +16,7 @@ from roughslip.friction.resampling import Estimate, power_sums, resampled, resam
 from roughslip.friction.statistics import Combined
 from roughslip.friction.window_geometry import white_autocorrelation
 from roughslip.stages import geometry
+from roughslip.stages.friction_table import trend_of
 
 WHITE_REPLICATES = 200
 FIT_POINTS = 91  # of mu_fit(d)
@@ -28,6 +29,9 @@ TESTS = {
     "p_exponential_nearer": "two-sided p-value of exponential and triangle being as near, at median penetration",
     "p_no_skewness": "p-value of no skewness at median penetration",
     "p_no_kurtosis": "p-value of no excess kurtosis at median penetration",
+    "p_no_change_of_mean": "p-value of the combined mean being the same at the last penetration as at the first",
+    "p_no_change_of_std": "p-value of the combined standard deviation being the same at the last as at the first",
+    "p_no_change_of_variation": "p-value of the combined coefficient of variation being the same there",
 }
 
 
@@ -48,7 +52,11 @@ def candidate_variables(mu: Windows, weights: np.ndarray) -> dict[str, store.Var
 
 
 def p_value_variables(
-    mu: Windows, table: dict[str, list[Estimate]], percentiles: np.ndarray, weights: np.ndarray
+    mu: Windows,
+    table: dict[str, list[Estimate]],
+    combined: list[Combined],
+    percentiles: np.ndarray,
+    weights: np.ndarray,
 ) -> dict[str, store.Variable]:
     """p-values of what the paper says of the solved windows; NaN where there is one penetration only."""
     levels, median = len(percentiles), int(np.flatnonzero(percentiles == 50.0)[0])
@@ -58,6 +66,9 @@ def p_value_variables(
         found["p_equal_law"] = p_value_of_equality(np.stack(laws))
         curves = np.stack([estimate.rows for estimate in table["autocorrelation"][:levels]])
         found["p_equal_correlation"] = p_value_of_equality(curves)
+        for name in ("mean", "std", "variation"):
+            change = trend_of(percentiles, [getattr(each, name) for each in combined]).change
+            found[f"p_no_change_of_{name}"] = p_value(change)
     found["p_exponential_nearer"] = p_value(table["misfit_difference"][median])
     found["p_no_skewness"] = p_value(table["skewness"][median])
     found["p_no_kurtosis"] = p_value(table["kurtosis"][median])

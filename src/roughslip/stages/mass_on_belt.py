@@ -9,6 +9,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
+from roughslip.friction.penetration_law import between
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages.geometry import Configuration
@@ -18,7 +19,7 @@ DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 
 @dataclass(frozen=True)
 class FrictionNumbers:
-    """What the oscillator takes from the friction statistics at median penetration.
+    """What the oscillator takes from the friction statistics at one penetration.
 
     mean, standard_deviation : of the friction coefficient
     correlation_length_m : [m] of its exponential autocorrelation
@@ -33,9 +34,11 @@ class FrictionNumbers:
 
 
 def friction_numbers(configuration: Configuration, statistics: Path | None) -> FrictionNumbers:
-    """The numbers that the scene gives, or else those of the statistics file, at median penetration.
+    """The numbers that the scene gives, or else those of the statistics file at its penetration, by default the median.
 
-    Mean and scatter come from the solved windows with the expansion as control, the shape from the solved windows.
+    The mean is mu_fit(d); it and the scatter come from the solved windows with the expansion as control, the shape from
+    the solved windows. Between two penetrations that were solved each number lies on its own curve through them
+    (`friction.penetration_law`).
     """
     given = configuration.get("friction", {}).get("statistics")
     if given is not None:
@@ -43,14 +46,16 @@ def friction_numbers(configuration: Configuration, statistics: Path | None) -> F
     if statistics is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     result = store.read(statistics)
-    level = int(np.flatnonzero(result["percentile"] == 50.0)[0])
-    return FrictionNumbers(
-        mean=float(result["combined_mean"][level]),
-        standard_deviation=float(result["combined_std"][level]),
-        correlation_length_m=float(result["length_least_squares"][0, level]),
-        beta_a=float(result["beta_a"][0, level]),
-        beta_b=float(result["beta_b"][0, level]),
-    )
+    percentile = float(configuration["oscillator"].get("penetration_percentile", 50.0))
+    columns = {
+        "mean": result["combined_mean"],
+        "standard_deviation": result["combined_std"],
+        "correlation_length_m": result["length_least_squares"][0],
+        "beta_a": result["beta_a"][0],
+        "beta_b": result["beta_b"][0],
+    }
+    levels = result["percentile"]
+    return FrictionNumbers(**{name: between(levels, values, percentile) for name, values in columns.items()})
 
 
 def oscillator(configuration: Configuration) -> Oscillator:

@@ -96,7 +96,7 @@ MISTAKES = {
     "expansion: {variables: beste}": "expansion.variables: 'beste' is not allowed; "
     "a whole number >= 1 and <= 100, or best",
     "expansion: {variables: 101}": "expansion.variables: 101 is not allowed; a whole number >= 1 and <= 100, or best",
-    "expansion: {rotation: raw}": "expansion.rotation: 'raw' is not allowed; one of local, none",
+    "expansion: {rotation: raw}": "expansion.rotation: 'raw' is not allowed; one of local, regression, none",
     "expansion: {variables: best, degree: 4, samples: 60000}": "expansion.samples: 60000 is not allowed; "
     "samples times terms, C(best + 4, 4), at most 100000000 (0.8 GB of memory)",
     "expansion: {variables: best, degree: 4, samples: 15}": "expansion.samples: 15 is not allowed; "

@@ -156,6 +156,14 @@ def test_raw_modes_are_the_variables_at_the_centre_where_the_scene_says_so(expan
     assert list(found["count"]) == [found.attributes["variables"]] == [3]
 
 
+def test_a_regression_finds_the_response_that_two_functionals_make(expanded):
+    """The response is linear in the modes, so that its direction alone leaves nothing, up to four nodes that differ."""
+    found = expanded(rotation="regression", variables=1)
+    assert found["direction"].shape == (1, MODES)
+    assert found["cross_validated"] < 0.01
+    assert expanded(variables=1)["cross_validated"] > 0.05
+
+
 def test_the_best_number_of_variables_is_told_with_those_it_was_chosen_from(expanded, variables):
     """Height and slope give the response exactly; with one more of either kind nothing is left to gain."""
     found = expanded(variables="best")

@@ -20,8 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.chaos.directions import residual_directions
+from roughslip.chaos.functionals import orthonormal_directions
 from roughslip.chaos.local import GROUPS, LocalExpansion, Samples, fit_best, fit_local
 from roughslip.chaos.pressure import Kind, PressureTarget
+from roughslip.chaos.regression import least_squares
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
 COUNTS = (2, 4, 6, 8, 9, 10, 12)  # of variables, to choose from
@@ -56,7 +58,13 @@ def turned(samples: Samples, rotation: np.ndarray) -> Samples:
 
 
 def fit_count(
-    samples: Samples, given: int, count: int | None, degree: int, targets: Sequence[PressureTarget]
+    samples: Samples,
+    given: int,
+    count: int | None,
+    degree: int,
+    targets: Sequence[PressureTarget],
+    *,
+    regression: bool = False,
 ) -> Chosen:
     """The expansion in so many variables, or in the number of COUNTS that predicts left-out surfaces best.
 
@@ -64,6 +72,7 @@ def fit_count(
     given : number of the former, at least 1
     count : number of variables, None if it is to be found
     degree, targets : as in `fit_best`; where the number is to be found, the target is the best in the given variables
+    regression : the regression direction in all candidates comes first, before the given variables, see `regressed`
 
     Raises ParameterError for numbers out of range; IllPosedError where more variables are asked for than directions
     stand out of the noise; else as `fit_best` does.
@@ -71,6 +80,10 @@ def fit_count(
     candidates, rows = samples.variables.shape[2], samples.pressure.size
     if not 1 <= given <= candidates or not (count is None or 1 <= count <= candidates):
         raise ParameterError(f"{count} variables, {given} of them given, cannot be had of {candidates} candidates")
+    if regression:
+        first = regressed(samples, given, targets[0])
+        chosen = fit_count(turned(samples, first), given, count, degree, targets)
+        return replace(chosen, rotation=chosen.rotation @ first)
     if count is None:
         return _least(samples, given, [c for c in COUNTS if _enough(rows, c, degree)], degree, targets)
     rotation = np.eye(candidates)[: min(count, given)]
@@ -86,6 +99,26 @@ def fit_count(
     last = turned(samples, rotation)
     found, kinds = fit_best(last, degree, targets)
     return Chosen(found, last, rotation, kinds, (count,), np.array([found.score]), np.zeros(1))
+
+
+def regressed(samples: Samples, given: int, target: PressureTarget) -> np.ndarray:
+    """Rotation : (candidates, candidates) after which the direction of a linear regression comes first.
+
+    samples, given : as in `fit_count`
+    target : what is regressed, weighted as it asks
+
+    After it come the given variables, as far as they are independent of it, and what is left. A monotone function of
+    one direction shows that direction in a linear regression whatever the function (Brillinger, in A Festschrift for
+    Erich L. Lehmann, 1982, 97; Li and Duan, Ann. Stat. 17 (1989) 1009). As it is found at all surfaces, scores of
+    left-out ones are up to 5 % too good on the paper's square. Raises IllPosedError as the regression does.
+    """
+    candidates = samples.variables.shape[2]
+    values = target.values(samples.pressure, samples.gap).ravel()
+    basis = np.column_stack([np.ones(len(values)), samples.variables.reshape(-1, candidates)])
+    slope = least_squares(basis, values, target.weights(values)).coefficients[1:]
+    leading = orthonormal_directions(np.vstack([slope, np.eye(candidates)[:given]]), given)
+    rest = np.linalg.svd(leading)[2][given:]
+    return np.vstack([leading, rest])
 
 
 def standard_errors(shares: np.ndarray) -> np.ndarray:

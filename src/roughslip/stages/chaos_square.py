@@ -64,7 +64,8 @@ def local_expansion(
     xi = samples_of(batches, "expansion", "xi") if chosen else store.read(job.arguments.design)["expansion"]
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = candidates.samples(xi, pressure, gap)
-    return fit_count(samples, candidates.given, candidates.count, job.configuration["expansion"]["degree"], targets)
+    degree = job.configuration["expansion"]["degree"]
+    return fit_count(samples, candidates.given, candidates.count, degree, targets, regression=candidates.regression)
 
 
 def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarray:

@@ -20,6 +20,7 @@ from roughslip.surface.model import SurfaceModel
 
 BEST = "best"  # in a scene: the target that scores best, or the number of variables
 RAW = "none"  # of expansion.rotation: the leading modes themselves
+REGRESSION = "regression"  # of expansion.rotation: its direction before the local functionals
 OFFSET = 3.0  # to a correlation length, of the heights around a node that further variables may take
 
 
@@ -31,12 +32,14 @@ class Candidates:
     given : the number of them that are taken in their order; those behind are a frame for further directions
     count : how many variables the scene asks for, None if that is to be found
     distance2 : (nodes,) [-] of the nodes, as in `Samples`
+    regression : whether the regression direction comes before the given ones
     """
 
     directions: np.ndarray
     given: int
     count: int | None
     distance2: np.ndarray
+    regression: bool = False
 
     def samples(self, xi: np.ndarray, pressure: np.ndarray, gap: np.ndarray) -> Samples:
         """Surfaces xi : (K, M) with pressure [Pa] and gap [m] : (K, training nodes) in all candidates."""
@@ -52,8 +55,9 @@ def candidates(
 
     modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
 
-    Functionals are followed by what the heights around a node have besides them, where more than all of them, or a
-    number yet to be found, are asked for. The modes that lead at one node do not at another, so they train at one.
+    Functionals are followed by what the heights around a node have besides them, where more than all of them, a number
+    yet to be found, or a regression are asked for. The modes that lead at one node do not at another, so they train at
+    one.
     """
     asked = configuration["expansion"]
     count = None if asked["variables"] == BEST else int(asked["variables"])
@@ -62,14 +66,15 @@ def candidates(
         return Candidates(np.eye(len(modes))[None, :given], given, count, nodes.distance2[:1])
     given = min(count or len(NAMES), len(NAMES))
     found = directions(surface, grid, modes, nodes, given)
-    if count is None or count > given:
+    regression = asked.get("rotation") == REGRESSION
+    if regression or count is None or count > given:
         frame = moving_frame(heights_around(surface, grid, modes, nodes), found)
         found = np.concatenate([found, frame], axis=1)
         if count is not None and count > found.shape[1]:
             raise IllPosedError(
                 f"{count} variables were asked for; around the centre the surface has {found.shape[1]}: ask for fewer"
             )
-    return Candidates(found, given, count, nodes.distance2)
+    return Candidates(found, given, count, nodes.distance2, regression)
 
 
 def heights_around(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Nodes) -> np.ndarray:

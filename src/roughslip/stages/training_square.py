@@ -58,7 +58,9 @@ def work(job: Job) -> None:
             return candidates.samples(xi, found["pressure"].values, found["gap"].values)
 
         def fit(samples: Samples) -> tuple[LocalExpansion, Samples]:
-            chosen = fit_count(samples, candidates.given, candidates.count, asked["degree"], targets)
+            chosen = fit_count(
+                samples, candidates.given, candidates.count, asked["degree"], targets, regression=candidates.regression
+            )
             return chosen.expansion, chosen.samples
 
         least, most = numbers(*terms(candidates, asked["degree"]), len(nodes.x), len(problem.modes))

@@ -16,6 +16,7 @@ EXTENDED = ("sobol", "monte_carlo")  # designs that can be
 SAMPLES, ERROR, DESIGN = "expansion.samples", "expansion.cdf_error", "expansion.design"
 HARDNESS = "material.hardness_pa"
 FIELD = "figure_field"  # the target that expands the pressure at every node
+FIELD_GROUPS, FIELD_SAMPLES = 10, 100  # that its stage leaves out in turn, and that it needs
 FIELD_NUMBERS = 90_000_000  # in each of the two tables that its stage holds: 1.5 GB
 
 
@@ -48,9 +49,14 @@ def field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     if FIELD not in scene.get("targets", ()) or not isinstance(samples, int) or not isinstance(square, dict):
         return
     modes, nodes = (square.get(key) if isinstance(square.get(key), int) else None for key in ("modes", "nodes"))
-    if modes is not None and samples <= modes + 1:
-        text = f"{samples} is not allowed; more than the {modes + 1} terms of {FIELD}, square.modes and a constant"
-        yield Mistake((SAMPLES, "square.modes"), text)
+    if modes is not None and samples - math.ceil(samples / FIELD_GROUPS) <= modes + 1:
+        text = f"{samples} is not allowed; without a {FIELD_GROUPS}th of them still more than the {modes + 1} terms of "
+        yield Mistake((SAMPLES, "square.modes"), f"{text}{FIELD}, square.modes and a constant")
+    elif samples < FIELD_SAMPLES:
+        yield Mistake((SAMPLES,), f"{samples} is not allowed; at least {FIELD_SAMPLES} for {FIELD}")
+    if nodes is not None and modes is not None and FIELD_GROUPS * modes * nodes**2 > FIELD_NUMBERS:
+        text = f"{modes} is not allowed; {FIELD_GROUPS} times the modes times the {nodes**2} nodes at most "
+        yield Mistake(("square.modes", "square.nodes"), f"{text}{FIELD_NUMBERS} (0.8 GB of memory) for {FIELD}")
     if nodes is not None and samples * nodes**2 > FIELD_NUMBERS:
         text = f"{samples} is not allowed; samples times the {nodes**2} nodes of the square at most {FIELD_NUMBERS}"
         yield Mistake((SAMPLES, "square.nodes"), f"{text} (1.5 GB of memory) for {FIELD}")
@@ -66,7 +72,5 @@ def hardness_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
         text = f"{shown('censored')} is not allowed; trial_pressure, squared_pressure or best where the surface yields"
         yield Mistake(("expansion.target", HARDNESS), f"{text}, at {HARDNESS} = {hardness} [Pa]")
     if isinstance(targets, list) and FIELD in targets:
-        text = (
-            f"{shown(targets)} is not allowed; {FIELD} ranks the pressures of a node, and those at {HARDNESS} are equal"
-        )
-        yield Mistake(("targets", HARDNESS), text)
+        text = f"{shown(targets)} is not allowed; {FIELD} ranks the pressures of a node, and those at {HARDNESS}"
+        yield Mistake(("targets", HARDNESS), f"{text} are equal: leave it out")

@@ -27,8 +27,7 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     **scene_ensemble.REPLACES,
 }
 
-# What each stage reads of the scene, as dotted keys; the name of a section stands for all of it. A change elsewhere
-# does not re-run the stage. Sample numbers and batches reach it as arguments, the results of other stages as inputs.
+# What each stage reads, as dotted keys; the name of a section stands for all of it. A change elsewhere re-runs nothing.
 _STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
 _SQUARE, _TERMS = "square.edge_m square.nodes", "expansion.variables expansion.degree"
 _EXPANDED = "strip.expansion_spacing_m expansion.degree expansion.target"
@@ -256,6 +255,11 @@ _RULES = (
         "more than two cells, strip.cell_m = {1} [m]",
     ),
     _Rule(
+        ("strip.expansion_spacing_m", "strip.cell_m", "roughness.fractal"),
+        lambda spacing, cell, fractal: spacing == cell or fractal.get("shortest_wavelength_m", 0.0) > 2 * spacing,
+        "strip.cell_m = {1} [m], or less than half of roughness.fractal.shortest_wavelength_m",
+    ),
+    _Rule(
         ("targets", "roughness.fractal"),
         lambda targets, _: not {"figure2", "figure_field"}.intersection(targets),
         "figure2 and figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
@@ -307,9 +311,7 @@ _RULES = (
         lambda drawn, realisations: drawn <= realisations,
         "at most ensemble.realisations = {1}",
     ),
-    _Rule(
-        ("ensemble.damping_ratios",), lambda ratios: sorted(set(ratios)) == ratios, "strictly increasing damping ratios"
-    ),
+    _Rule(("ensemble.damping_ratios",), lambda d: sorted(set(d)) == d, "strictly increasing damping ratios"),
 )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.hypotheses import p_value, p_value_of_distance, p_value_of_equality
+from roughslip.friction.hypotheses import p_value, p_value_of_equality
 from roughslip.friction.resampling import Estimate, resampled, strip_weights
 
 STRIPS, REPLICATES, REPETITIONS = 60, 99, 300
@@ -50,7 +50,6 @@ def test_values_by_hand():
     assert p_value(estimate, 2.0) == 1.0
     assert p_value(estimate, -5.0) == 0.01
     assert p_value(estimate, 1.5) == pytest.approx(51 / 100)  # half the replicates lie 0.5 or more from 2
-    assert p_value_of_distance(0.3, np.array([0.1, 0.3, 0.4])) == 0.75
 
 
 def test_curves_that_do_not_scatter_at_a_place_say_nothing_there():
@@ -62,7 +61,6 @@ def test_curves_that_do_not_scatter_at_a_place_say_nothing_there():
 def test_what_cannot_be_tested_is_refused():
     with pytest.raises(IllPosedError, match="two levels"):
         p_value_of_equality(np.ones((1, 41, 3)))
+    nowhere = Estimate(np.array(np.nan), np.array(0.0), np.array(1.0), np.ones(50))
     with pytest.raises(ParameterError, match="finite"):
-        p_value_of_distance(math.nan, np.ones(4))
-    with pytest.raises(ParameterError, match="finite"):
-        p_value_of_distance(0.1, np.ones(0))
+        p_value(nowhere)

@@ -11,7 +11,7 @@ from roughslip.scene import load
 CONFIG = Path(__file__).parents[2] / "config"
 SCHEMA_PATH = CONFIG / "scene.schema.yaml"
 SCHEMA = yaml.safe_load(SCHEMA_PATH.read_text())
-SCENES = ("fractal", "given", "measured", "nongaussian", "paper", "resolved", "smoke")
+SCENES = ("elastoplastic", "fractal", "given", "measured", "nongaussian", "paper", "resolved", "smoke")
 PAPER_TEXT = (CONFIG / "scenes" / "paper.yaml").read_text()
 PAPER = yaml.safe_load(PAPER_TEXT)
 BESIDE = ", ".join(sorted((*SCENES, "mine")))

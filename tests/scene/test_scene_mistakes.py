@@ -146,7 +146,7 @@ MISTAKES = {
     "oscillator: {windows_in_parallel: 4}\nensemble: {marginal: empirical}": "oscillator.windows_in_parallel: 4 is not "
     "allowed beside ensemble.marginal = empirical; 1, or beta or paper for the marginal",
     "targets: [figure_field]\nmaterial: {hardness_pa: 1.0e+9}": "targets: ['figure_field'] is not allowed; "
-    "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal",
+    "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal: leave it out",
     "material: {hardness_pa: 0}": "material.hardness_pa: 0 is not allowed; a number > 0 and <= 1e+13 [Pa]",
     "targets: [figure2]\nmaterial: {hardness_pa: 1.0e+9}\nexpansion: {target: censored}": "expansion.target: "
     "'censored' is not allowed; trial_pressure, squared_pressure or best where the surface yields, at "
@@ -243,9 +243,11 @@ MISTAKES = {
     "allowed; a gaussian marginal changes no correlation",
     f"roughness: {{scan: {SCAN}, rms_height_m: 1.0e-7}}": "roughness.rms_height_m: 1e-07 is not allowed beside "
     "roughness.scan; give one",
-    "targets: [figure_field]\nexpansion: {samples: 101, degree: 1}": "expansion.samples: 101 is not allowed; more than "
-    "the 101 terms of figure_field, square.modes and a constant",
-    "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301}": "expansion.samples: 1000 is not "
+    "targets: [figure_field]\nexpansion: {samples: 101, degree: 1}": "expansion.samples: 101 is not allowed; without "
+    "a 10th of them still more than the 101 terms of figure_field, square.modes and a constant",
+    "targets: [figure3]\nextends: fractal\nstrip: {expansion_spacing_m: 5.0e-6}": "strip.expansion_spacing_m: 5e-06 "
+    "is not allowed; strip.cell_m = 2.5e-06 [m], or less than half of roughness.fractal.shortest_wavelength_m",
+    "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301, modes: 20}": "expansion.samples: 1000 is not "
     "allowed; samples times the 90601 nodes of the square at most 90000000 (1.5 GB of memory) for figure_field",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays

@@ -23,7 +23,7 @@ def test_names_and_files(folder, monkeypatch):
 
     rule = "a small letter, then at most 39 small letters, digits, _ or -"
     assert lines("papr") == [
-        "scenes/papr.yaml: no such file; did you mean paper? scenes: fractal, given, measured, nongaussian, "
+        "scenes/papr.yaml: no such file; did you mean paper? scenes: elastoplastic, fractal, given, measured, nongaussian, "
         "paper, resolved, smoke"
     ]
     for name in ("Paper", "", "2d", "a" * 41, "a.b"):

@@ -19,7 +19,7 @@ from roughslip.stages.nodes import central_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 
 PERCENTILES = (20.0, 50.0, 80.0)
-STREAM = 20  # the second entry of every seed; streams of the study are below 10
+STREAM = 20  # the second entry of every seed; streams of the study are below 20
 TOLERANCE = 1e-6  # far below the sampling error of any number of samples
 KEPT = np.float32  # seven digits, and half the size
 
@@ -35,14 +35,15 @@ def solves(configuration: geometry.Configuration, first: int, last: int) -> tupl
     order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
     modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
     planes = np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES])
+    hardness = elastic.hardness_pa(configuration)
     influence, nodes = elastic.influence(configuration, grid), central_nodes(model, grid)
     shape = (last - first, len(planes), len(nodes.x))
     pressure, gap = np.empty(shape, dtype=KEPT), np.empty(shape, dtype=KEPT)
     for row, number in enumerate(range(first, last)):
         z = model.heights(heights(modes, variables(configuration["seed"], number, len(modes))))
-        for level, solution in enumerate(sweep(influence, z, planes, TOLERANCE)):
+        for level, solution in enumerate(sweep(influence, z, planes, TOLERANCE, hardness_pa=hardness)):
             pressure[row, level] = solution.pressure[nodes.x, nodes.y]
-            gap[row, level] = solution.gap[nodes.x, nodes.y]
+            gap[row, level] = solution.signed_gap[nodes.x, nodes.y]
     return pressure, gap
 
 

@@ -7,9 +7,8 @@
 import itertools
 
 from workflow.lib.evidence import evidence_key, measured_scenes
-from workflow.lib.scenes import BENCHMARKS
+from workflow.lib.scenes import BENCHMARKS, STRESSED
 
-STRESSED = ("contact", "chaos")
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
 BENCHMARK_LOCK = ROOT / "requirements-peers.lock" if "peers" in BENCHMARK_OPTIONS else LOCK
 STRESS_OPTIONS = {name: str(config[name]) for name in ("seed", "problems") if name in config}

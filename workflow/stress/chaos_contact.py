@@ -124,8 +124,8 @@ def _enriched(problem: Problem) -> Verdict:
         asked.append((first, last))
         return problem.surfaces_of(first, last)
 
-    def fit(samples: Samples) -> LocalExpansion:
-        return fit_local(samples, problem.degree, problem.target(problem.kinds[0]))
+    def fit(samples: Samples) -> tuple[LocalExpansion, Samples]:
+        return fit_local(samples, problem.degree, problem.target(problem.kinds[0])), samples
 
     least = min(max(problem.surfaces, 20), MOST)
     found = enrich(solve, fit, problem.asked, least=least, most=MOST, seed=[problem.seed, problem.number])

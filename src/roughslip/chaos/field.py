@@ -192,9 +192,12 @@ def _statistics(mean: np.ndarray, deviation: np.ndarray, plain: np.ndarray) -> n
         of_root = (one[2] - 2 * mean[1] * one[1]) / (2 * root)
         return np.stack([np.mean(part**2, axis=0) for part in (one[0], one[1], of_root)])
 
-    controlled = squares(deviation)
-    return np.stack([np.stack([mean[0], mean[1], root]), np.sqrt(controlled / deviation.shape[1]),
-                     squares(plain) / controlled], axis=1)  # fmt: skip
+    surfaces = deviation.shape[1]
+    controlled, alone = squares(deviation), squares(plain)
+    error = np.sqrt(controlled / surfaces)
+    error[0] = np.maximum(error[0], 1.0 / surfaces)  # one surface out of contact more, where all of them touch
+    gain = np.divide(alone, controlled, out=np.ones_like(alone), where=alone > 0)
+    return np.stack([np.stack([mean[0], mean[1], root]), error, gain], axis=1)
 
 
 @dataclass(frozen=True)
@@ -233,13 +236,18 @@ def mode_shares(expansion: FieldExpansion, leading: int) -> ModeShares:
 
 
 def draw_pressure(
-    expansion: FieldExpansion, state: np.ndarray, index: np.ndarray, generator: np.random.Generator
+    expansion: FieldExpansion,
+    state: np.ndarray,
+    index: np.ndarray,
+    generator: np.random.Generator,
+    own: np.ndarray | None = None,
 ) -> np.ndarray:
     """Fields of pressure from the law of the state given its index.
 
     state : (K, nodes) as in `fit_field`
     index : (fields, nodes) of the fields, such as xi @ direction
     generator : chooses a solved surface for each, one of those whose expected load is nearest
+    own : (fields,) number of the solved surface that a field is of, which is not chosen for it; none if not given
 
     Returns p : (fields, nodes) [Pa]. At every node the law is that of the solved surfaces nearest in the index, as in
     the local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1), those of the highest moved along E[p | t]. The
@@ -252,7 +260,10 @@ def draw_pressure(
     surfaces, nodes = state.shape
     near = min(surfaces, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * surfaces)))
     known, loads = expansion.index, _expected_load(expansion, expansion.index)
-    alike = np.argsort(np.abs(_expected_load(expansion, index)[:, None] - loads), axis=1)[:, :near]
+    apart = np.abs(_expected_load(expansion, index)[:, None] - loads)
+    if own is not None:
+        apart[np.arange(len(index)), own] = np.inf
+    alike = np.argsort(apart, axis=1)[:, : min(near, surfaces - 1)]
     donors = generator.permuted(alike, axis=1)[:, 0]
     pressure = np.empty(index.shape)
     for block in _blocks(nodes):

@@ -19,11 +19,6 @@ def p_value(estimate: Estimate, value: float = 0.0) -> float:
     return _share(np.abs(estimate.replicates - estimate.value), abs(float(estimate.value) - value))
 
 
-def p_value_of_distance(distance: float, moved: np.ndarray) -> float:
-    """p-value of a curve being a model's, from its distance, and the distances moved : (R,) of replicates from it."""
-    return _share(moved, distance)
-
-
 def p_value_of_equality(curves: np.ndarray) -> float:
     """p-value of curves of several levels being one.
 

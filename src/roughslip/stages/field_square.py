@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
-from roughslip.chaos.field import FieldExpansion, draw_pressure, fit_field, mode_shares
+from roughslip.chaos.field import GROUPS, FieldExpansion, draw_pressure, fit_field, mode_shares
+from roughslip.chaos.link import LEAST_SAMPLES
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.stages import geometry
@@ -27,13 +30,18 @@ STATISTICS = {
 
 
 def surfaces_of(configuration: geometry.Configuration, modes: int) -> int:
-    """Surfaces to solve. Raises InputError where their fields exceed the memory."""
+    """Surfaces to solve. Raises InputError where they are too few for so many modes, or tables exceed the memory."""
     asked, nodes = configuration["expansion"]["samples"], configuration["square"]["nodes"] ** 2
     count: int = max(AUTO, SURPLUS * modes) if asked == "auto" else asked
-    if count * nodes > MOST_NUMBERS:
+    if count - math.ceil(count / GROUPS) <= modes + 1 or count < LEAST_SAMPLES:
         raise InputError(
-            f"expansion.samples: {count} surfaces times {nodes} nodes of the square are more than {MOST_NUMBERS} "
-            "numbers (two tables of them, 1.5 GB of memory): fewer samples or fewer square.nodes"
+            f"expansion.samples: {count} surfaces are too few for {modes} modes, a {GROUPS}th of them left out: take "
+            f"more, at least {LEAST_SAMPLES}"
+        )
+    if max(count, GROUPS * modes) * nodes > MOST_NUMBERS:
+        raise InputError(
+            f"expansion.samples: {count} surfaces, or {GROUPS} times {modes} modes, times {nodes} nodes of the square "
+            f"are more than {MOST_NUMBERS} numbers (two tables of them, 1.5 GB of memory): fewer samples or nodes"
         )
     return count
 
@@ -68,7 +76,10 @@ def work(job: Job) -> None:
         fields = {
             "solved": (np.maximum(state[:DRAWN], 0.0), "of the contact solve"),
             "expected": (expansion.expected_pressure(index), "expected of the same variables"),
-            "drawn": (draw_pressure(expansion, state, index, generator), "drawn given the same variables"),
+            "drawn": (
+                draw_pressure(expansion, state, index, generator, np.arange(DRAWN)),
+                "drawn given the same variables",
+            ),
         }
     job.usage.count(nodes=problem.grid.size)
     results = maps(expansion, problem.grid) | coefficients(expansion, problem.grid)

@@ -38,7 +38,8 @@ def friction_numbers(configuration: Configuration, statistics: Path | None) -> F
 
     The mean is mu_fit(d); it and the scatter come from the solved windows with the expansion as control, the shape from
     the solved windows. Between two penetrations that were solved each number lies on its own curve through them
-    (`friction.penetration_law`).
+    (`friction.penetration_law`); shapes that the windows do not determine (`beta_at_bound`) lie there by chance, where
+    `ensemble.marginal: paper` is the safer choice.
     """
     given = configuration.get("friction", {}).get("statistics")
     if given is not None:
@@ -73,8 +74,13 @@ def oscillator(configuration: Configuration) -> Oscillator:
 
 
 def law(configuration: Configuration, mean: float) -> StribeckLaw:
-    """Eq. (13) with the mean friction coefficient as mu_fit."""
+    """Eq. (13) with the mean friction coefficient as mu_fit. Raises InputError where it would turn negative."""
     section = configuration["oscillator"]
+    if mean > section["static_friction"]:
+        raise InputError(
+            f"oscillator.static_friction: {section['static_friction']:g} is less than the mean friction coefficient "
+            f"{mean:.3g} at the penetration of the oscillator, so that eq. (13) turns negative at high speed: raise it"
+        )
     return StribeckLaw(
         fit=mean,
         static=section["static_friction"],

@@ -46,13 +46,15 @@ def error_bounds(coarse: np.ndarray, fine: np.ndarray) -> tuple[float, float]:
     coarse, fine : (paths, dampings) cycles of the same paths at a spacing and at half of it
 
     Returns lower and upper [-], relative to the largest mean count: Student's 95 % interval of the mean change, times
-    FIRST_ORDER. Without any cycle both are 0.
+    FIRST_ORDER. Counts are whole numbers, so that n paths without any change leave room for one in a third of n (rule
+    of three: Hanley and Lippman-Hand, J. Am. Med. Assoc. 249 (1983) 1743). Without any cycle both are 0.
     """
     largest = float(np.max(np.mean(fine, axis=0)))
     if largest == 0.0:
         return 0.0, 0.0
     change = coarse - fine
     half = stdtrit(len(change) - 1, 0.975) * change.std(axis=0, ddof=1) / np.sqrt(len(change))
+    half = np.maximum(half, 3.0 / len(change))
     centre = np.abs(change.mean(axis=0))
     worst = int(np.argmax(centre + half))
     scale = FIRST_ORDER / largest

@@ -247,8 +247,8 @@ MISTAKES = {
     "a 10th of them still more than the 101 terms of figure_field, square.modes and a constant",
     "targets: [figure3]\nextends: fractal\nstrip: {expansion_spacing_m: 5.0e-6}": "strip.expansion_spacing_m: 5e-06 "
     "is not allowed; strip.cell_m = 2.5e-06 [m], or less than half of roughness.fractal.shortest_wavelength_m",
-    "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301, modes: 20}": "expansion.samples: 1000 is not "
-    "allowed; samples times the 90601 nodes of the square at most 90000000 (1.5 GB of memory) for figure_field",
+    "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301, modes: 20}": "expansion.samples: 1000 "
+    "is not allowed; samples times the 90601 nodes of the square at most 90000000 (1.5 GB of memory) for figure_field",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays
     "extends: 3": f"extends: 3 is not allowed; scenes: {BESIDE}",

@@ -211,6 +211,13 @@ def test_cured_numbers_stay_cured():
     assert outcomes.failures(rows) == []
 
 
+def test_an_enrichment_is_judged_as_well():
+    """Problem 232 doubles its solves; its fit gives the expansion and the samples that it was fitted to."""
+    (row,) = chaos.rows_of(outcomes.SEED, 232)
+    assert "entry=enriched" in row["case"]
+    assert row["outcome"] == "converged"
+
+
 def test_leave_one_out_is_done_again_by_refits():
     """Of few samples what is told may be far too low by chance: there the formula is checked itself."""
     problem = problem_of(samples=40)

@@ -203,3 +203,23 @@ def test_a_number_is_found_after_a_regression_too():
     chosen = fit_count(ridge(), GIVEN, None, 3, [TARGET], regression=True)
     assert len(chosen.rotation) == chosen.counts[0] == 2  # the least there is: one would do
     np.testing.assert_allclose(chosen.rotation @ chosen.rotation.T, np.eye(2), atol=1e-12)
+
+
+def test_directions_are_never_found_at_copies_of_the_surfaces_they_are_scored_at(monkeypatch):
+    once = solved(6, count=300)
+    again = np.random.default_rng(20).permutation(np.tile(np.arange(300), 2))
+    samples = Samples(once.variables[again], once.distance2, once.pressure[again], once.gap[again])
+    asked = []
+    offered = selection._offered
+
+    def noted(samples, given, whole, surfaces):
+        asked.append(surfaces)
+        return offered(samples, given, whole, surfaces)
+
+    monkeypatch.setattr(selection, "_offered", noted)
+    fit_count(samples, GIVEN, None, DEGREE, [TARGET])
+    halves = [surfaces for surfaces in asked if not isinstance(surfaces, slice)]
+    assert len(halves) >= 2
+    for first, second in zip(halves[::2], halves[1::2], strict=True):
+        assert len(first) + len(second) == 600
+        assert not set(again[first]) & set(again[second])

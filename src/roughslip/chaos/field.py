@@ -17,7 +17,7 @@ and means and Sobol' indices have closed forms. As a control variate each surfac
 that their ranks and indices know it too is a bias of order 1 / K^2, which 200 repetitions with 150 surfaces do not see.
 
 The paper's basis in 8 leading modes misses 0.97 of Var p at left-out surfaces of the resolved square (percentile 50,
-2000 surfaces), with all modes beside 0.119, this 0.114, local functionals with a factorisation a node 0.034; on the
+2000 surfaces), with all modes beside and this alike 0.12, local functionals with a factorisation a node 0.034; on the
 paper's 10 x 10 nodes (1000 surfaces) it is 0.89, 0.040, 0.034 and 0.019.
 """
 

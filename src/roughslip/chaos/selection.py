@@ -8,7 +8,8 @@ where that of fresh ones rose by as much. So a surface is scored in directions t
 surfaces. Of numbers whose scores cannot be told apart the least is taken: within one standard error of the best, of the
 difference over the groups of surfaces (Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984).
 
-The jackknife of the expansion that is taken holds its directions fixed: it does not know of their own scatter.
+The jackknife of the expansion that is taken holds its directions fixed: it does not know of their own scatter. Nor is
+the direction of a regression (`regressed`) found anew without a surface that it is scored at.
 """
 
 from __future__ import annotations
@@ -193,7 +194,7 @@ def _scores_beyond(
 
     Whether these stand out of the noise of that half does not matter: scores are honest. Raises as `fit_local` does.
     """
-    half = np.arange(len(samples.pressure)) % GROUPS % 2
+    half = samples.group % 2  # copies of a surface are in one
     found = np.empty(GROUPS)
     for part in range(2):
         directions, _ = _offered(samples, given, whole, np.flatnonzero(half != part))

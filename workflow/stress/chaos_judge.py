@@ -62,7 +62,8 @@ def judge(problem: Problem, found: Expansion) -> Verdict:
     }
     if count == len(problem.target) <= REFITTED and problem.weights is None and _sound(problem, found):
         refitted = _by_refits(problem, found)
-        met["leave-one-out, by refits"] = (abs(fit.leave_one_out * variance - refitted), 1e-6 * refitted + rounding**2)
+        lost = 2 * math.sqrt(refitted) * rounding + rounding**2  # (e + d)^2 - e^2 of residuals e that lose d
+        met["leave-one-out, by refits"] = (abs(fit.leave_one_out * variance - refitted), 1e-6 * refitted + lost)
     broken = [f"{name}: {value:.3e} for {limit:.3e}" for name, (value, limit) in met.items() if not value <= limit]
     return Verdict(error / allowed, tuple(broken))
 

@@ -5,9 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from roughslip.figures import save
 from roughslip.figures_field import DRAWN, figure_field
-from tests.drawn import Recorded
+from tests.drawn import assert_nothing_is_cut, assert_stored_and_the_same_bytes
 
 
 def result(nodes=8, modes=20, scale=1e8):
@@ -32,26 +31,14 @@ CASES = {"pascals": result(scale=1e6), "gigapascals": result(scale=5e9), "large"
 def test_nothing_is_cut_and_no_title_leaves_its_panel(case):
     figure = figure_field(CASES[case])
     figure.draw_without_rendering()
-    for axes in figure.axes:
-        box = axes.get_tightbbox()
-        assert figure.bbox.x0 <= box.x0
-        assert box.x1 <= figure.bbox.x1 + 1
-        assert figure.bbox.y0 <= box.y0
-        assert box.y1 <= figure.bbox.y1 + 1
+    assert_nothing_is_cut(figure)
     for row in np.array(figure.axes[:9]).reshape(3, 3):
         for axes, after in pairwise(row):
             assert axes._left_title.get_window_extent().x1 < after._left_title.get_window_extent().x0
 
 
 def test_what_is_drawn_is_stored_and_the_same_bytes(tmp_path):
-    arrays = Recorded(result())
-    for name in ("one", "two"):
-        figure = figure_field(arrays)
-        for kind in ("png", "svg"):
-            save(figure, tmp_path / f"{name}.{kind}")
-    assert arrays.read == set(DRAWN)
-    for kind in ("png", "svg"):
-        assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
+    assert_stored_and_the_same_bytes(figure_field, result(), DRAWN, tmp_path)
 
 
 def test_the_stored_numbers_are_drawn_in_the_units_that_are_told():

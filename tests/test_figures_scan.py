@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from roughslip.figures import save
 from roughslip.figures_scan import DRAWN, NUMBERS, OUTSIDE, figure_scan
-from tests.drawn import Recorded, with_interval
+from tests.drawn import assert_nothing_is_cut, assert_stored_and_the_same_bytes, with_interval
 
 
 def twins(name, value, spread):
@@ -46,23 +45,11 @@ CASES = {"whole": scan(), "small": scan(sufficient=0), "smooth": scan(fractal=-0
 def test_nothing_is_cut_and_no_title_runs_into_the_next_panel(case):
     figure = figure_scan(CASES[case])
     figure.draw_without_rendering()
-    for axes in figure.axes:
-        box = axes.get_tightbbox()
-        assert figure.bbox.x0 <= box.x0
-        assert box.x1 <= figure.bbox.x1 + 1
-        assert figure.bbox.y0 <= box.y0
-        assert box.y1 <= figure.bbox.y1 + 1
+    assert_nothing_is_cut(figure)
 
 
 def test_what_is_drawn_is_stored_and_the_same_bytes(tmp_path):
-    arrays = Recorded(scan())
-    for name in ("one", "two"):
-        figure = figure_scan(arrays)
-        for kind in ("png", "svg"):
-            save(figure, tmp_path / f"{name}.{kind}")
-    assert arrays.read == set(DRAWN)
-    for kind in ("png", "svg"):
-        assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
+    assert_stored_and_the_same_bytes(figure_scan, scan(), DRAWN, tmp_path)
 
 
 def test_the_stored_numbers_are_drawn():

@@ -18,6 +18,7 @@ INTERVAL = ("", "_low", "_high")
 
 
 def with_interval_names(*names: str) -> list[str]:
+    """The names of stored numbers and of both ends of their intervals."""
     return [name + end for name in names for end in INTERVAL]
 
 

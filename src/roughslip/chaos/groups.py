@@ -14,6 +14,12 @@ import scipy.linalg
 from roughslip.errors import IllPosedError
 
 
+def numbered(rows: np.ndarray) -> np.ndarray:
+    """(K,) number of each of the rows : (K, ...), 0, 1, ... as they first come; rows that are equal share it."""
+    first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
+    return np.argsort(np.argsort(first))[number.ravel()]
+
+
 def without_one(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """Solutions of normal equations of all groups and without each.
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from roughslip.chaos.censored import censored_regression, completed, derivatives, expected
 from roughslip.chaos.checks import finite
-from roughslip.chaos.groups import group_sums, left_out_predictions, without_one, without_two
+from roughslip.chaos.groups import group_sums, left_out_predictions, numbered, without_one, without_two
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.pressure import Kind, PressureTarget
@@ -65,9 +65,7 @@ class Samples:
     @property
     def group(self) -> np.ndarray:
         """(K,) number below GROUPS of each surface, in turn; copies share it, as none may predict another."""
-        rows = self.variables.reshape(len(self.variables), -1)
-        first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
-        return np.argsort(np.argsort(first))[number.ravel()] % GROUPS
+        return numbered(self.variables.reshape(len(self.variables), -1)) % GROUPS
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg
 
 from roughslip.chaos.checks import finite
+from roughslip.chaos.groups import numbered
 from roughslip.errors import IllPosedError, ParameterError
 
 WORST_CONDITION = 1e8  # half the digits of the coefficients are rounding there
@@ -254,8 +255,7 @@ def same_points(basis: np.ndarray) -> np.ndarray:
     apart[near] = np.any(difference > ALIKE * size, axis=1)
     point = np.empty(len(basis), dtype=np.int64)
     point[order] = np.cumsum(apart) - 1
-    first, number = np.unique(point, return_index=True, return_inverse=True)[1:]
-    return np.argsort(np.argsort(first))[number]
+    return numbered(point)
 
 
 def _folds_left_out(q: np.ndarray, residual: np.ndarray) -> np.ndarray:

@@ -193,6 +193,18 @@ def distance_to_beta(
     return BetaDistance(standardised=distance(mean - scale * beta_mean, scale), scaled=distance(lower, upper - lower))
 
 
+def standardised_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Share (1 + R, points) of the windows that lie at most so many standard deviations : (points,) above their mean.
+
+    mu, valid : (S, W) friction coefficient and bool
+    weights : (1 + R, S) counts from `strip_weights`
+
+    Raises IllPosedError where mu has no scatter.
+    """
+    mean, std = _mean_and_std(mu, valid, weights)
+    return resampled_distribution(mu, valid, weights, mean[:, None] + std[:, None] * points)
+
+
 def _mean_and_std(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     centre = float(np.mean(mu[valid]))
     n, first, second = resampled(weights, power_sums(mu, valid, centre, 2)).T

@@ -11,8 +11,9 @@ from roughslip import store
 from roughslip.friction.candidates import FAMILIES, fit_candidates
 from roughslip.friction.correlation import LONGEST_WINDOWS, correlation_fit
 from roughslip.friction.hypotheses import p_value, p_value_of_equality
+from roughslip.friction.marginal import standardised_distribution
 from roughslip.friction.penetration_law import penetration_law
-from roughslip.friction.resampling import Estimate, power_sums, resampled, resampled_distribution
+from roughslip.friction.resampling import Estimate
 from roughslip.friction.statistics import Combined
 from roughslip.friction.window_geometry import white_autocorrelation
 from roughslip.stages import geometry
@@ -62,7 +63,7 @@ def p_value_variables(
     levels, median = len(percentiles), int(np.flatnonzero(percentiles == 50.0)[0])
     found = dict.fromkeys(TESTS, np.nan)
     if levels > 1:
-        laws = [standardised_law(values, valid, weights) for values, valid in zip(*mu, strict=True)]
+        laws = [standardised_distribution(values, valid, weights, STANDARD) for values, valid in zip(*mu, strict=True)]
         found["p_equal_law"] = p_value_of_equality(np.stack(laws))
         curves = np.stack([estimate.rows for estimate in table["autocorrelation"][:levels]])
         found["p_equal_correlation"] = p_value_of_equality(curves)
@@ -73,14 +74,6 @@ def p_value_variables(
     found["p_no_skewness"] = p_value(table["skewness"][median])
     found["p_no_kurtosis"] = p_value(table["kurtosis"][median])
     return {name: store.Variable((), value, "1", TESTS[name]) for name, value in found.items()}
-
-
-def standardised_law(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Share (1 + R, points) of the windows that lie less than STANDARD standard deviations above their mean."""
-    centre = float(np.mean(mu[valid]))
-    n, first, second = resampled(weights, power_sums(mu, valid, centre, 2)).T
-    mean, std = first / n, np.sqrt(second / n - (first / n) ** 2)
-    return resampled_distribution(mu, valid, weights, centre + mean[:, None] + std[:, None] * STANDARD)
 
 
 def fit_variables(combined: list[Combined], percentiles: np.ndarray) -> dict[str, store.Variable]:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughslip.chaos.functionals import NAMES, Stencil, local_functionals, orthonormal_directions, whitening
+from roughslip.chaos.functionals import MIRRORED, NAMES, Stencil, local_functionals, orthonormal_directions, whitening
 from roughslip.errors import IllPosedError, ParameterError
 
 STENCIL = Stencil(near=(1, 2), far=(3, 2))
@@ -150,7 +150,7 @@ def correlated_samples():
 
 def test_whitened_functionals_have_unit_covariance():
     samples = correlated_samples()
-    whiten = whitening(samples)
+    whiten = whitening(samples, np.zeros((samples.shape[1], 0)))
     xi = samples @ whiten.T
     np.testing.assert_allclose(xi.T @ xi / len(xi), np.eye(4), atol=1e-12)  # 200 eps times the condition, below 100
     assert np.array_equal(whiten, np.tril(whiten))
@@ -173,11 +173,30 @@ def repeat_a_column(samples, difference):
 )
 def test_dependent_functionals_cannot_be_whitened(change, message):
     with pytest.raises(IllPosedError, match=message):
-        whitening(change(correlated_samples()))
+        whitening(change(correlated_samples()), np.zeros((4, 0)))
 
 
 def test_whitening_refuses_what_is_not_finite():
     samples = correlated_samples()
     samples[3, 1] = np.nan
     with pytest.raises(ParameterError):
-        whitening(samples)
+        whitening(samples, np.zeros((samples.shape[1], 0)))
+
+
+def test_what_a_symmetry_keeps_apart_is_not_mixed_by_whitening():
+    """Columns 1 and 3 change sign: as if every sample were there with its image, whose mixed moments cancel."""
+    samples, odd = correlated_samples(), np.array([[0], [1], [0], [1]])
+    whiten = whitening(samples, odd)
+    both = np.concatenate([samples, samples * (-1.0) ** odd.T])
+    xi = both @ whiten.T
+    np.testing.assert_allclose(xi.T @ xi / len(xi), np.eye(4), atol=1e-12)
+    np.testing.assert_array_equal(whiten[odd != odd.T], 0.0)
+
+
+@pytest.mark.parametrize(("axis", "symmetry"), [(0, 0), (1, 1)])
+def test_mirrored_surfaces_have_functionals_of_the_signs_that_are_told(axis, symmetry):
+    heights = np.random.default_rng(12).standard_normal((9, 8))
+    stencil = Stencil((1, 1), (2, 3))
+    found = np.flip(local_functionals(np.flip(heights, axis), stencil), 1 + axis)
+    signs = (-1.0) ** MIRRORED[:, symmetry]
+    np.testing.assert_allclose(found, local_functionals(heights, stencil) * signs[:, None, None], rtol=0, atol=1e-14)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from roughslip.chaos import indices
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.indices import even_terms, multi_indices
 from roughslip.errors import ParameterError
 
 
@@ -77,3 +77,23 @@ def test_impossible_truncations_are_refused(wrong):
 
 def test_exponents_are_integers():
     assert multi_indices(2, 2).dtype == np.int64
+
+
+def test_even_terms_keep_their_value_under_every_symmetry_and_the_others_do_not():
+    """Of one symmetry that turns two of eight variables: the C(9, 3) = 84 cubics in the other six, and the three
+    products of two of the two with 1 or one of the six."""
+    odd = np.array([[0, 0], [1, 0], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0], [0, 0]])
+    complete = multi_indices(8, 3)
+    assert len(even_terms(complete, odd[:, :1])) == 84 + 3 * 7
+    kept = {tuple(term) for term in even_terms(complete, odd)}
+    points = np.random.default_rng(2).standard_normal((4, 8))
+    for term in complete:
+        values = [np.prod((points * signs) ** term, axis=1) for signs in (-1.0) ** odd.T]
+        same = all(np.allclose(value, np.prod(points**term, axis=1)) for value in values)
+        assert same == (tuple(term) in kept)
+    assert len(even_terms(complete, odd[:, :0])) == 165
+
+
+def test_signs_of_other_variables_are_refused():
+    with pytest.raises(ParameterError, match="each of 3 variables"):
+        even_terms(multi_indices(3, 2), np.zeros((2, 1)))

@@ -325,3 +325,22 @@ def test_jackknife_deviations_of_a_mean_sum_to_its_variance():
     values = np.random.default_rng(9).standard_normal(20)
     without = (values.sum() - values) / 19
     assert np.sum(jackknife_deviations(without) ** 2) == pytest.approx(np.var(values, ddof=1) / 20, rel=1e-12)
+
+
+def test_terms_that_a_symmetry_forbids_are_left_out_as_if_every_surface_had_its_image():
+    """The second variable changes sign: the normal equations of surfaces with their images fall apart into those of
+    even terms, twice what they are of the surfaces alone, and of odd ones, with a right side of zero."""
+    whole = samples(TARGETS["trial_pressure"], seed=4, surfaces=200, variables=3)
+    image = whole.variables * [1.0, -1.0, 1.0]
+    twice = Samples(
+        np.concatenate([whole.variables, image]),
+        whole.distance2,
+        *(np.concatenate([one, one]) for one in (whole.pressure, whole.gap)),
+    )
+    found = fit_local(replace(whole, odd=np.array([[0], [1], [0]])), 3, TARGETS["squared_pressure"])
+    expected = fit_local(twice, 3, TARGETS["squared_pressure"])
+    even = expected.indices[:, 1] % 2 == 0
+    np.testing.assert_array_equal(found.indices, expected.indices[even])
+    unit = np.abs(expected.coefficients[0]).max()
+    np.testing.assert_allclose(found.coefficients[0], expected.coefficients[0, even], rtol=0, atol=1e-12 * unit)
+    np.testing.assert_allclose(expected.coefficients[0, ~even], 0.0, atol=1e-12 * unit)

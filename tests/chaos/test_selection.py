@@ -223,3 +223,11 @@ def test_directions_are_never_found_at_copies_of_the_surfaces_they_are_scored_at
     for first, second in zip(halves[::2], halves[1::2], strict=True):
         assert len(first) + len(second) == 600
         assert not set(again[first]) & set(again[second])
+
+
+def test_signs_go_with_variables_that_are_chosen_and_are_unknown_of_mixed_ones():
+    odd = np.arange(2 * CANDIDATES).reshape(CANDIDATES, 2) % 2
+    samples = replace(solved(2), odd=odd)
+    np.testing.assert_array_equal(turned(samples, np.eye(CANDIDATES)[[3, 0]]).odd, odd[[3, 0]])
+    assert turned(samples, np.ones((1, CANDIDATES))).odd.size == 0
+    assert turned(solved(2), np.eye(CANDIDATES)).odd.size == 0

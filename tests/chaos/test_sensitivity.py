@@ -120,3 +120,15 @@ def test_directions_and_coefficients_must_be_such():
         sensitivity_along(2 * direction, coefficients)
     with pytest.raises(IllPosedError, match="constant"):
         sensitivity_along(direction, np.array([[1.0, 1.0], [0.0, 1.0]]))
+
+
+def test_terms_that_are_not_there_have_the_coefficient_zero():
+    """Turned, an expansion in a few terms is one of full degree."""
+    complete, rng = multi_indices(3, 3), np.random.default_rng(6)
+    few = np.flatnonzero(complete[:, 1] % 2 == 0)
+    c = np.zeros(len(complete))
+    c[few] = rng.standard_normal(len(few))
+    directions = np.linalg.qr(rng.standard_normal((5, 3)))[0].T
+    expected, found = (sensitivity_to_directions(*of, directions) for of in ((complete, c), (complete[few], c[few])))
+    np.testing.assert_allclose(found.first, expected.first, atol=1e-12)
+    np.testing.assert_allclose(found.total, expected.total, atol=1e-12)

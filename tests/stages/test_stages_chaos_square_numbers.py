@@ -1,4 +1,4 @@
-"""What stage chaos_square writes of a contact that a linear expansion in two local variables meets exactly."""
+"""What stage chaos_square writes of a contact that a linear expansion in local variables meets exactly."""
 
 import math
 
@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.indices import even_terms, multi_indices
 from roughslip.contact.influence import Influence
 from roughslip.stages import centre_distribution, chaos_square, design, expansion, geometry, nodes, surface, surfaces
 
@@ -18,10 +18,11 @@ CONFIGURATION = {
     "roughness": {"covariance": "gaussian", "rms_height_m": 2e-7, "correlation_length_m": 3e-5},
     "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
     "square": {"edge_m": 6e-5, "nodes": 4, "modes": MODES, "latin_hypercube_samples": SAMPLES},
-    "expansion": {"target": "trial_pressure", "variables": 2, "degree": 2, "samples": 200, "draws": DRAWS},
+    "expansion": {"target": "trial_pressure", "variables": 4, "degree": 2, "samples": 200, "draws": DRAWS},
 }
 MEAN, SCATTER = -2e7, 5e7  # Pa, of the trial pressure at the centre: in contact with probability Phi(-0.4)
-RESPONSE = np.array([0.6, -0.8])  # to the height and to what the slope along x adds to it
+# To the height and to what the curvature along x adds to it. To the slopes there is none: by symmetry it would vanish.
+RESPONSE = np.array([0.6, 0.0, 0.0, -0.8])
 
 
 def trial_pressure(xi: np.ndarray, variables: np.ndarray) -> np.ndarray:
@@ -40,9 +41,9 @@ def designs(run, modes):
 
 @pytest.fixture(scope="module")
 def variables(modes):
-    """(4, 2, MODES) at the four central nodes, which are all that train on so coarse a mesh."""
+    """(4, 4, MODES) at the four central nodes, which are all that train on so coarse a mesh."""
     model, grid = surfaces.gaussian_model(CONFIGURATION), geometry.square_grid(CONFIGURATION)
-    return expansion.directions(model, grid, modes["modes"], nodes.training_nodes(model, grid), 2)
+    return expansion.directions(model, grid, modes["modes"], nodes.training_nodes(model, grid), 4)[0]
 
 
 @pytest.fixture(scope="module")
@@ -96,8 +97,10 @@ def test_expansions_that_are_exact_have_no_error(found):
     assert found["fit_leave_one_out"][1] > 1e-6
     contacts = MONTE_CARLO * norm.cdf(MEAN / SCATTER)
     np.testing.assert_array_less(found["fit_distance_at_contact"][[0, 2]], 2 / contacts)  # rounding may swap two ranks
+    probability = norm.cdf(MEAN / SCATTER)
+    deviation = 2 * math.sqrt(SAMPLES * probability * (1 - probability))
     in_contact = found["fit_samples"][0]
-    assert in_contact == found["fit_samples"][1] == pytest.approx(SAMPLES * norm.cdf(MEAN / SCATTER), abs=10)
+    assert in_contact == found["fit_samples"][1] == pytest.approx(SAMPLES * probability, abs=deviation)
 
 
 def test_variables_are_those_of_the_centre_and_the_basis_has_all_nodes(found, modes, designs, variables):
@@ -105,7 +108,9 @@ def test_variables_are_those_of_the_centre_and_the_basis_has_all_nodes(found, mo
     np.testing.assert_allclose(found["direction"][0], height / np.linalg.norm(height), atol=1e-12)
     np.testing.assert_array_equal(found["direction"], variables[0])
     rows = np.concatenate([designs["expansion"] @ one.T for one in variables])
-    basis = hermite_basis(rows, multi_indices(2, 2))
+    signs = np.array([[0, 0], [1, 0], [0, 1], [0, 0]])  # height, slopes, curvature: mirrored along x, along y
+    basis = hermite_basis(rows, even_terms(multi_indices(4, 2), signs))
+    assert basis.shape == (4 * 200, 8)  # 1, h, c, h^2, h c, c^2, and the squares of the slopes
     assert found["fit_condition_number"][2] == pytest.approx(np.linalg.cond(basis / np.linalg.norm(basis, axis=0)))
     assert found["cross_validated"] < 1e-20
     assert found["fit_samples"][2] == 4 * 200
@@ -165,12 +170,13 @@ def test_a_regression_finds_the_response_that_two_functionals_make(expanded):
 
 
 def test_the_best_number_of_variables_is_told_with_those_it_was_chosen_from(expanded, variables):
-    """Height and slope give the response exactly; with one more of either kind nothing is left to gain."""
+    """Height and curvature give the response exactly; of two variables it is not among, and six have nothing to add."""
     found = expanded(variables="best")
     assert list(found["count"][:2]) == [2, 4]
-    assert found.attributes["variables"] == 2
+    assert found.attributes["variables"] == 4
     np.testing.assert_array_equal(found["direction"], variables[0])
-    assert np.nanmax(found["count_score"]) < 1e-6
+    assert found["count_score"][0] > 0.1
+    assert np.nanmax(found["count_score"][1:]) < 1e-6
     assert found["count_error"][int(np.nanargmin(found["count_score"]))] == 0
 
 

@@ -55,7 +55,7 @@ def test_variables_are_standard_normal_at_every_node_and_the_first_is_the_height
     grid = Grid(24, 24, 1.0, 1.0)
     modes = karhunen_loeve(SURFACE.covariance, grid, 40).modes
     nodes = training_nodes(SURFACE, grid)
-    found = directions(SURFACE, grid, modes, nodes, 8)
+    found, _ = directions(SURFACE, grid, modes, nodes, 8)
     assert found.shape == (16, 8, 40)
     for one, x, y in zip(found, nodes.x, nodes.y, strict=True):
         np.testing.assert_allclose(one @ one.T, np.eye(8), atol=1e-12)
@@ -81,7 +81,7 @@ def asked(variables, length=6.0, nodes=24, count=60, **rotation):
 @pytest.mark.parametrize("count", [3, 8])
 def test_up_to_eight_variables_are_the_functionals_and_nothing_else(count):
     found, surface, grid, modes, places = asked(count)
-    np.testing.assert_array_equal(found.directions, directions(surface, grid, modes, places, count))
+    np.testing.assert_array_equal(found.directions, directions(surface, grid, modes, places, count)[0])
     assert (found.given, found.count) == (count, count)
 
 
@@ -90,7 +90,7 @@ def test_beyond_them_is_what_the_heights_around_have_besides(variables):
     """Orthonormal at every node, and every height nearby is in the span but for a thousandth of the variance."""
     found, surface, grid, modes, places = asked(variables)
     assert (found.given, found.count) == (8, None if variables == "best" else 9)
-    np.testing.assert_array_equal(found.directions[:, :8], directions(surface, grid, modes, places, 8))
+    np.testing.assert_array_equal(found.directions[:, :8], directions(surface, grid, modes, places, 8)[0])
     for one, x, y in zip(found.directions, places.x, places.y, strict=True):
         np.testing.assert_allclose(one @ one.T, np.eye(len(one)), atol=1e-12)
         near = modes[:, x + 3, y - 2]
@@ -133,3 +133,24 @@ def test_more_variables_than_the_surface_has_around_the_centre_are_refused():
     assert found.directions.shape == (4, 25, 100)
     with pytest.raises(IllPosedError, match="26 variables were asked for; around the centre the surface has 25"):
         asked(26, length=0.1, nodes=10, count=100)
+
+
+@pytest.mark.parametrize(("lay", "symmetries"), [(0.0, 2), (0.6, 1)])
+def test_signs_of_the_variables_are_those_of_surfaces_turned_with_their_nodes(lay, symmetries):
+    """Mirrored along x and along y; where the lay is aslant, turned by half a turn. A turned surface of the modes is
+    one of the modes again, as their covariance stays the same."""
+    covariance = Covariance("gaussian", 1.0, 6.0, 9.0, lay)
+    surface, grid = GaussianModel(covariance, covariance.axis_lengths_m), Grid(24, 24, 1.0, 1.0)
+    modes = karhunen_loeve(covariance, grid, 30).modes
+    places = training_nodes(surface, grid)
+    found, odd = directions(surface, grid, modes, places, 8)
+    assert odd.shape == (8, symmetries)
+    flips = [(0,), (1,)] if symmetries == 2 else [(0, 1)]
+    at = {node: number for number, node in enumerate(zip(places.x.tolist(), places.y.tolist(), strict=True))}
+    flat = modes.reshape(30, -1).T
+    for flip, signs in zip(flips, odd.T, strict=True):
+        turn, left, *_ = np.linalg.lstsq(flat, np.flip(modes, [1 + axis for axis in flip]).reshape(30, -1).T)
+        assert np.all(left < 1e-20)
+        for (x, y), number in at.items():
+            image = at[23 - x if 0 in flip else x, 23 - y if 1 in flip else y]
+            np.testing.assert_allclose(found[image] @ turn, found[number] * (-1.0) ** signs[:, None], atol=1e-7)

@@ -41,7 +41,7 @@ def equation(method: str) -> Method:
 def ours(square: Square, solved: Solved, level: int) -> Drawn:
     """The local expansion of all samples at all training nodes."""
     variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
-    samples = Samples(variables, square.nodes.distance2, solved.pressure[:, level], solved.gap[:, level])
+    samples = Samples(variables, square.nodes.distance2, solved.pressure[:, level], solved.gap[:, level], square.odd)
     found = fit_local(samples, int(square.indices.sum(axis=1).max()), square.target)
     return lambda count, stream: draw_local(found, count, [square.seed, geometry.STREAM_DRAWS, stream])
 

@@ -116,7 +116,7 @@ class Square:
 
     modes : (M, nx, ny) [m]
     nodes : at which the pressure is kept, the `central` ones first
-    directions : (nodes, variables, M)
+    directions, odd : (nodes, variables, M), and what the symmetries of the surface do to the variables
     indices : (P, variables) exponents
     planes : (penetrations,) [m]
     """
@@ -130,6 +130,7 @@ class Square:
     nodes: Nodes
     central: int
     directions: np.ndarray
+    odd: np.ndarray
     indices: np.ndarray
     target: PressureTarget
     planes: np.ndarray
@@ -151,7 +152,7 @@ class Square:
             elastic.influence(configuration, grid),
             nodes,
             len(central_nodes(model, grid).x),
-            expansion.directions(model, grid, modes, nodes, terms["variables"]),
+            *expansion.directions(model, grid, modes, nodes, terms["variables"]),
             multi_indices(terms["variables"], terms["degree"]),
             expansion.targets(configuration, model, grid)[0],
             np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES]),

@@ -15,7 +15,7 @@ heights explain cancels; it sees a target or variables that do not serve, which 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -170,7 +170,7 @@ def enrich(
 def _joined(first: Samples, second: Samples) -> Samples:
     pairs = ((getattr(first, name), getattr(second, name)) for name in ("variables", "pressure", "gap"))
     variables, pressure, gap = (np.concatenate(pair) for pair in pairs)
-    return Samples(variables, first.distance2, pressure, gap)
+    return replace(first, variables=variables, pressure=pressure, gap=gap)
 
 
 def _largest(multipliers: np.ndarray, deviations: np.ndarray) -> float:

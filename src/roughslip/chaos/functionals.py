@@ -17,7 +17,10 @@ from roughslip.errors import IllPosedError, ParameterError
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
 
-HALF_TURN = np.array([1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0])  # of each, where the surface is turned by half a turn
+# Which of them change sign (1) where the surface is mirrored along x and where it is mirrored along y, a row each.
+MIRRORED = np.array([[0, 0], [1, 0], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0], [0, 0]])
+NO_SYMMETRY = MIRRORED[:, :0]  # where none is known
+HALF_TURN = (-1.0) ** MIRRORED.sum(axis=1)  # factor of each where the surface is turned by half a turn: mirrored twice
 
 INDEPENDENT = 1e-6  # share of a functional, by standard deviation, that those before it must leave unexplained
 
@@ -122,19 +125,21 @@ def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
     )
 
 
-def whitening(samples: np.ndarray) -> np.ndarray:
+def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
     """Matrix that turns the functionals into variables of unit covariance.
 
     samples : (K, n) [m] functionals at K nodes, of mean zero by construction
+    odd : (n, symmetries) 1 for a functional that changes sign under a symmetry of the surfaces, else 0; those that
+        differ in it are uncorrelated, whatever the samples say
 
     Returns whiten : (n, n) [1/m] lower triangular, so that the columns of samples @ whiten.T have second moments 1 and
-    none mixed. Raises ParameterError for samples that are not finite; IllPosedError where a functional vanishes or
-    depends on those before it.
+    none mixed but between those that differ in sign. Raises ParameterError for samples that are not finite;
+    IllPosedError where a functional vanishes or depends on those before it.
 
     Method: inverse of the Cholesky factor of the correlation matrix, whose diagonal is what each has of its own.
     """
     samples = finite("samples of the functionals", samples, 2)
-    covariance = samples.T @ samples / len(samples)
+    covariance = samples.T @ samples / len(samples) * np.all(odd[:, None] == odd, axis=2)
     scale = np.sqrt(np.diag(covariance))
     if not np.all(scale > 0):
         raise IllPosedError("a local functional vanishes on every sample: the strip is too narrow: use a wider one")

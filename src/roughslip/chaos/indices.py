@@ -49,6 +49,20 @@ def multi_indices(variables: int, degree: int, *, norm: float = 1.0, interaction
     return indices[np.argsort(indices.sum(axis=1), kind="stable")]
 
 
+def even_terms(indices: np.ndarray, odd: np.ndarray) -> np.ndarray:
+    """The terms that keep their sign under every symmetry of what is expanded; of the others the coefficients vanish.
+
+    indices : (P, variables) exponents
+    odd : (variables, symmetries) 1 for a variable that changes sign under a symmetry, else 0
+
+    A symmetry maps the law of the variables on itself and leaves the response alone, so that a term which it turns into
+    its negative has no mean product with the response. Raises ParameterError for shapes that do not match.
+    """
+    if odd.ndim != 2 or len(odd) != indices.shape[1]:
+        raise ParameterError(f"signs {odd.shape} must have a row for each of {indices.shape[1]} variables")
+    return indices[np.all(indices @ odd % 2 == 0, axis=1)]
+
+
 def _grow(term: Term, first: int, left: float, most: int, variables: int, costs: np.ndarray) -> Iterator[Term]:
     """The term and all that follow from it by factors of the variables from `first` on, high powers first."""
     yield term

@@ -3,7 +3,8 @@
 What a surface does around a node gives the pressure there in nearly the same way at all nodes near the centre, so one
 contact solve yields a sample at each of them. The variables are local functionals of the heights, orthonormal at every
 node by itself, so that they are standard normal at each. How the response drifts with the distance d from the centre of
-the mesh (a border is nearer, the elastic half-space less depressed) is a term in d^2, by symmetry the lowest:
+the mesh (a border is nearer, the elastic half-space less depressed) is a term in d^2, by symmetry the lowest; terms
+that change sign where the surface is mirrored are left out, as nodes are trained together with their mirror images:
 
     target = sum_a c_a psi_a(u) + b (d^2 - d_centre^2) + scatter (see `scatter`),   pressure from target^+.
 
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from roughslip.chaos.censored import censored_regression, completed, derivatives
 from roughslip.chaos.checks import finite
 from roughslip.chaos.groups import group_sums, left_out_predictions, numbered, without_one, without_two
 from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.indices import even_terms, multi_indices
 from roughslip.chaos.pressure import Kind, PressureTarget
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.chaos.scatter import ResidualScatter, residual_scatter
@@ -42,6 +43,7 @@ class Samples:
     variables : (K, nodes, v) [-] orthonormal local functionals
     distance2 : (nodes,) [-] squared distance of each node from the centre of the mesh, less that of the centre node
     pressure, gap : (K, nodes) [Pa], [m] the gap less than zero where the surface yields, by the plastic displacement
+    odd : (v, symmetries) 1 for a variable that changes sign under a symmetry of surfaces and nodes together, else 0
 
     Raises ParameterError for shapes that do not match or numbers that are not finite.
     """
@@ -50,6 +52,7 @@ class Samples:
     distance2: np.ndarray
     pressure: np.ndarray
     gap: np.ndarray
+    odd: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
 
     def __post_init__(self) -> None:
         for name, dimensions in (("variables", 3), ("distance2", 1), ("pressure", 2), ("gap", 2)):
@@ -158,6 +161,8 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     if not contact.any():
         raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
     indices = multi_indices(count, degree)
+    if samples.odd.size:
+        indices = even_terms(indices, samples.odd)
     basis = hermite_basis(samples.variables.reshape(-1, count), indices)
     if np.ptp(samples.distance2) > 0:
         basis = np.column_stack([basis, np.tile(samples.distance2, surfaces)])

@@ -54,8 +54,11 @@ class Chosen:
 
 
 def turned(samples: Samples, rotation: np.ndarray) -> Samples:
-    """The samples in variables rotation @ u."""
-    return replace(samples, variables=samples.variables @ rotation.T)
+    """The samples in variables rotation @ u; what symmetries do is known of those that are variables of before."""
+    chosen = rotation != 0
+    known = np.all(chosen.sum(axis=1) == 1)
+    odd = chosen @ samples.odd if samples.odd.size and known else np.zeros((0, 0), dtype=np.int64)
+    return replace(samples, variables=samples.variables @ rotation.T, odd=odd)
 
 
 def fit_count(

@@ -8,6 +8,7 @@ import numpy as np
 
 from roughslip.chaos.checks import finite
 from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.indices import multi_indices
 from roughslip.errors import IllPosedError, ParameterError
 
 
@@ -59,7 +60,7 @@ def sensitivity(indices: np.ndarray, coefficients: np.ndarray) -> Sensitivity:
 def sensitivity_to_directions(indices: np.ndarray, coefficients: np.ndarray, directions: np.ndarray) -> Sensitivity:
     """Sobol' indices of the normal variables behind those of a Hermite expansion, which are rotated ones: u = D xi.
 
-    indices : (P, v) exponents of total degree, as multi_indices(v, degree) gives them
+    indices : (P, v) exponents
     coefficients : (P,) in the unit of the target
     directions : (v, M) D, orthonormal rows
 
@@ -74,14 +75,15 @@ def sensitivity_to_directions(indices: np.ndarray, coefficients: np.ndarray, dir
     variables = indices.shape[1]
     if not np.allclose(directions @ directions.T, np.eye(variables), atol=1e-9):
         raise ParameterError("directions must be orthonormal rows")
-    points = np.random.default_rng(0).standard_normal((4 * len(indices), variables))
-    to_coefficients = np.linalg.pinv(hermite_basis(points, indices))
+    complete = multi_indices(variables, int(indices.sum(axis=1).max()))
+    points = np.random.default_rng(0).standard_normal((4 * len(complete), variables))
+    to_coefficients = np.linalg.pinv(hermite_basis(points, complete))
     first, total = np.empty(directions.shape[1]), np.empty(directions.shape[1])
     for mode, d in enumerate(directions.T):
         length = min(float(np.linalg.norm(d)), 1.0)
         turned = to_coefficients @ (hermite_basis(points @ _first_along(d), indices) @ coefficients)
-        squares, powers = turned[1:] ** 2, indices[1:, 0]
-        alone = powers == indices[1:].sum(axis=1)
+        squares, powers = turned[1:] ** 2, complete[1:, 0]
+        alone = powers == complete[1:].sum(axis=1)
         first[mode] = np.sum(squares[alone] * length ** (2.0 * powers[alone]))
         total[mode] = np.sum(squares * (1.0 - (1.0 - length**2) ** powers))
     return Sensitivity(whole.mean, whole.variance, first / whole.variance, total / whole.variance)

@@ -15,10 +15,10 @@ import numpy as np
 
 from roughslip.chaos.basis import Basis
 from roughslip.chaos.checks import finite
-from roughslip.chaos.functionals import HALF_TURN, Stencil, local_functionals, whitening
+from roughslip.chaos.functionals import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
 from roughslip.chaos.groups import group_sums, left_out_predictions, without_one
 from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.indices import even_terms, multi_indices
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.errors import IllPosedError, ParameterError
 
@@ -79,7 +79,12 @@ class StripExpansion:
 
 
 def fit_strip(
-    functionals: np.ndarray, target_values: np.ndarray, degree: int, stencil: Stencil, target: PressureTarget
+    functionals: np.ndarray,
+    target_values: np.ndarray,
+    degree: int,
+    stencil: Stencil,
+    target: PressureTarget,
+    odd: np.ndarray = NO_SYMMETRY,
 ) -> tuple[StripExpansion, dict[str, np.ndarray]]:
     """Fit the expansion row by row and penetration by penetration.
 
@@ -87,6 +92,8 @@ def fit_strip(
     target_values : (K, ny, levels) [Pa] or [Pa^2] values of `target` there
     degree : total degree of the expansion
     stencil : the boxes that the functionals were taken with
+    odd : (8, symmetries) 1 for a functional that changes sign under a symmetry of the strip that keeps every row, else
+        0; terms that do so too are left out
 
     Returns the expansion and, as (ny, levels) arrays, its QUALITY. Neighbouring nodes are correlated, so that
     leave-one-out is an optimistic figure here. Raises ParameterError for arrays that do not match, and IllPosedError as
@@ -97,12 +104,12 @@ def fit_strip(
         raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")
     _, rows, variables = functionals.shape
     levels = target_values.shape[2]
-    indices = multi_indices(variables, degree)
+    indices = even_terms(multi_indices(variables, degree), odd)
     whiten = np.empty((rows, variables, variables))
     coefficients = np.empty((rows, len(indices), levels))
     quality = {name: np.empty((rows, levels)) for name in QUALITY}
     for row in range(rows):
-        whiten[row] = whitening(functionals[:, row])
+        whiten[row] = whitening(functionals[:, row], odd)
         basis = hermite_basis(functionals[:, row] @ whiten[row].T, indices)
         for level in range(levels):
             try:

@@ -31,7 +31,7 @@ def work(job: Job) -> None:
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
         degree = configuration["expansion"]["degree"]
         training, values = turned_to_half(np.concatenate(functionals), values)
-        half, quality = fit_strip(training, values, degree, stencil, target)
+        half, quality = fit_strip(training, values, degree, stencil, target, expansion.mirrored_along(model))
         strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
         predicted = predictions_of_left_out_strips(half, training, values, strip)
         levels = len(predicted)

@@ -8,7 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.chaos.directions import moving_frame
-from roughslip.chaos.functionals import NAMES, Stencil, local_functionals, orthonormal_directions
+from roughslip.chaos.functionals import (
+    INDEPENDENT,
+    MIRRORED,
+    NAMES,
+    NO_SYMMETRY,
+    Stencil,
+    local_functionals,
+    orthonormal_directions,
+)
 from roughslip.chaos.local import Samples
 from roughslip.chaos.pressure import KINDS, Kind, PressureTarget, pressure_target, summit_curvature
 from roughslip.chaos.selection import COUNTS
@@ -16,7 +24,7 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.stages import elastic, geometry
 from roughslip.stages.nodes import Nodes
-from roughslip.surface.model import SurfaceModel
+from roughslip.surface.model import GaussianModel, SurfaceModel
 
 BEST = "best"  # in a scene: the target that scores best, or the number of variables
 RAW = "none"  # of expansion.rotation: the leading modes themselves
@@ -32,6 +40,7 @@ class Candidates:
     given : the number of them that are taken in their order; those behind are a frame for further directions
     count : how many variables the scene asks for, None if that is to be found
     distance2 : (nodes,) [-] of the nodes, as in `Samples`
+    odd : (c, symmetries) as in `Samples`
     regression : whether the regression direction comes before the given ones
     """
 
@@ -39,17 +48,18 @@ class Candidates:
     given: int
     count: int | None
     distance2: np.ndarray
+    odd: np.ndarray
     regression: bool = False
 
     def samples(self, xi: np.ndarray, pressure: np.ndarray, gap: np.ndarray) -> Samples:
         """Surfaces xi : (K, M) with pressure [Pa] and gap [m] : (K, training nodes) in all candidates."""
         nodes = len(self.directions)
         variables = np.einsum("km,nvm->knv", xi, self.directions)
-        return Samples(variables, self.distance2, pressure[:, :nodes], gap[:, :nodes])
+        return Samples(variables, self.distance2, pressure[:, :nodes], gap[:, :nodes], self.odd)
 
 
 def candidates(
-    configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Nodes
+    configuration: geometry.Configuration, surface: GaussianModel, grid: Grid, modes: np.ndarray, nodes: Nodes
 ) -> Candidates:
     """The variables that the scene names: raw modes at the centre alone, or local functionals at all training nodes.
 
@@ -59,22 +69,22 @@ def candidates(
     yet to be found, or a regression are asked for. The modes that lead at one node do not at another, so they train at
     one.
     """
-    asked = configuration["expansion"]
+    asked, unknown = configuration["expansion"], np.zeros((0, 0), dtype=np.int64)
     count = None if asked["variables"] == BEST else int(asked["variables"])
     if asked.get("rotation") == RAW:
         given = min(count or COUNTS[-1], len(modes))
-        return Candidates(np.eye(len(modes))[None, :given], given, count, nodes.distance2[:1])
+        return Candidates(np.eye(len(modes))[None, :given], given, count, nodes.distance2[:1], unknown)
     given = min(count or len(NAMES), len(NAMES))
-    found = directions(surface, grid, modes, nodes, given)
+    found, odd = directions(surface, grid, modes, nodes, given)
     regression = asked.get("rotation") == REGRESSION
     if regression or count is None or count > given:
         frame = moving_frame(heights_around(surface, grid, modes, nodes), found)
-        found = np.concatenate([found, frame], axis=1)
+        found, odd = np.concatenate([found, frame], axis=1), unknown
         if count is not None and count > found.shape[1]:
             raise IllPosedError(
                 f"{count} variables were asked for; around the centre the surface has {found.shape[1]}: ask for fewer"
             )
-    return Candidates(found, given, count, nodes.distance2, regression)
+    return Candidates(found, given, count, nodes.distance2, odd, regression)
 
 
 def heights_around(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Nodes) -> np.ndarray:
@@ -92,16 +102,35 @@ def heights_around(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: 
     return np.moveaxis(modes[:, x[:, kept], y[:, kept]], 0, -1)
 
 
-def directions(surface: SurfaceModel, grid: Grid, modes: np.ndarray, nodes: Nodes, count: int) -> np.ndarray:
+def directions(
+    surface: GaussianModel, grid: Grid, modes: np.ndarray, nodes: Nodes, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """The variables of an expansion at each node, in terms of those of the modes.
 
     modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
     count : number of variables
 
-    Returns directions : (nodes, count, M), orthonormal rows: directions @ xi are local functionals of the heights.
+    Returns directions : (nodes, count, M), orthonormal rows: directions @ xi are local functionals of the heights; and
+    odd : (count, symmetries) what the symmetries of the surface do to each, as in `Samples`.
     """
     functionals = local_functionals(modes, stencil(surface, grid))[:, :, nodes.x, nodes.y]
-    return np.stack([orthonormal_directions(functionals[:, :, node], count) for node in range(len(nodes.x))])
+    found = np.stack([orthonormal_directions(functionals[:, :, node], count) for node in range(len(nodes.x))])
+    own = np.abs(np.einsum("nvm,vmn->nv", found, functionals[:count])) / np.linalg.norm(functionals[:count], axis=1).T
+    if not np.all(own > INDEPENDENT):  # one was passed over, so that a variable is not the functional of its number
+        return found, np.zeros((0, 0), dtype=np.int64)
+    return found, symmetries(surface)[:count]
+
+
+def symmetries(surface: GaussianModel) -> np.ndarray:
+    """Which functionals change sign under each symmetry of the law of the surface : (8, 2) mirrors, or (8, 1) half a
+    turn, under which every covariance stays."""
+    return MIRRORED if surface.mirror_symmetric else MIRRORED.sum(axis=1, keepdims=True) % 2
+
+
+def mirrored_along(surface: SurfaceModel) -> np.ndarray:
+    """Which functionals change sign where a strip is mirrored along its length, which keeps every row : (8, 1); (8, 0)
+    where the law of the surface does not stay as it is."""
+    return MIRRORED[:, :1] if surface.mirror_symmetric else NO_SYMMETRY
 
 
 def targets(configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> tuple[PressureTarget, ...]:

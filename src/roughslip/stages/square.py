@@ -15,7 +15,7 @@ from roughslip.stages import elastic, geometry, surfaces
 from roughslip.stages.command import Job
 from roughslip.stages.nodes import Nodes
 from roughslip.surface.karhunen_loeve import heights
-from roughslip.surface.model import SurfaceModel
+from roughslip.surface.model import GaussianModel
 
 GAP = "gap at nodes around the centre, below zero the plastic displacement"
 
@@ -32,7 +32,7 @@ class Square:
     hardness_pa : [Pa] highest pressure
     """
 
-    model: SurfaceModel
+    model: GaussianModel
     grid: Grid
     modes: np.ndarray
     plane_m: float

@@ -38,6 +38,11 @@ class SurfaceModel(Protocol):
         """1/e lengths [m] along x and y, which scale the variables of expansions."""
         ...
 
+    @property
+    def mirror_symmetric(self) -> bool:
+        """Whether a surface mirrored along x has the same law; one turned by half a turn always has."""
+        ...
+
     def sampler(self, grid: Grid) -> Sampler:
         """A function that draws a field (nx, ny) [m] on the mesh."""
         ...
@@ -68,6 +73,11 @@ class GaussianModel:
     def rms_height_m(self) -> float:
         """Sq [m]."""
         return self.covariance.rms_height_m
+
+    @property
+    def mirror_symmetric(self) -> bool:
+        """Whether the covariance is so."""
+        return self.covariance.mirror_symmetric
 
     @cached_property
     def _translation(self) -> Translation | None:
@@ -103,6 +113,11 @@ class FractalModel:
     def lengths_m(self) -> tuple[float, float]:
         """[m] 1/e lengths along x and y."""
         return self.law.correlation_length(0.0), self.law.correlation_length(np.pi / 2)
+
+    @property
+    def mirror_symmetric(self) -> bool:
+        """Not known: waves may run in any set of directions."""
+        return False
 
     def sampler(self, grid: Grid) -> Sampler:
         """One standard normal variable a wave, mapped to its phase."""

@@ -21,6 +21,7 @@ EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow'  # references, benchmarks, str
 
 try:
     scenes = Scenes(ROOT, words=sys.argv[1:])
+    compared = scenes.compared(config.get("compare"))
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)

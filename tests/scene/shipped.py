@@ -21,6 +21,7 @@ FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"
 ALWAYS = {"claims", "costs", "report"}
+ASIDE = {"reference", "comparison"}  # of several scenes together, asked for by name
 OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
 SCAN_STAGES = {"grinding", "scan", "twins", "figure_scan"}
 FIELD_STAGES = {"field_square", "figure_field"}

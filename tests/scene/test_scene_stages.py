@@ -7,7 +7,17 @@ import yaml
 
 from roughslip.scene import slice_for, stages_needed
 from roughslip.scene_rules import SLICES, figures
-from tests.scene.shipped import ALWAYS, FIELD_STAGES, OSCILLATOR, SCAN, SCAN_STAGES, SCHEMA, properties, shipped_scene
+from tests.scene.shipped import (
+    ALWAYS,
+    ASIDE,
+    FIELD_STAGES,
+    OSCILLATOR,
+    SCAN,
+    SCAN_STAGES,
+    SCHEMA,
+    properties,
+    shipped_scene,
+)
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -45,7 +55,7 @@ def test_a_slice_has_the_shape_of_the_scene():
         (
             "description",
             "other",
-            {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", *ALWAYS, "reference"},
+            {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", *ALWAYS, *ASIDE},
         ),
     ],
 )
@@ -64,7 +74,7 @@ def test_only_stages_that_the_targets_need():
     paper = shipped_scene("paper")
     square = {"surface", "design", "contact_square", "chaos_square", "figure2"}
     strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-    not_asked = {"reference", "training_square", "spacing", *SCAN_STAGES, *FIELD_STAGES}
+    not_asked = {*ASIDE, "training_square", "spacing", *SCAN_STAGES, *FIELD_STAGES}
     assert stages_needed(paper) == set(SLICES) - not_asked
     assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
     assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS

@@ -152,11 +152,11 @@ def test_batches_do_not_depend_on_each_other():
 
 def test_a_reference_is_made_of_whole_batches():
     assert len(solves("paper")) == 5
-    assert solves("resolved", 15_000) == [
+    assert solves("resolved", samples=15_000) == [
         "results/resolved/pressure_solves/0-10000.nc",
         "results/resolved/pressure_solves/10000-20000.nc",
     ]
-    assert len(solves("resolved", 10**9)) == 40
+    assert len(solves("resolved", samples=10**9)) == 40
 
 
 def test_only_the_physics_makes_solves_anew(tmp_path, monkeypatch):

@@ -61,7 +61,10 @@ def test_only_the_stages_that_the_targets_need_are_planned_and_have_keys(fresh):
     assert planned == dict(zip(names, SCENES.values(), strict=True))
     for name, stages in zip(names, SCENES.values(), strict=True):
         written = {path.stem for path in fresh.path(f"results/{name}/keys").iterdir()}
-        assert written == {"report" if stage == "scene_report" else stage for stage in stages} | {"reference"}
+        assert written == {"report" if stage == "scene_report" else stage for stage in stages} | {
+            "reference",
+            "comparison",
+        }
 
 
 def test_a_result_is_a_target_too(fresh):
@@ -82,6 +85,20 @@ def test_without_a_target_the_scenes_of_the_configuration_are_planned(fresh):
     both = {name: 2 * count for name, count in {**OSCILLATOR, **END}.items()}
     reports = {"report_of_the_default_scenes": 1, "all": 1}
     assert fresh.plan() == {**SQUARE, **STRIP, "figure3": 1, "figure3_law": 1, **both, **reports}
+
+
+def test_figure_3_of_several_scenes_is_drawn_in_one_picture(fresh):
+    """Of the scenes that are asked for; without a word of those of COMPARED that there are."""
+    fresh.scene("other", "extends: tiny\ndescription: Other\n")
+    fresh.path("config/config.yaml").write_text("scenes: [tiny]\n")
+    planned = fresh.plan("comparison", "--config", "compare=tiny,other")
+    assert planned == {**dict.fromkeys((*STRIP, "figure3"), 2), "comparison": 1}
+    for wrong in ("tiny,none", "tiny,tiny", "tiny,given"):
+        run = fresh.snakemake("-n", "comparison", "--config", f"compare={wrong}")
+        assert run.returncode == 1
+        (line,) = run.stderr.strip().splitlines()
+        assert line.startswith("--config compare: ")
+        assert "is not allowed; scenes with figure3, each once, of: " in line
 
 
 def test_a_broken_scene_that_nobody_asks_for_harms_nobody(fresh):

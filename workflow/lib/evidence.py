@@ -18,8 +18,11 @@ def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: 
     root : the project's folder
     lock : the lock file of the environment that it runs in
     configuration : what else its results depend on
+
+    Every key has a folder of its own: of a folder that is there when a run begins Snakemake holds files that come later
+    for missing.
     """
-    module, path = f"workflow.{kind}.{name}", f"results/{kind}/keys/{name}.json"
+    module, path = f"workflow.{kind}.{name}", f"results/{kind}/keys/{name}/key.json"
     package = {imported: code_hash(imported, root / "src", lock) for imported in _of_the_package(module, root)}
     write_key(path, {**configuration, "package": package}, module, root, lock)
     return path

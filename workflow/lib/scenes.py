@@ -12,6 +12,7 @@ from roughslip import scene_rules, scene_yaml
 from roughslip.errors import InputError
 from roughslip.scene import load, scene_names
 from workflow.lib.keys import write_key
+from workflow.lib.references import SAMPLES
 
 DESIGNS = {
     "monte_carlo": "square.monte_carlo_samples",
@@ -24,8 +25,14 @@ BENCHMARKS = ("surface", "contact", "chaos", "friction")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
 STRESSED = ("contact", "chaos")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
-EVIDENCE = ("benchmark", *MEASURED, *CAMPAIGNS, "pressure_solves", "pressure_reference")
+EVIDENCE = (
+    "benchmark",
+    *MEASURED,
+    *CAMPAIGNS,
+    *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")),
+)
 RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})
+COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "results/report.html"})
 
 
@@ -56,6 +63,19 @@ class Scenes:
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
 
+    def compared(self, asked: str | None) -> list[str]:
+        """Scenes whose Figure 3 is drawn in one picture: those of COMPARED that are there, or as asked, `one,other`.
+
+        Raises InputError for one that has no Figure 3.
+        """
+        names = [name for name in COMPARED if name in self.valid] if asked is None else str(asked).split(",")
+        drawn = [name for name in self.valid if "figure3" in scene_rules.figures(self.valid[name])]
+        wrong = [scene_yaml.shown(name) for name in names if name not in drawn]
+        if wrong or len(set(names)) < len(names):
+            text = f"{', '.join(wrong) or scene_yaml.shown(asked)} is not allowed; scenes with figure3, each once, of: "
+            raise InputError([f"--config compare: {text}{', '.join(drawn)}"])
+        return names
+
     def __getitem__(self, name: str) -> dict[str, Any]:
         return self.valid[name]
 
@@ -72,7 +92,7 @@ class Scenes:
     @cache  # noqa: B019
     def _write_keys(self, name: str) -> None:
         """All at once: Snakemake lists the folder when it meets the first, and takes later ones for missing."""
-        for stage in (*self.stages(name), "reference"):
+        for stage in (*self.stages(name), "reference", "comparison"):
             write_key(
                 f"results/{name}/keys/{stage}.json",
                 scene_rules.slice_for(self.valid[name], stage),

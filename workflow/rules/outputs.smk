@@ -1,6 +1,8 @@
 # What a scene is for.
 # In:  surface/twins.nc, chaos/square.nc, chaos/field.nc, friction/statistics.nc, oscillator/statistics.nc, as far as the scene's targets need them.
-# Out: figure2|3|3_law|5|_scan|_field.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together results/report.html.
+# Out: figure2|3|3_law|5|_scan|_field.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together
+#      results/report.html. `comparison` draws Figure 3 of several scenes in one picture, results/comparison.png|svg|nc;
+#      `--config compare=resolved,mine` says of which.
 
 
 rule cycles:
@@ -188,6 +190,25 @@ rule report_of_the_default_scenes:
     shell:
         STAGE + ".report --key {input.key:q} --scenes {params.folders}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+
+
+rule comparison:
+    input:
+        key=lambda wildcards: scenes.key_file(compared[0], "comparison"),
+        figures=[f"results/{name}/figure3.nc" for name in compared],
+    output:
+        numbers="results/comparison.nc",
+        png=report("results/comparison.png", caption="../report/comparison.rst", category="comparison"),
+        svg="results/comparison.svg",
+        usage=temp("results/.comparison-usage.json"),
+    log:
+        "results/logs/comparison.log",
+    threads: 1
+    params:
+        folders=" ".join(f"results/{name}" for name in compared),
+    shell:
+        STAGE + ".comparison --key {input.key:q} --scenes {params.folders} --png {output.png:q} --svg {output.svg:q}"
+        " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
 
 
 rule reference:

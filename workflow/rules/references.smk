@@ -1,39 +1,49 @@
-# Monte Carlo references of the pressure at the centre, which git keeps; a run of the study never makes them.
+# Monte Carlo references of the pressure at the centre and of the friction of windows, which git keeps; a run of the
+# study never makes them.
 # In:  key files without a hash of the code (workflow/lib/references.py says why).
-# Out: results/<scene>/pressure_solves/<first>-<last>.nc, results/reference/<scene>/pressure.nc. `make reference` makes it
+# Out: results/<scene>/<kind>_solves/<first>-<last>.nc, results/reference/<scene>/<kind>.nc. `make reference` makes it
 #      where it is missing, as `--config reference_surfaces=40000` of fewer surfaces. An interrupted run is resumed, and
 #      batches made elsewhere count, if they are younger than their key.
-from workflow.lib.references import SURFACES, missing, solves, solves_key
+from workflow.lib.references import SAMPLES, missing, solves, solves_key
 
-REFERENCE_SURFACES = int(config["reference_surfaces"]) if "reference_surfaces" in config else None
-
-
-rule pressure_solves:
-    input:
-        key=lambda wildcards: solves_key(wildcards.scene, scenes[wildcards.scene]),
-    output:
-        result="results/{scene}/pressure_solves/{first}-{last}.nc",
-    log:
-        "results/{scene}/logs/pressure_solves-{first}-{last}.log",
-    wildcard_constraints:
-        scene="|".join(SURFACES),
-    threads: 1
-    shell:
-        EVIDENCE + ".references.pressure_solves --key {input.key:q} --first {wildcards.first} --last {wildcards.last}"
-        " --output {output.result:q} 2> {log:q}"
+REFERENCE_SAMPLES = {"pressure": int(config["reference_surfaces"])} if "reference_surfaces" in config else {}
 
 
-rule pressure_reference:
-    input:
-        key=lambda wildcards: solves_key(wildcards.scene, scenes[wildcards.scene]),
-        solves=lambda wildcards: solves(wildcards.scene, REFERENCE_SURFACES),
-    output:
-        result="results/reference/{scene}/pressure.nc",
-    log:
-        "results/{scene}/logs/pressure_reference.log",
-    wildcard_constraints:
-        scene="|".join(SURFACES),
-    threads: 1
-    shell:
-        EVIDENCE
-        + ".references.pressure --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"
+for kind in SAMPLES:
+
+    rule:
+        name:
+            f"{kind}_solves"
+        input:
+            key=lambda wildcards, kind=kind: solves_key(wildcards.scene, scenes[wildcards.scene], kind),
+        output:
+            result=f"results/{{scene}}/{kind}_solves/{{first}}-{{last}}.nc",
+        log:
+            f"results/{{scene}}/logs/{kind}_solves-{{first}}-{{last}}.log",
+        wildcard_constraints:
+            scene="|".join(SAMPLES[kind]),
+        threads: 1
+        params:
+            kind=kind,
+        shell:
+            EVIDENCE + ".references.{params.kind}_solves --key {input.key:q} --first {wildcards.first}"
+            " --last {wildcards.last} --output {output.result:q} 2> {log:q}"
+
+    rule:
+        name:
+            f"{kind}_reference"
+        input:
+            key=lambda wildcards, kind=kind: solves_key(wildcards.scene, scenes[wildcards.scene], kind),
+            solves=lambda wildcards, kind=kind: solves(wildcards.scene, kind, REFERENCE_SAMPLES.get(kind)),
+        output:
+            result=f"results/reference/{{scene}}/{kind}.nc",
+        log:
+            f"results/{{scene}}/logs/{kind}_reference.log",
+        wildcard_constraints:
+            scene="|".join(SAMPLES[kind]),
+        threads: 1
+        params:
+            kind=kind,
+        shell:
+            EVIDENCE
+            + ".references.{params.kind} --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"

@@ -1,0 +1,33 @@
+"""Stage comparison: Figure 3 of several scenes in one picture, and the numbers that it draws."""
+
+from __future__ import annotations
+
+from roughslip import store
+from roughslip.errors import InputError
+from roughslip.figures import save
+from roughslip.figures_comparison import COMPARED, MOST, comparison
+from roughslip.stages.command import Job, execute
+
+
+def work(job: Job) -> None:
+    """Write the picture, and every number in it under its name and that of its scene."""
+    folders = job.arguments.scenes
+    if len(folders) > MOST:
+        raise InputError([f"{len(folders)} scenes are too many for one picture: compare at most {MOST}"])
+    results = {folder.name: store.read(folder / "figure3.nc") for folder in folders}
+    figure = comparison(results)
+    for path in (job.arguments.png, job.arguments.svg):
+        with store.replacing(path) as temporary:
+            save(figure, temporary)
+    numbers = {}
+    for scene, result in results.items():
+        for name in COMPARED:
+            one = result.variable(name)
+            dimensions = tuple(f"{dimension}_{scene}" for dimension in one.dimensions)
+            numbers[f"{scene}_{name}"] = store.Variable(dimensions, one.values, one.units, one.long_name)
+    store.write(job.arguments.output, numbers, job.key)
+    job.usage.count(scenes=len(folders))
+
+
+if __name__ == "__main__":
+    execute("comparison", work, batches=("scenes",), outputs=("png", "svg"))

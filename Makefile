@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup reproduce smoke test lint benchmark stress reference clean
+.PHONY: help setup reproduce smoke test lint benchmark stress verify reference clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -48,6 +48,10 @@ benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 beside
 
 stress: $(VENV)/run.stamp ## solve thousands of random problems of contact and of chaos, every answer judged apart
 	$(RUN) snakemake -j$(JOBS) stress $(if $(SEED),--config seed=$(SEED))
+
+verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and its files with their checksums
+	$(RUN) snakemake -j$(JOBS) verify --forcerun verify
+	@cat results/verify.txt
 
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)
 	$(RUN) snakemake -j$(JOBS) reference

@@ -57,7 +57,7 @@ SLICES = {
         "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
         **dict.fromkeys(("figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field"), "description"),
         "claims": "description targets",
-        **dict.fromkeys(("costs", "report", "reference", "comparison"), "description"),
+        **dict.fromkeys(("costs", "report", "reference", "comparison", "verify"), "description"),
     }.items()
 }
 

@@ -32,8 +32,9 @@ EVIDENCE = (
     *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")),
 )
 RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})
+ASIDE = ("reference", "comparison", "verify")  # stages of several scenes together, asked for by name
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
-DEFAULT_TARGETS = frozenset({"all", "reference", "results/report.html"})
+DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
 
 class Scenes:
@@ -92,7 +93,7 @@ class Scenes:
     @cache  # noqa: B019
     def _write_keys(self, name: str) -> None:
         """All at once: Snakemake lists the folder when it meets the first, and takes later ones for missing."""
-        for stage in (*self.stages(name), "reference", "comparison"):
+        for stage in (*self.stages(name), *ASIDE):
             write_key(
                 f"results/{name}/keys/{stage}.json",
                 scene_rules.slice_for(self.valid[name], stage),

@@ -211,6 +211,26 @@ rule comparison:
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
 
 
+rule verify:
+    input:
+        key=lambda wildcards: scenes.key_file(scenes.default[0], "verify"),
+        scenes=[f"results/{name}/{file}" for name in scenes.default for file in ("claims.json", "summary.csv")],
+        friction=[f"results/{name}/friction/statistics.nc" for name in scenes.default],
+    output:
+        result="results/verify.json",
+        text="results/verify.txt",
+        usage=temp("results/.verify-usage.json"),
+    log:
+        "results/logs/verify.log",
+    threads: 1
+    params:
+        folders=" ".join(f"results/{name}" for name in scenes.default),
+        reference=ROOT / "results" / "reference",
+    shell:
+        STAGE + ".verify --key {input.key:q} --scenes {params.folders} --reference {params.reference:q}"
+        " --output {output.result:q} --text {output.text:q} --usage {output.usage:q} 2> {log:q}"
+
+
 rule reference:
     input:
         key=lambda wildcards: scenes.key_file(scenes.default[0], "reference"),

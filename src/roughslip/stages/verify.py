@@ -1,0 +1,56 @@
+"""Stage verify: this run beside the results that the repository keeps, and every result file beside its checksum."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+from roughslip import store
+from roughslip.errors import StoreError
+from roughslip.stages.command import Job, execute
+from roughslip.verification import Compared, compared_claims, compared_friction, compared_summaries
+
+
+def compared(folder: Path, kept: Path) -> list[Compared]:
+    """Claims and summary of a scene, and its friction where a direct reference is kept."""
+    rows = compared_claims(*(store.read_json(where / "claims.json") for where in (folder, kept)))
+    rows += compared_summaries(*((where / "summary.csv").read_text(encoding="utf-8") for where in (folder, kept)))
+    if (kept / "friction.nc").is_file():
+        statistics = store.read(folder / "friction" / "statistics.nc")
+        rows += compared_friction(statistics, store.read(kept / "friction.nc"))
+    return rows
+
+
+def work(job: Job) -> None:
+    """Write what was compared, and in words what moved; raise StoreError with a line for all that disagrees."""
+    lines: list[str] = []
+    moved: list[str] = []
+    told: dict[str, list[Compared]] = {}
+    count = 0
+    for folder in job.arguments.scenes:
+        files = sorted(folder.rglob("*.nc"))
+        count += len(files)
+        for file in files:
+            try:
+                store.read(file)
+            except StoreError as error:
+                lines.append(str(error))
+        rows = compared(folder, job.arguments.reference / folder.name)
+        lines += [
+            f"{folder}: {row.name}: {row.found} for {row.kept}; allowed: {row.allowed}"
+            for row in rows
+            if not row.agrees
+        ]
+        moved += [f"  {folder.name}: {row.name}: {row.found}, kept {row.kept}" for row in rows if row.moved]
+        told[folder.name] = rows
+        job.usage.count(files=len(files), numbers=len(rows), moved=sum(row.moved for row in rows))
+    store.write_json(job.arguments.output, {name: [asdict(row) for row in rows] for name, rows in told.items()})
+    numbers = sum(map(len, told.values()))
+    head = f"{numbers} numbers and verdicts beside the kept ones, {count} files beside their checksums: all agree"
+    store.write_text(job.arguments.text, "\n".join((f"{head}; {len(moved)} moved within what is allowed", *moved, "")))
+    if lines:
+        raise StoreError("\n".join((f"{len(lines)} of what was compared disagree:", *lines)))
+
+
+if __name__ == "__main__":
+    execute("verify", work, files=("reference",), batches=("scenes",), outputs=("text",))

@@ -10,6 +10,9 @@ from workflow.lib.closure import absolute_imports, closure, code_hash
 from workflow.lib.keys import write_key
 from workflow.lib.references import SURFACES, reference_file
 
+# By benchmark the kept files of a scene that it reads.
+KEPT = {"chaos": {"reference": "pressure.nc"}, "chain": {"reference": "pressure.nc", "summary": "summary.csv"}}
+
 
 def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: object) -> str:
     """Path of the key file of the module workflow.<kind>.<name>, written anew where it changed.
@@ -29,13 +32,14 @@ def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: 
 
 
 def measured_scenes(stage: str, scenes: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """What a benchmark depends on besides: chaos on the scenes that have a reference, and on these references."""
-    if stage != "chaos":
+    """What a benchmark depends on besides: KEPT of the scenes that have a reference, and these scenes."""
+    if stage not in KEPT:
         return {}
     found = {name: {"scene": scenes[name]} for name in SURFACES if name in scenes}
-    for name in found:
-        file = Path(reference_file(name))
-        found[name]["reference"] = hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "missing"
+    for name, depends in found.items():
+        for what, kept in KEPT[stage].items():
+            file = Path(reference_file(name)).with_name(kept)
+            depends[what] = hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else "missing"
     return {"scenes": found}
 
 

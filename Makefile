@@ -55,6 +55,7 @@ verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and 
 
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)
 	$(RUN) snakemake -j$(JOBS) reference
+	$(RUN) workflow.references.evidence
 
 clean: ## remove all that was generated, .venv too; results/reference stays
 	rm -rf $(VENV) $(PEERS_VENV) .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis

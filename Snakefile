@@ -46,8 +46,8 @@ include: "workflow/rules/square.smk"
 include: "workflow/rules/strip.smk"
 include: "workflow/rules/oscillator.smk"
 include: "workflow/rules/references.smk"
-include: "workflow/rules/outputs.smk"
 include: "workflow/rules/evidence.smk"
+include: "workflow/rules/outputs.smk"
 
 
 for name in scenes.valid:

@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 import pytest
 
 from roughslip.report import CAPTIONS, SceneReport, page
+from roughslip.report_evidence import MEASURED, Evidence, evidence_section
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 PICTURE = b"\x89PNG\r\n\x1a\n not much of a picture"
@@ -164,3 +165,37 @@ def test_a_description_ends_in_one_full_stop(description):
 def test_every_scene_its_targets():
     """A scene of the oscillator alone shows Figure 5 alone."""
     assert len(parsed(scene(figures={"figure5": PICTURE})).all("img")) == 1
+
+
+EVIDENCE = Evidence(
+    pictures=dict.fromkeys(MEASURED, PICTURE),
+    budget={"scene=mine number=mu_std_50": {"value": 0.1234, "error": 0.0123, "largest": "mesh"}},
+    stress=[
+        {
+            "stage": "contact",
+            "problems": 3000,
+            "outcomes": {"converged": 2990, "IllPosedError": 10},
+            "worst_residual_over_tolerance": 0.5,
+        },
+        {"stage": "chaos", "problems": 1, "outcomes": {"InputError": 1}, "worst_residual_over_tolerance": None},
+    ],
+    machine={"contact": "a <processor>"},
+)
+
+
+def test_evidence_is_shown_on_the_same_page():
+    text = page([scene()], {"numpy": "2.0"}, EVIDENCE)
+    content = Page(text)
+    assert content.mistakes == content.open == []
+    assert {"budget", "speed", "stress"} < {attrs["id"] for _, attrs in content.elements if "id" in attrs}
+    alts = [attrs["alt"] for attrs in content.all("img")]
+    assert [f"Benchmark {name}" in alts for name in MEASURED] == [True] * len(MEASURED)
+    words = " ".join(content.text)
+    for shown in ("mu std 50", "0.1234", "1.2", "mesh", "3,000", "2,990 converged, 10 IllPosedError", "a <processor>"):
+        assert shown in words
+    assert "None" not in words
+
+
+def test_without_evidence_nothing_is_said_of_it():
+    assert evidence_section(Evidence()) == ""
+    assert page([scene()], {}, Evidence()) == page([scene()], {})

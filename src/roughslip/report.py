@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
+from roughslip.report_evidence import Evidence, evidence_section
+from roughslip.report_table import table
+
 STYLE = """
 :root { color-scheme: light; }
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 0 auto; padding: 1rem; }
@@ -77,8 +80,9 @@ class SceneReport:
     configuration: str
 
 
-def page(scenes: Sequence[SceneReport], versions: Mapping[str, str]) -> str:
+def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: Evidence | None = None) -> str:
     """The page as HTML, with its pictures inside."""
+    shown = "" if evidence is None else evidence_section(evidence)
     names = " ".join(scene.name for scene in scenes)
     links = ", ".join(f'<a href="#{escape(scene.name)}">{escape(scene.name)}</a>' for scene in scenes)
     body = "".join(_scene(scene) for scene in scenes)
@@ -92,6 +96,7 @@ sliding windows as a stochastic process, a mass on a belt. The study reproduces 
 dynamical systems with friction between randomly rough surfaces</em> and gives a verdict on each of its statements.
 Scenes: {links}.</p>
 {body}
+{shown}
 <h2>How to make this again</h2>
 <pre>make reproduce            # sets up the environment and runs the default scenes
 snakemake -j2 {escape(names)}   # with the packages installed</pre>
@@ -135,7 +140,7 @@ def _claims(claims: Sequence[Mapping[str, Any]]) -> str:
             )
         )
     heads = ("Statement", "Paper", "Ours", "95 % interval", "Verdict", "Note")
-    return f"<p>{len(claims)} statements: {counts}.</p>{_table(heads, rows)}"
+    return f"<p>{len(claims)} statements: {counts}.</p>{table(heads, rows)}"
 
 
 def _costs(costs: Sequence[Mapping[str, Any]]) -> str:
@@ -152,19 +157,4 @@ def _costs(costs: Sequence[Mapping[str, Any]]) -> str:
             )
         )
     heads = ("Stage", "Jobs", "CPU [s]", "Solving, fitting, integrating [%]", "Peak memory [MiB]", "Did")
-    return _table(heads, rows)
-
-
-def _table(heads: Sequence[str], rows: Sequence[Sequence[tuple[str, str]]]) -> str:
-    """A table of cells (class, HTML); on a narrow page each cell stands on a line of its own behind its head."""
-    head = "".join(f"<th>{escape(name)}</th>" for name in heads)
-    body = "".join(
-        "<tr>"
-        + "".join(
-            f'<td class="{kind}" data-head="{escape(name)}">{content}</td>'
-            for name, (kind, content) in zip(heads, row, strict=True)
-        )
-        + "</tr>"
-        for row in rows
-    )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return table(heads, rows)

@@ -22,7 +22,7 @@ from roughslip.scene_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line
 
 __all__ = ["Scene", "describe_allowed", "load", "scene_names", "slice_for", "stages_needed"]
 
-RESERVED = frozenset({"reference", "benchmarks", "report", "all", "clean"})
+RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean"})
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,39}")
 _NAME_ALLOWED = "a small letter, then at most 39 small letters, digits, _ or -"
 

@@ -58,3 +58,9 @@ def _of_the_package(module: str, root: Path) -> list[str]:
 def _is_module(name: str, root: Path) -> bool:
     path = (root / "src").joinpath(*name.split("."))
     return path.with_suffix(".py").is_file() or path.is_dir()
+
+
+def kept_evidence(name: str = "") -> list[str]:
+    """Files of benchmarks and stress that git keeps, or that of one benchmark."""
+    found = sorted(Path("results/reference/evidence").glob(f"{name or '*'}.json"))
+    return [file.as_posix() for file in found]

@@ -6,7 +6,7 @@
 #      its log tells which. `--config seed=today` for other problems, `--config problems=100` for fewer.
 import itertools
 
-from workflow.lib.evidence import evidence_key, measured_scenes
+from workflow.lib.evidence import evidence_key, kept_evidence, measured_scenes
 from workflow.lib.scenes import BENCHMARKS, STRESSED
 
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
@@ -61,6 +61,21 @@ for stage in BENCHMARKS:
         shell:
             EVIDENCE
             + ".benchmarks.{params.module} --benchmark {input.result:q} --output {output.png:q} {output.svg:q} 2> {log:q}"
+
+
+rule evidence_drawn:
+    input:
+        key=lambda wildcards: evidence_key("benchmarks", f"{wildcards.stage}_figure", ROOT, LOCK),
+        result=lambda wildcards: kept_evidence(wildcards.stage),
+    output:
+        png="results/evidence/{stage}.png",
+    log:
+        "results/evidence/logs/{stage}.log",
+    wildcard_constraints:
+        stage="|".join(BENCHMARKS),
+    threads: 1
+    shell:
+        EVIDENCE + ".benchmarks.{wildcards.stage}_figure --benchmark {input.result:q} --output {output.png:q} 2> {log:q}"
 
 
 rule stress:

@@ -179,6 +179,8 @@ rule report_of_the_default_scenes:
     input:
         key=lambda wildcards: scenes.key_file(scenes.default[0], "report"),
         scenes=[f"results/{name}/report.html" for name in scenes.default],
+        kept=kept_evidence(),
+        drawn=[f"results/evidence/{Path(file).stem}.png" for file in kept_evidence() if Path(file).stem in BENCHMARKS],
     output:
         result="results/report.html",
         usage=temp("results/.report-usage.json"),
@@ -187,8 +189,9 @@ rule report_of_the_default_scenes:
     threads: 1
     params:
         folders=" ".join(f"results/{name}" for name in scenes.default),
+        evidence="--evidence results/reference/evidence --drawn results/evidence" if kept_evidence() else "",
     shell:
-        STAGE + ".report --key {input.key:q} --scenes {params.folders}"
+        STAGE + ".report --key {input.key:q} --scenes {params.folders} {params.evidence}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.report import CAPTIONS, SceneReport, page
+from roughslip.report_evidence import BUDGET, MEASURED, Evidence
 from roughslip.stages import geometry, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.surface.karhunen_loeve import representation
@@ -102,11 +103,25 @@ def read_scene(folder: Path) -> SceneReport:
     )
 
 
+def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
+    """What is kept of benchmarks and stress, with pictures of the former. Raises StoreError where one is damaged."""
+    if kept is None or drawn is None:
+        return None
+    found = {name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()}
+    return Evidence(
+        pictures={name: picture(drawn / f"{name}.png") for name in found},
+        budget=found[BUDGET]["summary"] if BUDGET in found else {},
+        stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
+        machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in found.items()},
+    )
+
+
 def work(job: Job) -> None:
     """Write the page."""
     scenes = [read_scene(folder) for folder in job.arguments.scenes]
-    store.write_text(job.arguments.output, page(scenes, store.versions()))
+    evidence = read_evidence(job.arguments.evidence, job.arguments.drawn)
+    store.write_text(job.arguments.output, page(scenes, store.versions(), evidence))
 
 
 if __name__ == "__main__":
-    execute("report", work, batches=("scenes",))
+    execute("report", work, batches=("scenes",), optional=("evidence", "drawn"))

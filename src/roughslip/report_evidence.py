@@ -1,0 +1,106 @@
+"""What the joint page shows of benchmarks and stress campaigns, as git keeps them: how fast, how sure.
+
+None of it is of a scene alone, and none is made anew by a run of the study, since that would take hours.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from typing import Any
+
+from roughslip.report_table import table
+
+BUDGET = "chain"  # the benchmark that tells where errors come from
+MEASURED = {
+    "surface": "Surfaces: error of the covariance against the time of a sample, and the leading modes.",
+    "contact": "Contact: independent residual of the complementarity conditions against time, by mesh and roughness.",
+    "chaos": "Pressure at the centre: distance of the distribution from its Monte Carlo reference against contact "
+    "solves and against seconds; sparse expansions of functions; multilevel Monte Carlo.",
+    "friction": "Friction paths: error of the autocorrelation against the time of the paths, and points a second.",
+    "oscillator": "Oscillator: error of the point where the mass sticks again against time, and cycles a second.",
+    BUDGET: "What each source leaves in every number of the figures, the others as the scene has them; to the right of "
+    "each mark two standard errors of it. Varied with common random numbers; errors of mesh and path nodes are twice "
+    "their change on halving, as of first order. Numbers in units of the mean friction coefficient at median "
+    "penetration; cycles by damping ratio.",
+}
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What is kept of benchmarks and stress.
+
+    pictures : PNG bytes by benchmark
+    budget : of every number in the figures, by the name of its case, value, error and largest source
+    stress : rows with stage, problems, outcomes, worst residual over tolerance
+    machine : on which the benchmarks ran, by benchmark
+    """
+
+    pictures: Mapping[str, bytes] = field(default_factory=dict)
+    budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    stress: Sequence[Mapping[str, Any]] = ()
+    machine: Mapping[str, str] = field(default_factory=dict)
+
+
+def evidence_section(evidence: Evidence) -> str:
+    """HTML of what there is, nothing where there is nothing."""
+    parts = []
+    if BUDGET in evidence.pictures:
+        parts.append('<h2 id="budget">Where the errors come from</h2>')
+        parts.append(_picture(BUDGET, evidence) + _budget(evidence.budget))
+    measured = [name for name in MEASURED if name in evidence.pictures and name != BUDGET]
+    if measured:
+        parts.append('<h2 id="speed">Run time against error</h2>')
+        parts += [_picture(name, evidence) for name in measured]
+    if evidence.stress:
+        parts.append('<h2 id="stress">Hard and wrong problems</h2>')
+        parts.append(_stress(evidence.stress))
+    return "\n".join(parts)
+
+
+def _picture(name: str, evidence: Evidence) -> str:
+    content = base64.b64encode(evidence.pictures[name]).decode()
+    machine = f" Measured on: {evidence.machine[name]}." if name in evidence.machine else ""
+    return (
+        f'<figure><div class="wide"><img alt="Benchmark {escape(name)}" src="data:image/png;base64,{content}"></div>'
+        f"<figcaption>{escape(MEASURED[name] + machine)} Again with: <code>make benchmark</code>.</figcaption></figure>"
+    )
+
+
+def _budget(budget: Mapping[str, Mapping[str, Any]]) -> str:
+    rows = []
+    for case, number in budget.items():
+        names = dict(pair.split("=", 1) for pair in case.split(" "))
+        rows.append(
+            (
+                ("", escape(names["scene"])),
+                ("", escape(names["number"].replace("_", " "))),
+                ("number", f"{number['value']:.4g}"),
+                ("number", f"{100 * number['error']:.2g}"),
+                ("", escape(str(number["largest"]))),
+            )
+        )
+    return table(("Scene", "Number", "Value", "Error [%]", "Most of it from"), rows)
+
+
+def _stress(stress: Sequence[Mapping[str, Any]]) -> str:
+    rows = []
+    for row in stress:
+        outcomes = ", ".join(f"{count:,} {escape(name)}" for name, count in row["outcomes"].items())
+        worst = row["worst_residual_over_tolerance"]
+        rows.append(
+            (
+                ("", escape(row["stage"])),
+                ("number", f"{row['problems']:,}"),
+                ("", outcomes),
+                ("number", "" if worst is None else f"{worst:.2g}"),
+            )
+        )
+    text = (
+        "Random problems, some without a solution, some that no user would pose: each ends in an answer that is judged "
+        "apart from the code that gave it, or in an error that says what to try. Again, or with other problems: "
+        "<code>make stress SEED=today</code>."
+    )
+    return f"<p>{text}</p>" + table(("Stage", "Problems", "Outcomes", "Largest residual over its tolerance"), rows)

@@ -27,6 +27,7 @@ STRESSED = ("contact", "chaos")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
 EVIDENCE = (
     "benchmark",
+    "evidence_drawn",
     *MEASURED,
     *CAMPAIGNS,
     *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")),

@@ -116,14 +116,15 @@ def _scene(scene: SceneReport) -> str:
 <p>{escape(scene.description.rstrip("."))}.</p>
 {pictures}
 <h3>The paper's statements</h3>
-{_claims(scene.claims)}
+{_claims(scene)}
 <h3>What it cost</h3>
 {_costs(scene.costs)}
 <details><summary>Configuration that the stages read</summary><pre>{escape(scene.configuration)}</pre></details>
 """
 
 
-def _claims(claims: Sequence[Mapping[str, Any]]) -> str:
+def _claims(scene: SceneReport) -> str:
+    claims = scene.claims
     verdicts = Counter(str(claim["verdict"]) for claim in claims)
     counts = ", ".join(f"{count} {escape(verdict)}" for verdict, count in verdicts.most_common())
     rows = []
@@ -131,7 +132,7 @@ def _claims(claims: Sequence[Mapping[str, Any]]) -> str:
         verdict = str(claim["verdict"])
         rows.append(
             (
-                ("", escape(claim["statement"])),
+                ("", f'<span id="{escape(scene.name)}-{escape(claim["id"])}">{escape(claim["statement"])}</span>'),
                 ("", escape(claim["paper"])),
                 ("number", "" if claim["ours"] is None else f"{claim['ours']:.3g}"),
                 ("number", "" if claim["interval"] is None else " to ".join(f"{end:.3g}" for end in claim["interval"])),

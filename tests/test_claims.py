@@ -50,7 +50,8 @@ def square():
 
 def friction():
     """A scene in which every statement on the friction coefficient holds, but for the one that cannot."""
-    table = {"percentile": np.array([10.0, 50.0, 90.0])}
+    lag = 15e-6 * np.arange(121)
+    table = {"percentile": np.array([10.0, 50.0, 90.0]), "lag": lag, "triangle": np.maximum(1 - lag / 600e-6, 0)}
     for name, value, half in (
         ("misfit_difference", -0.01, 0.005),
         ("length_least_squares", 250e-6, 20e-6),
@@ -404,3 +405,17 @@ def test_notes_tell_the_p_values_that_there_are():
         assert notes[name].endswith(f"; {hypothesis}: p = 0.031") or "undecided" in notes[name]
         alone = {each["id"]: each["note"] for each in claims(None, friction() | {variable: np.array(np.nan)}, None)}
         assert {key for key in notes if notes[key] != alone[key]} == {name}
+
+
+def test_notes_tell_the_window_that_would_give_what_the_paper_has():
+    """Lengths go with the window: of 500 um in one of 600, the paper's 250 in one of 300. Skewness goes with its root:
+    half of the Beta's in one of 600 um, all of it in one of 150."""
+    table = friction()
+    table["length_least_squares"] = 2 * table["length_least_squares"]
+    table["skewness"] = np.full_like(table["skewness"], 0.5 * stats.beta.stats(2.1, 5.0, moments="s"))
+    notes = {claim["id"]: claim["note"] for claim in claims(None, table, None)}
+    assert "one of 300 um would give the paper's" in notes["mu-correlation-250um"]
+    assert "a window of 150 um would have the skewness of Beta(2.1, 5), 0.56" in notes["mu-beta-2.1-5"]
+    table["skewness"] = -table["skewness"]
+    notes = {claim["id"]: claim["note"] for claim in claims(None, table, None)}
+    assert "no window would have the skewness" in notes["mu-beta-2.1-5"]

@@ -240,6 +240,7 @@ def _correlation(friction: Arrays) -> dict[str, Finding | str]:
         1e6 * float(friction[f"length_{name}"][SOLVED, median]) for name in ("one_over_e", "integral")
     )
     allowed = SAME_LENGTH * float(np.mean(lengths))
+    shorter = _window(friction) * PAPER_LENGTH / float(lengths[median])
     return {
         "mu-correlation-exponential": _judged(
             friction,
@@ -256,7 +257,8 @@ def _correlation(friction: Arrays) -> dict[str, Finding | str]:
             median,
             low=PAPER_LENGTH * (1 - SAME_LENGTH),
             high=PAPER_LENGTH * (1 + SAME_LENGTH),
-            note=f"metres, least squares to lags of three windows; 1/e {one_over_e:.0f} um, integral {integral:.0f} um",
+            note=f"metres, least squares to lags of three windows; 1/e {one_over_e:.0f} um, integral {integral:.0f} um; "
+            f"the length goes with the window, and one of {1e6 * shorter:.0f} um would give the paper's",
         ),
         "mu-correlation-any-depth": ONE_LEVEL
         if len(lengths) == 1
@@ -270,6 +272,19 @@ def _correlation(friction: Arrays) -> dict[str, Finding | str]:
             f"levels {1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} um",
         ),
     }
+
+
+def _window(friction: Arrays) -> float:
+    """Length of a window [m], at which its own triangle ends."""
+    return float(friction["lag"][1] / (1.0 - friction["triangle"][1]))
+
+
+def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
+    """Which window would have the skewness of the paper's Beta: that of a mean falls with the root of what it is of."""
+    if not skewness > 0:
+        return "no window would have the skewness of Beta(2.1, 5)"
+    window = 1e6 * _window(friction) * (skewness / BETA_SKEWNESS) ** 2
+    return f"a window of {window:.0f} um would have the skewness of Beta(2.1, 5), {BETA_SKEWNESS:.2f}"
 
 
 def _follows_beta(friction: Arrays, level: int) -> int:
@@ -311,7 +326,8 @@ def _marginal(friction: Arrays) -> dict[str, Finding | str]:
             *_number(friction, "beta_distance_standardised", SOLVED, median),
             follows[median],
             f"Kolmogorov distance; skewness {_shown(_number(friction, 'skewness', SOLVED, median))}; fitted "
-            f"Beta({fitted}){at_bound}, after scaling by the sample extremes Beta({scaled})",
+            f"Beta({fitted}){at_bound}, after scaling by the sample extremes Beta({scaled}); "
+            f"{_window_of_the_beta(friction, float(skewness[median]))}",
         ),
         "mu-beta-any-depth": Finding(
             *_number(friction, "beta_distance_standardised", SOLVED, farthest),

@@ -23,7 +23,7 @@ table { border-collapse: collapse; font-size: .85rem; width: 100%; }
 th, td { text-align: left; vertical-align: top; padding: .3rem .6rem .3rem 0; border-bottom: 1px solid #ddd; }
 td.number { white-space: nowrap; text-align: right; } td.note::first-letter { text-transform: uppercase; }
 .verdict { white-space: nowrap; font-weight: 600; } .reproduced { color: #0b6e3b; } .not-reproduced { color: #a12; }
-.contradicts-itself { color: #8a5a00; } .not-tested { color: #777; font-weight: 400; }
+.contradicts-itself { color: #8a5a00; } .not-tested { color: #666; font-weight: 400; }
 @media (max-width: 50rem) {
   table, tbody, tr, td { display: block; } thead, td:empty { display: none; }
   tr { padding: .5rem 0; border-bottom: 1px solid #bbb; } td, td.number { border: 0; padding: 0; text-align: left; }

@@ -257,7 +257,8 @@ def _correlation(friction: Arrays) -> dict[str, Finding | str]:
             median,
             low=PAPER_LENGTH * (1 - SAME_LENGTH),
             high=PAPER_LENGTH * (1 + SAME_LENGTH),
-            note=f"metres, least squares to lags of three windows; 1/e {one_over_e:.0f} um, integral {integral:.0f} um; "
+            note="metres, least squares to lags of three windows; "
+            f"1/e {one_over_e:.0f} um, integral {integral:.0f} um; "
             f"the length goes with the window, and one of {1e6 * shorter:.0f} um would give the paper's",
         ),
         "mu-correlation-any-depth": ONE_LEVEL

@@ -46,7 +46,7 @@ SAID = [
     "oscillator.stochastic_static_limit: 'perhaps' is not allowed; true or false",
     "roughness.correlation_length_m: '1e-6' is text, not a number; write 1.0e-6, a number > 0 and <= 1 [m]",
     "roughness.rms_height_m: -1e-07 is not allowed; a number > 0 and <= 0.01 [m]",
-    "square.nodes: 'ten' is text, not a number; a whole number >= 2 and <= 512",
+    "square.nodes: 'ten' is text, not a number; a whole number >= 2 and <= 1024",
     "square.penetration: unknown key; did you mean penetration_percentile?",
     "strip.window_spacing_m: 6.2e-05 is not allowed; a whole multiple of strip.cell_m = 5e-06 [m]",
 ]

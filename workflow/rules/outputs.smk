@@ -14,6 +14,8 @@ rule cycles:
     log:
         "results/{scene}/logs/cycles.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("cycles"),
     shell:
         STAGE + ".cycles --key {input.key:q} --deterministic {input.deterministic:q} --ensemble {input.ensemble:q}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -31,6 +33,8 @@ rule figure2:
     log:
         "results/{scene}/logs/figure2.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure2"),
     shell:
         STAGE + ".figure2 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -48,6 +52,8 @@ rule figure3:
     log:
         "results/{scene}/logs/figure3.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure3"),
     shell:
         STAGE + ".figure3 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -65,6 +71,8 @@ rule figure3_law:
     log:
         "results/{scene}/logs/figure3_law.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure3_law"),
     shell:
         STAGE + ".figure3_law --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -82,6 +90,8 @@ rule figure5:
     log:
         "results/{scene}/logs/figure5.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure5"),
     shell:
         STAGE + ".figure5 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -99,6 +109,8 @@ rule figure_scan:
     log:
         "results/{scene}/logs/figure_scan.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure_scan"),
     shell:
         STAGE + ".figure_scan --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -116,6 +128,8 @@ rule figure_field:
     log:
         "results/{scene}/logs/figure_field.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure_field"),
     shell:
         STAGE + ".figure_field --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -131,9 +145,11 @@ rule claims:
     log:
         "results/{scene}/logs/claims.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("claims"),
     params:
         results=lambda wildcards: " ".join(
-            f"--{option} {path}" for option, path in scenes.results(wildcards.scene).items()
+            f"--{option} {shlex.quote(path)}" for option, path in scenes.results(wildcards.scene).items()
         ),
     shell:
         STAGE + ".claims --key {input.key:q} {params.results}"
@@ -150,6 +166,8 @@ rule costs:
     log:
         "results/{scene}/logs/costs.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("costs"),
     shell:
         STAGE + ".costs --key {input.key:q} --records {input.records:q}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -168,6 +186,8 @@ rule scene_report:
     log:
         "results/{scene}/logs/report.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("report"),
     shell:
         STAGE + ".report --key {input.key:q} --scenes results/{wildcards.scene}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -183,6 +203,8 @@ rule report_of_the_default_scenes:
     log:
         "results/logs/report.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("report"),
     params:
         folders=" ".join(f"results/{name}" for name in scenes.default),
     shell:
@@ -200,6 +222,8 @@ rule reference:
     log:
         "results/logs/reference.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("reference"),
     params:
         folders=" ".join(f"results/{name}" for name in scenes.default),
     shell:

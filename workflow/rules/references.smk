@@ -18,6 +18,8 @@ rule pressure_solves:
     wildcard_constraints:
         scene="|".join(SURFACES),
     threads: 1
+    resources:
+        mem_mb=scenes.memory("contact_square"),
     shell:
         EVIDENCE + ".references.pressure_solves --key {input.key:q} --first {wildcards.first} --last {wildcards.last}"
         " --output {output.result:q} 2> {log:q}"
@@ -34,6 +36,8 @@ rule pressure_reference:
     wildcard_constraints:
         scene="|".join(SURFACES),
     threads: 1
+    resources:
+        mem_mb=scenes.memory("contact_square"),
     shell:
         EVIDENCE
         + ".references.pressure --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"

@@ -18,6 +18,8 @@ from roughslip.scene_expansion import AUTO, BEST, GIVEN, MOST, terms
 
 Scene = dict[str, Any]
 
+NODE_MB = 400  # of the two Snakemakes that start a job on a node of a cluster
+
 _MB = 1_000_000
 _NUMBER = 8  # bytes
 _PLAIN, _DRAWING, _COMPILED = 220, 320, 420  # MB: Python with libraries; with plots; with compiled functions
@@ -130,6 +132,7 @@ def _chaos_square(scene: Scene, _: int) -> float:
     paper = _megabytes(2 * (20_000 + 2 * latin) * _terms(scene))
     return (
         _COMPILED
+        + 80
         + 3 * _modes_mb(scene)
         + _fit(scene, samples)
         + 2 * paper

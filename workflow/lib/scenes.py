@@ -43,7 +43,7 @@ class Scenes:
 
     root : the project's folder
     words : the command line; the scenes that it names are asked for, or else those of config/config.yaml
-    memory_mb : that a job may take; of this machine where it is not given
+    memory_mb : that a job may take on a node of a cluster; not given, jobs run on this machine and share what it has
     Raises InputError with every mistake of every scene asked for, and where one takes more memory than there is. A
     mistake in a scene that is not harms nobody.
     """
@@ -51,6 +51,7 @@ class Scenes:
     def __init__(self, root: Path, words: list[str], memory_mb: int | None = None) -> None:
         self.root = root
         self.memory_mb = memory.machine_mb() if memory_mb is None else memory_mb
+        self._beside_mb = 0 if memory_mb is None else memory.NODE_MB
         folder = root / "config" / "scenes"
         self.default = _default_scenes(root / "config" / "config.yaml", folder)
         asked = {_scene_of(word) for word in words} & set(scene_names(folder))
@@ -105,7 +106,7 @@ class Scenes:
         def mem_mb(wildcards: Any, attempt: int) -> int:
             count = int(wildcards.last) - int(wildcards.first) if hasattr(wildcards, "first") else 0
             name = getattr(wildcards, "scene", self.default[0])
-            return attempt * memory.needed_mb(self.valid[name], stage, count)
+            return attempt * (memory.needed_mb(self.valid[name], stage, count) + self._beside_mb)
 
         return mem_mb
 
@@ -113,6 +114,7 @@ class Scenes:
         """A line for the stage that takes the most, where that is more than there is."""
         scene = self.valid[name]
         needed, stage = max((memory.needed_mb(scene, stage, 1), stage) for stage in self.stages(name))
+        needed += self._beside_mb
         if needed <= self.memory_mb:
             return []
         file = scene_yaml.display(self.root / "config" / "scenes" / f"{name}.yaml")
@@ -127,7 +129,8 @@ class Scenes:
         Batches are smaller than the scene asks for where they would not fit into memory; no result depends on it.
         """
         count, step = scene_rules.get(self.valid[name], total), scene_rules.get(self.valid[name], size)
-        step = memory.largest_batch(self.valid[name], BATCHED[size], min(step, count), self.memory_mb)
+        room = self.memory_mb - self._beside_mb
+        step = memory.largest_batch(self.valid[name], BATCHED[size], min(step, count), room)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
     def square_contacts(self, name: str) -> list[str]:

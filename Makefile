@@ -2,6 +2,8 @@
 #   JOBS=8 make reproduce                jobs at a time (2)
 #   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
 #   make benchmark PEERS=1               beside public solvers, from an environment of its own, .venv-peers
+#   make faults COUNT=20                 of 200 faults the first so many; SEED=2 for others
+#   make fuzz COUNT=500                  of 2000 scenes a test the first so many; SEED=today for other ones at every run
 #   make stress SEED=today               other random problems than the usual ones, the same all day
 #   make reference JOBS=8                with results/reference/<scene>/pressure.nc deleted, 75 minutes on one core are solved
 #                                        anew; it may be interrupted, what is solved stays under results/<scene>/pressure_solves
@@ -21,7 +23,14 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup reproduce smoke test lint benchmark stress verify reference clean
+.PHONY: help setup reproduce smoke test lint benchmark stress verify faults fuzz cluster reference clean
+
+# A home that cannot be written to: what libraries keep there goes into the project.
+ifneq ($(shell test -w "$$HOME" && echo yes),yes)
+export XDG_CACHE_HOME := $(CURDIR)/.cache
+export XDG_CONFIG_HOME := $(CURDIR)/.cache
+export MPLCONFIGDIR := $(CURDIR)/.cache/matplotlib
+endif
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -53,6 +62,15 @@ verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and 
 	$(RUN) snakemake -j$(JOBS) verify --forcerun verify
 	@cat results/verify.txt
 
+faults: $(VENV)/run.stamp ## kill runs, fill the disk, damage results, 200 times; each time a new run must mend it
+	$(RUN) workflow.faults --count $(or $(COUNT),200) --seed $(or $(SEED),1)
+
+fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a line a mistake
+	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_scene_fuzz.py
+
+cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
+	$(RUN) snakemake --profile workflow/profiles/slurm
+
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)
 	$(RUN) snakemake -j$(JOBS) reference
 	$(RUN) workflow.references.evidence
@@ -73,14 +91,17 @@ $(PEERS_VENV)/run.stamp: requirements-peers.lock
 $(VENV)/dev.stamp: requirements-dev.lock $(VENV)/run.stamp
 	@if cmp -s $< $@; then touch $@; else $(install-dev); fi
 
+$(VENV)/cluster.stamp: requirements-cluster.lock $(VENV)/run.stamp
+	@if cmp -s $< $@; then touch $@; else $(install-dev); fi
+
 define install-run
 $(check-python) && echo "Setting up $(@D), a minute or two" && rm -rf $(@D) && "$(PYTHON)" -m venv $(@D) \
 	&& $(@D)/bin/python -m $(PIP_INSTALL) -r $< && cp $< $@
 endef
 
-# Held to the pins of the run, so that a tool for checks never changes what computes.
+# Held to the pins of the run, so that neither a tool for checks nor the plug-in of a cluster changes what computes.
 define install-dev
-echo "Adding the tools for checks to $(VENV)" && $(RUN) $(PIP_INSTALL) -r $< -c requirements.lock && cp $< $@
+echo "Adding $< to $(VENV)" && $(RUN) $(PIP_INSTALL) -r $< -c requirements.lock && cp $< $@
 endef
 
 define check-python

@@ -34,7 +34,7 @@ def names(requirements: list[str]) -> set[str]:
     return {normal(re.match(r"[\w.-]+", requirement).group()) for requirement in requirements}
 
 
-@pytest.mark.parametrize("name", ["requirements-dev.lock", "requirements-peers.lock"])
+@pytest.mark.parametrize("name", ["requirements-dev.lock", "requirements-peers.lock", "requirements-cluster.lock"])
 def test_what_another_lock_shares_with_the_run_it_holds_alike(name):
     """Else installing the tools for checks, or the public solvers, would change what computes."""
     run, other = pins("requirements.lock"), pins(name)
@@ -42,12 +42,18 @@ def test_what_another_lock_shares_with_the_run_it_holds_alike(name):
     assert {package: other[package] for package in shared} == {package: run[package] for package in shared}
 
 
-def test_all_that_a_run_needs_is_there_beside_the_peers():
-    """They are measured in one process."""
-    assert pins("requirements.lock").keys() - pins("requirements-peers.lock").keys() == set()
+@pytest.mark.parametrize("name", ["requirements-peers.lock", "requirements-cluster.lock"])
+def test_all_that_a_run_needs_is_there_beside_others(name):
+    """Peers are measured in one process with it, and a job on a cluster is a run."""
+    assert pins("requirements.lock").keys() - pins(name).keys() == set()
 
 
-@pytest.mark.parametrize("name", ["requirements.lock", "requirements-peers.lock"])
+def test_a_cluster_takes_the_plug_in_alone_beside_the_run():
+    added = pins("requirements-cluster.lock").keys() - pins("requirements.lock").keys()
+    assert added == {"snakemake-executor-plugin-slurm", "snakemake-executor-plugin-slurm-jobstep"}
+
+
+@pytest.mark.parametrize("name", ["requirements.lock", "requirements-peers.lock", "requirements-cluster.lock"])
 def test_one_version_of_each_package_on_every_python(name):
     """So that a result does not depend on which supported Python made it."""
     assert [package for package, found in pins(name).items() if len(found) > 1] == []
@@ -61,6 +67,7 @@ def test_locks_hold_no_address(name):
 def test_every_declared_dependency_is_locked():
     assert names(PROJECT["project"]["dependencies"]) - pins("requirements.lock").keys() == set()
     assert names(EXTRAS["scans"]) - pins("requirements.lock").keys() == set()
+    assert names(EXTRAS["cluster"]) - pins("requirements-cluster.lock").keys() == set()
     assert names(EXTRAS["peers"]) - pins("requirements-peers.lock").keys() == set()
     assert names(PROJECT["dependency-groups"]["dev"]) - pins("requirements-dev.lock").keys() == set()
 

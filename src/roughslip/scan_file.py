@@ -32,6 +32,9 @@ MOST_BYTES = 2**29
 SPACINGS = (1e-11, 1e-2)
 """[m] what the distance of neighbouring points may be: from below an atom to a centimetre."""
 
+MOST_HEIGHT = 1.0
+"""[m] from zero; far beyond any scan, and squares stay finite."""
+
 _INSTALL = "install it with: pip install 'roughslip[scans]'"
 _EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
 
@@ -67,6 +70,8 @@ def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str 
                 f"{path}: points {step:.3g} m apart; from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed: check "
                 "the unit"
             )
+    if not np.all(np.abs(heights[np.isfinite(heights)]) <= MOST_HEIGHT):
+        raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m: check the unit")
     scan = topography(heights, dx, dy, str(path))
     deviation, diagonal = float(np.std(scan.heights)), math.hypot(scan.grid.nx * dx, scan.grid.ny * dy)
     if not deviation < diagonal:
@@ -151,7 +156,10 @@ def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | No
             if sorted(heights.dimensions) != ["x", "y"]:
                 raise InputError(f"{path}: heights over {', '.join(heights.dimensions)}; a map is over x and y")
             scale = _metres(path, _choose(path, "unit of heights", _units(heights), unit))
-            steps = [_spacing(path, file.variables[name]) for name in "xy" if name in file.variables]
+            axes = [file.variables[name] for name in "xy" if name in file.variables]
+            for other in (*axes, *(file.variables[name] for name in ("mask",) if name in file.variables)):
+                _check_shape(path, other, heights)
+            steps = [_spacing(path, axis) for axis in axes]
             dx, dy = _choose(path, "spacing", (steps[0], steps[1]) if len(steps) == 2 else None, spacing)
             values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan)
             if "mask" in file.variables:  # of missing points, as SurfaceTopography writes it
@@ -160,6 +168,16 @@ def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | No
     except (OSError, RuntimeError, ValueError, TypeError, IndexError) as error:
         raise InputError(f"{path}: truncated or not netCDF ({_first_line(error)})") from error
     return values * scale, dx, dy
+
+
+def _check_shape(path: Path, other: netCDF4.Variable, heights: netCDF4.Variable) -> None:
+    """Refuses what lies over other points than the heights, before it is read: it may be of any size."""
+    points = {axis: heights.shape[heights.dimensions.index(axis)] for axis in "xy"}
+    wanted = heights.shape if other.name == "mask" else (points[other.name],)
+    if other.shape != wanted:
+        raise InputError(
+            f"{path}: {other.name} has the shape {other.shape}; heights of {heights.shape} go with {wanted}"
+        )
 
 
 def _units(variable: netCDF4.Variable) -> str | None:

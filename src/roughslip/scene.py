@@ -111,6 +111,12 @@ def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
     return file
 
 
+def _stay_inside(file: Path, scenes_folder: Path) -> None:
+    """Refuses a link that leads out of the folder of the scenes: what is read should be what the project shows."""
+    if file.is_symlink() and not file.resolve().is_relative_to(scenes_folder.resolve()):
+        raise InputError(f"{display(file)}: a link to {shown(str(file.resolve()))}, out of its folder; copy the file")
+
+
 def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, list[str]]:
     """The files of a scene from the top of its overlays down, their values merged, and lines on what was misread."""
     known = scene_names(scenes_folder)
@@ -120,6 +126,7 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
     while len(documents) < len(chain):
         file = chain[-1]
         try:
+            _stay_inside(file, scenes_folder)
             values, misread = read(file)
         except InputError as error:
             raise InputError([*lines, *error.lines]) from None

@@ -29,9 +29,9 @@ def terms(variables: int | str, degree: int, best: int = GIVEN) -> int:
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {"expansion": {"samples": ("cdf_error",)}}
 
 
-def mistakes(expansion: dict[str, Any]) -> Iterator[Mistake]:
+def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     """What does not go with the samples; what the schema refuses is left to it."""
-    samples, error, design = (expansion.get(key) for key in ("samples", "cdf_error", "design"))
+    samples, error, design = (scene["expansion"].get(key) for key in ("samples", "cdf_error", "design"))
     if samples == AUTO:
         if error is None:
             yield Mistake((ERROR, SAMPLES), f"missing; {SAMPLES} = {AUTO} needs it")
@@ -45,8 +45,9 @@ def mistakes(expansion: dict[str, Any]) -> Iterator[Mistake]:
 
 def field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     """What does not go with the expansion at every node: a basis in all modes, and tables of all nodes."""
-    samples, square = scene["expansion"].get("samples"), scene.get("square")
-    if FIELD not in scene.get("targets", ()) or not isinstance(samples, int) or not isinstance(square, dict):
+    samples, square, targets = scene["expansion"].get("samples"), scene.get("square"), scene.get("targets")
+    asked = isinstance(targets, list) and FIELD in targets
+    if not asked or not isinstance(samples, int) or not isinstance(square, dict):
         return
     modes, nodes = (square.get(key) if isinstance(square.get(key), int) else None for key in ("modes", "nodes"))
     if modes is not None and samples - math.ceil(samples / FIELD_GROUPS) <= modes + 1:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from copy import deepcopy
 from typing import Any, NamedTuple
 
-from roughslip import scene_ensemble, scene_expansion, scene_roughness
+from roughslip import scene_batches, scene_ensemble, scene_expansion, scene_roughness
 from roughslip.scene_expansion import AUTO, BEST, FEWEST, GIVEN, MOST, terms
 from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
@@ -330,9 +330,14 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
     if isinstance(scene.get("square"), dict):
         yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("expansion"), dict):
-        yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
-        yield from (m for m in scene_expansion.field_mistakes(scene) if all(map(sound, m.keys)))
-        yield from (m for m in scene_expansion.hardness_mistakes(scene) if all(map(sound, m.keys)))
+        for of_expansion in (
+            scene_expansion.mistakes,
+            scene_expansion.field_mistakes,
+            scene_expansion.hardness_mistakes,
+        ):
+            yield from (m for m in of_expansion(scene) if all(map(sound, m.keys)))
+    if isinstance(scene.get("batches"), dict):
+        yield from (m for m in scene_batches.mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("ensemble"), dict):
         yield from (m for m in scene_ensemble.mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):

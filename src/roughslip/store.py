@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import platform
+import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -209,4 +210,5 @@ def _checksum(variables: Mapping[str, Variable], attributes: Mapping[Any, Any]) 
 
 
 def _rebuild(path: Path) -> str:
-    return f"rebuild it with: rm -f {path} && snakemake -j2 {path}"
+    name = shlex.quote(str(path))
+    return f"rebuild it with: rm -f {name} && snakemake -j2 {name}"

@@ -11,9 +11,9 @@ MISTAKES = {
     "material: {poisson_ratio: 0.6}": "material.poisson_ratio: 0.6 is not allowed; a number > -1 and <= 0.5",
     "material: {young_modulus_pa: 210}": "material.young_modulus_pa: 210 is not allowed; "
     "a number >= 1000 and <= 1e+13 [Pa]",
-    "square: {nodes: 513}": "square.nodes: 513 is not allowed; a whole number >= 2 and <= 512",
-    "square: {nodes: 10.0}": "square.nodes: 10.0 is not allowed; a whole number >= 2 and <= 512",
-    "square: {nodes: true}": "square.nodes: true is not allowed; a whole number >= 2 and <= 512",
+    "square: {nodes: 1025}": "square.nodes: 1025 is not allowed; a whole number >= 2 and <= 1024",
+    "square: {nodes: 10.0}": "square.nodes: 10.0 is not allowed; a whole number >= 2 and <= 1024",
+    "square: {nodes: true}": "square.nodes: true is not allowed; a whole number >= 2 and <= 1024",
     "square: {penetration_percentile: 100}": "square.penetration_percentile: 100 is not allowed; "
     "a number > 0 and < 100 [%]",
     "square: {latin_hypercube_samples: 3999}": "square.latin_hypercube_samples: 3999 is not allowed; "

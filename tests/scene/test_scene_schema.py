@@ -64,7 +64,7 @@ def test_units_end_the_name_and_the_description():
 def test_what_is_allowed_is_told_from_the_schema():
     allowed = {key: describe_allowed(part) for key, part in properties(SCHEMA).items()}
     assert allowed["strip.cell_m"] == "a number > 0 [m]"
-    assert allowed["square.nodes"] == "a whole number >= 2 and <= 512"
+    assert allowed["square.nodes"] == "a whole number >= 2 and <= 1024"
     assert allowed["material.poisson_ratio"] == "a number > -1 and <= 0.5"
     assert allowed["roughness.covariance"] == f"one of {KINDS}"
     assert allowed["oscillator.stochastic_static_limit"] == "true or false"

@@ -12,30 +12,9 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock")
+from workflow.faults.scratch import TINY, copy_project
 
-# Every stage, about as small as the rules allow; one job a batched stage but for the three designs of the square.
-TINY = """\
-extends: paper
-description: "Every stage, as small as the rules allow"
-square: {nodes: 8, modes: 64, monte_carlo_samples: 4000, latin_hypercube_samples: 4000}
-expansion: {variables: 3, degree: 2, samples: 200, draws: 2000}
-strip:
-  cell_m: 5.0e-6
-  window_spacing_m: 6.0e-5
-  penetration_percentiles: [30, 50]
-  samples: 8
-  training_samples: 3
-  expansion_samples: 16
-ensemble:
-  realisations: 8
-  duration_periods: 20
-  discarded_periods: 2
-  damping_ratios: [0.17, 0.34]
-  drawn_realisations: 2
-batches: {square_samples: 4000, strip_samples: 8, expansion_samples: 16, realisations: 8}
-"""
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @dataclass(frozen=True)
@@ -100,12 +79,7 @@ def empty(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """The project with the scene `tiny`, nothing made."""
     base = tmp_path_factory.mktemp("workflow")
     folder = base / "project"
-    folder.mkdir()
-    for name in SOURCES:
-        if (ROOT / name).is_dir():
-            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
-        else:
-            shutil.copy2(ROOT / name, folder / name)
+    copy_project(ROOT, folder)
     project = Project(folder, base / "numba")
     project.scene("tiny", TINY)
     return project

@@ -71,7 +71,7 @@ FOUND_EDITS = {
 COMMENTS = (
     (SCENE, "samples: 8\n", "samples: 8  # few\n"),
     (SCENE, "[30, 50]", "[30.0, 50]"),
-    ("config/scene.schema.yaml", "maximum: 512", "maximum: 1024"),
+    ("config/scene.schema.yaml", "maximum: 1024", "maximum: 2048"),
     ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy=="),
     ("Snakefile", "rule all:", "# By default:\nrule all:"),
     ("workflow/lib/keys.py", "def write_key", "# Written for each stage.\ndef write_key"),

@@ -11,6 +11,7 @@ from typing import Any
 from roughslip import scene_rules, scene_yaml
 from roughslip.errors import InputError
 from roughslip.scene import load, scene_names
+from workflow.lib import memory
 from workflow.lib.keys import write_key
 from workflow.lib.references import SAMPLES
 
@@ -18,6 +19,14 @@ DESIGNS = {
     "monte_carlo": "square.monte_carlo_samples",
     "latin_hypercube": "square.latin_hypercube_samples",
     "expansion": "expansion.samples",
+}
+
+# Stages that take samples in batches, by the key of their size.
+BATCHED = {
+    "batches.square_samples": "contact_square",
+    "batches.strip_samples": "contact_strip",
+    "batches.expansion_samples": "expansion_strip",
+    "batches.realisations": "oscillator",
 }
 
 # A scene is a target of its own name, as these are already.
@@ -43,11 +52,15 @@ class Scenes:
 
     root : the project's folder
     words : the command line; the scenes that it names are asked for, or else those of config/config.yaml
-    Raises InputError with every mistake of every scene asked for. A mistake in a scene that is not harms nobody.
+    memory_mb : that a job may take on a node of a cluster; not given, jobs run on this machine and share what it has
+    Raises InputError with every mistake of every scene asked for, and where one takes more memory than there is. A
+    mistake in a scene that is not harms nobody.
     """
 
-    def __init__(self, root: Path, words: list[str]) -> None:
+    def __init__(self, root: Path, words: list[str], memory_mb: int | None = None) -> None:
         self.root = root
+        self.memory_mb = memory.machine_mb() if memory_mb is None else memory_mb
+        self._beside_mb = 0 if memory_mb is None else memory.NODE_MB
         folder = root / "config" / "scenes"
         self.default = _default_scenes(root / "config" / "config.yaml", folder)
         asked = {_scene_of(word) for word in words} & set(scene_names(folder))
@@ -61,9 +74,11 @@ class Scenes:
             except InputError as error:
                 if name in asked:
                     mistakes += error.lines
-        mistakes += [f"{folder}: cannot be written to" for folder in map(_not_writable, sorted(asked)) if folder]
+        mistakes += [line for name in sorted(asked & self.valid.keys()) for line in self._too_large(name)]
+        mistakes += [f"{folder}: cannot be written to" for name in sorted(asked) for folder in _not_writable(name)]
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
+        self.asked = sorted(asked)
 
     def compared(self, asked: str | None) -> list[str]:
         """Scenes whose Figure 3 is drawn in one picture: those of COMPARED that are there, or as asked, `one,other`.
@@ -107,9 +122,37 @@ class Scenes:
         """An input function: the stage's key file for the scene of the wildcards."""
         return lambda wildcards: self.key_file(wildcards.scene, stage)
 
+    def memory(self, stage: str) -> Callable[..., int]:
+        """A resource function: megabytes of a job of the stage for the scene of the wildcards, more at each attempt."""
+
+        def mem_mb(wildcards: Any, attempt: int) -> int:
+            count = int(wildcards.last) - int(wildcards.first) if hasattr(wildcards, "first") else 0
+            name = getattr(wildcards, "scene", self.default[0])
+            return attempt * (memory.needed_mb(self.valid[name], stage, count) + self._beside_mb)
+
+        return mem_mb
+
+    def _too_large(self, name: str) -> list[str]:
+        """A line for the stage that takes the most, where that is more than there is."""
+        scene = self.valid[name]
+        needed, stage = max((memory.needed_mb(scene, stage, 1), stage) for stage in self.stages(name))
+        needed += self._beside_mb
+        if needed <= self.memory_mb:
+            return []
+        file = scene_yaml.display(self.root / "config" / "scenes" / f"{name}.yaml")
+        return [
+            f"{file}: stage {stage} would take some {needed} MB of memory, and {self.memory_mb} MB are there; take "
+            "fewer nodes, modes, samples or draws, or say how much there is where the jobs run: --config memory_mb=..."
+        ]
+
     def batches(self, name: str, total: str, size: str) -> list[tuple[int, int]]:
-        """Ranges [first, last) of sample numbers, from the dotted keys of their total and of the batch size."""
+        """Ranges [first, last) of sample numbers, from the dotted keys of their total and of the batch size.
+
+        Batches are smaller than the scene asks for where they would not fit into memory; no result depends on it.
+        """
         count, step = scene_rules.get(self.valid[name], total), scene_rules.get(self.valid[name], size)
+        room = self.memory_mb - self._beside_mb
+        step = memory.largest_batch(self.valid[name], BATCHED[size], min(step, count), room)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
     def square_contacts(self, name: str) -> list[str]:
@@ -189,6 +232,11 @@ class Scenes:
             f"results/{name}/{product}" for product in (*figures, *summary, "claims.json", "costs.json", "report.html")
         ]
 
+    def all_of(self, name: str) -> list[str]:
+        """What the scene's own target asks for: its products, and of every job the record, so that one whose result
+        got lost or damaged runs again."""
+        return [*self.products(name), *self.usage_records(name)]
+
     def usage_records(self, name: str) -> list[str]:
         """The records of cost of every job up to figures and claims."""
         batched = {
@@ -207,12 +255,13 @@ class Scenes:
         return records
 
 
-def _not_writable(name: str) -> Path | None:
-    """The folder that stands in the way of a scene's results, if there is one."""
+def _not_writable(name: str) -> list[Path]:
+    """The folders that stand in the way of a scene's results, if there are any."""
     folder = Path("results") / name / "keys"
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
-    return None if folder.is_dir() and os.access(folder, os.W_OK) else folder
+    inner = [path for path in (Path("results") / name).glob("*/") if path.is_dir()]
+    return [path for path in (folder, *inner) if not (path.is_dir() and os.access(path, os.W_OK))]
 
 
 def _scene_of(word: str) -> str:
@@ -227,10 +276,20 @@ def _load(name: str, folder: Path, schema: Path) -> dict[str, Any]:
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     scene = load(folder / f"{name}.yaml", folder, schema)
     file = scene_rules.get(scene, "roughness.scan.file")
-    if file is not None and not Path(_scan_file(folder.parents[1], file)).is_file():
-        text = f"{scene_yaml.shown(file)} is not there; a path from the folder of the scenes or of the project"
-        raise InputError(scene_yaml.line(folder / f"{name}.yaml", ("roughness", "scan", "file"), text))
+    if file is not None:
+        found = Path(_scan_file(folder.parents[1], file))
+        text = "is not there; a path from the folder of the scenes or of the project"
+        if found.is_file():
+            text = "lies outside the project; put it, not a link, beside the scenes"
+        if not (found.is_file() and _is_inside(found, folder.parents[1])):
+            where = ("roughness", "scan", "file")
+            raise InputError(scene_yaml.line(folder / f"{name}.yaml", where, f"{scene_yaml.shown(file)} {text}"))
     return scene
+
+
+def _is_inside(file: Path, root: Path) -> bool:
+    """Whether a file, links followed, is one of the project or of the working folder."""
+    return any(file.resolve().is_relative_to(folder.resolve()) for folder in (root, Path.cwd()))
 
 
 def _scan_file(root: Path, file: str) -> str:

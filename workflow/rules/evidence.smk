@@ -11,6 +11,7 @@ from workflow.lib.scenes import BENCHMARKS, STRESSED
 
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
 BENCHMARK_LOCK = ROOT / "requirements-peers.lock" if "peers" in BENCHMARK_OPTIONS else LOCK
+EVIDENCE_MB = 4000  # a process
 STRESS_OPTIONS = {name: str(config[name]) for name in ("seed", "problems") if name in config}
 
 
@@ -38,6 +39,8 @@ for stage in BENCHMARKS:
         log:
             f"results/benchmarks/logs/{stage}.log",
         threads: 1
+        resources:
+            mem_mb=EVIDENCE_MB,
         params:
             module=stage,
             options=" ".join(f"--{name}" for name in BENCHMARK_OPTIONS),
@@ -56,6 +59,8 @@ for stage in BENCHMARKS:
         log:
             f"results/benchmarks/logs/{stage}_figure.log",
         threads: 1
+        resources:
+            mem_mb=EVIDENCE_MB,
         params:
             module=f"{stage}_figure",
         shell:
@@ -74,8 +79,11 @@ rule evidence_drawn:
     wildcard_constraints:
         stage="|".join(BENCHMARKS),
     threads: 1
+    resources:
+        mem_mb=EVIDENCE_MB,
     shell:
-        EVIDENCE + ".benchmarks.{wildcards.stage}_figure --benchmark {input.result:q} --output {output.png:q} 2> {log:q}"
+        EVIDENCE
+        + ".benchmarks.{wildcards.stage}_figure --benchmark {input.result:q} --output {output.png:q} 2> {log:q}"
 
 
 rule stress:
@@ -86,6 +94,8 @@ rule stress:
     log:
         "results/stress/logs/gather.log",
     threads: 1
+    resources:
+        mem_mb=EVIDENCE_MB,
     shell:
         EVIDENCE + ".stress.gather --campaigns {input.campaigns:q} --output {output.result:q} 2> {log:q}"
 
@@ -102,6 +112,8 @@ for stage in STRESSED:
         log:
             f"results/stress/logs/{stage}.log",
         threads: 2
+        resources:
+            mem_mb=2 * EVIDENCE_MB,
         params:
             module=stage,
             options=" ".join(f"--{name} {shlex.quote(value)}" for name, value in STRESS_OPTIONS.items()),

@@ -28,6 +28,8 @@ rule deterministic:
     log:
         "results/{scene}/logs/deterministic.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("deterministic"),
     params:
         friction=friction_option,
     shell:
@@ -45,6 +47,8 @@ rule spacing:
     log:
         "results/{scene}/logs/spacing.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("spacing"),
     params:
         friction=friction_option,
     shell:
@@ -63,6 +67,8 @@ rule oscillator:
     log:
         "results/{scene}/logs/oscillator-{first}-{last}.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("oscillator"),
     params:
         friction=friction_option,
         spacing=lambda wildcards, input: f"--spacing {shlex.quote(input.spacing[0])}" if input.spacing else "",

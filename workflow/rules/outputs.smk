@@ -16,6 +16,8 @@ rule cycles:
     log:
         "results/{scene}/logs/cycles.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("cycles"),
     shell:
         STAGE + ".cycles --key {input.key:q} --deterministic {input.deterministic:q} --ensemble {input.ensemble:q}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -33,6 +35,8 @@ rule figure2:
     log:
         "results/{scene}/logs/figure2.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure2"),
     shell:
         STAGE + ".figure2 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -50,6 +54,8 @@ rule figure3:
     log:
         "results/{scene}/logs/figure3.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure3"),
     shell:
         STAGE + ".figure3 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -67,6 +73,8 @@ rule figure3_law:
     log:
         "results/{scene}/logs/figure3_law.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure3_law"),
     shell:
         STAGE + ".figure3_law --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -84,6 +92,8 @@ rule figure5:
     log:
         "results/{scene}/logs/figure5.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure5"),
     shell:
         STAGE + ".figure5 --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -101,6 +111,8 @@ rule figure_scan:
     log:
         "results/{scene}/logs/figure_scan.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure_scan"),
     shell:
         STAGE + ".figure_scan --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -118,6 +130,8 @@ rule figure_field:
     log:
         "results/{scene}/logs/figure_field.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure_field"),
     shell:
         STAGE + ".figure_field --key {input.key:q} --result {input.result:q} --png {output.png:q} --svg {output.svg:q}"
         " --output {output.numbers:q} --usage {output.usage:q} 2> {log:q}"
@@ -133,9 +147,11 @@ rule claims:
     log:
         "results/{scene}/logs/claims.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("claims"),
     params:
         results=lambda wildcards: " ".join(
-            f"--{option} {path}" for option, path in scenes.results(wildcards.scene).items()
+            f"--{option} {shlex.quote(path)}" for option, path in scenes.results(wildcards.scene).items()
         ),
     shell:
         STAGE + ".claims --key {input.key:q} {params.results}"
@@ -152,6 +168,8 @@ rule costs:
     log:
         "results/{scene}/logs/costs.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("costs"),
     shell:
         STAGE + ".costs --key {input.key:q} --records {input.records:q}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -170,6 +188,8 @@ rule scene_report:
     log:
         "results/{scene}/logs/report.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("report"),
     shell:
         STAGE + ".report --key {input.key:q} --scenes results/{wildcards.scene}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -187,6 +207,8 @@ rule report_of_the_default_scenes:
     log:
         "results/logs/report.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("report"),
     params:
         folders=" ".join(f"results/{name}" for name in scenes.default),
         evidence="--evidence results/reference/evidence --drawn results/evidence" if kept_evidence() else "",
@@ -207,6 +229,8 @@ rule comparison:
     log:
         "results/logs/comparison.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("figure3"),
     params:
         folders=" ".join(f"results/{name}" for name in compared),
     shell:
@@ -226,6 +250,8 @@ rule verify:
     log:
         "results/logs/verify.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("verify"),
     params:
         folders=" ".join(f"results/{name}" for name in scenes.default),
         reference=ROOT / "results" / "reference",
@@ -244,6 +270,8 @@ rule reference:
     log:
         "results/logs/reference.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("reference"),
     params:
         folders=" ".join(f"results/{name}" for name in scenes.default),
     shell:

@@ -23,6 +23,8 @@ for kind in SAMPLES:
         wildcard_constraints:
             scene="|".join(SAMPLES[kind]),
         threads: 1
+        resources:
+            mem_mb=scenes.memory({"pressure": "contact_square", "friction": "contact_strip"}[kind]),
         params:
             kind=kind,
         shell:
@@ -42,6 +44,8 @@ for kind in SAMPLES:
         wildcard_constraints:
             scene="|".join(SAMPLES[kind]),
         threads: 1
+        resources:
+            mem_mb=scenes.memory({"pressure": "contact_square", "friction": "contact_strip"}[kind]),
         params:
             kind=kind,
         shell:

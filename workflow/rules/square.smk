@@ -14,6 +14,8 @@ rule surface:
     log:
         "results/{scene}/logs/surface.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("surface"),
     params:
         scan=scan_option,
     shell:
@@ -31,6 +33,8 @@ rule design:
     log:
         "results/{scene}/logs/design.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("design"),
     shell:
         STAGE + ".design --key {input.key:q} --surface {input.surface:q}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -48,6 +52,8 @@ rule contact_square:
     log:
         "results/{scene}/logs/contact_square-{design}-{first}-{last}.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("contact_square"),
     params:
         scan=scan_option,
     shell:
@@ -68,6 +74,8 @@ rule training_square:
     log:
         "results/{scene}/logs/training_square.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("training_square"),
     params:
         scan=scan_option,
     shell:
@@ -88,6 +96,8 @@ rule chaos_square:
     log:
         "results/{scene}/logs/chaos_square.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("chaos_square"),
     params:
         scan=scan_option,
     shell:
@@ -106,6 +116,8 @@ rule field_square:
     log:
         "results/{scene}/logs/field_square.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("field_square"),
     params:
         scan=scan_option,
     shell:

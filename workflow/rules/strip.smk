@@ -13,6 +13,8 @@ rule contact_strip:
     log:
         "results/{scene}/logs/contact_strip-{first}-{last}.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("contact_strip"),
     params:
         scan=scan_option,
     shell:
@@ -31,6 +33,8 @@ rule chaos_strip:
     log:
         "results/{scene}/logs/chaos_strip.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("chaos_strip"),
     params:
         scan=scan_option,
     shell:
@@ -49,6 +53,8 @@ rule expansion_strip:
     log:
         "results/{scene}/logs/expansion_strip-{first}-{last}.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("expansion_strip"),
     params:
         scan=scan_option,
     shell:
@@ -68,6 +74,8 @@ rule friction:
     log:
         "results/{scene}/logs/friction.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("friction"),
     shell:
         STAGE + ".friction --key {input.key:q} --contact {input.contact:q} --expansion {input.expansion:q}"
         " --summary {output.summary:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"

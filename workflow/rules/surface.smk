@@ -22,6 +22,8 @@ rule grinding:
     log:
         "results/{scene}/logs/grinding.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("grinding"),
     shell:
         STAGE + ".grinding --key {input.key:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
 
@@ -36,6 +38,8 @@ rule scan:
     log:
         "results/{scene}/logs/scan.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("scan"),
     shell:
         STAGE + ".scan --key {input.key:q} --scan {input.scan:q}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
@@ -51,6 +55,8 @@ rule twins:
     log:
         "results/{scene}/logs/twins.log",
     threads: 1
+    resources:
+        mem_mb=scenes.memory("twins"),
     shell:
         STAGE + ".twins --key {input.key:q} --scan {input.scan:q}"
         " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"

@@ -73,6 +73,16 @@ def execute(
             work(Job(key, arguments, usage))
             if read_key(arguments.key) != key:  # Snakemake would take the result for that of the new key
                 raise StoreError(f"{arguments.key}: scene or code changed while the stage ran; run snakemake again")
+            usage.files(
+                read=[arguments.key, *_paths(arguments, (*files, *batches, *optional))],
+                made=[arguments.output, *_paths(arguments, outputs)],
+            )
     except RoughslipError as error:
         print(f"{stage}: {error}", file=sys.stderr)
         sys.exit(1)
+
+
+def _paths(arguments: argparse.Namespace, names: Sequence[str]) -> list[Path]:
+    """The files under these options, one or more each, of those that were given."""
+    given = [getattr(arguments, name) for name in names]
+    return [path for one in given if one is not None for path in (one if isinstance(one, list) else [one])]

@@ -9,11 +9,14 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from roughslip.stages.record import checksums, sealed
+
 _IMPORTED = time.perf_counter()
+PARENT = "ROUGHSLIP_PARENT"  # in the environment: the process that starts the stages
 _LINES_APART = 5.0  # seconds between two lines of progress
 
 
@@ -25,13 +28,15 @@ class Usage:
 
     The record: stage, jobs (1), wall_seconds and cpu_seconds (user and system) of the process from its start,
     core_cpu_seconds (solving, fitting, integrating: see `core`), peak_memory_mib (null where the platform does not
-    tell), did (name: count).
+    tell), did (name: count), read and made (file: checksum, see `files`), and a checksum of all that.
     """
 
     def __init__(self, path: str | Path, stage: str) -> None:
         self.path = Path(path)
         self.stage = stage
         self.did: dict[str, float] = {}
+        self.read: dict[str, str] = {}
+        self.made: dict[str, str] = {}
         self.core_cpu_seconds = 0.0
         self._last_line = time.perf_counter()
 
@@ -41,7 +46,7 @@ class Usage:
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         if error is None:
             partial = self.path.with_name(f".{self.path.name}.{os.getpid()}")
-            partial.write_text(json.dumps(self.record(), indent=2) + "\n", encoding="utf-8")
+            partial.write_text(json.dumps(sealed(self.record()), indent=2) + "\n", encoding="utf-8")
             os.replace(partial, self.path)
 
     def record(self) -> dict[str, Any]:
@@ -55,6 +60,8 @@ class Usage:
             "core_cpu_seconds": round(self.core_cpu_seconds, 3),
             "peak_memory_mib": None if peak is None else round(peak, 1),
             "did": dict(sorted(self.did.items())),
+            "read": self.read,
+            "made": self.made,
         }
 
     @contextlib.contextmanager
@@ -72,6 +79,10 @@ class Usage:
         for name, number in did.items():
             self.did[name] = self.did.get(name, 0) + number
 
+    def files(self, read: Iterable[Path], made: Iterable[Path]) -> None:
+        """Take the checksums of the files that the job read and made."""
+        self.read, self.made = checksums(read), checksums(made)
+
     def progress(self, done: int, total: int) -> None:
         """A line on stderr, which is the job's log: every few seconds, and when all is done."""
         now = time.perf_counter()
@@ -84,11 +95,14 @@ class Usage:
 def die_with_parent() -> None:
     """Ask the kernel to kill this process when its parent dies, so that a killed Snakemake leaves no writer behind.
 
-    Linux only, and only for the direct parent: a rule's shell line starts the stage with `exec`.
+    Linux only, and only for the direct parent: a rule's shell line starts the stage with `exec`. A parent that died
+    while this process was still importing sends no signal any more; the Snakefile tells its number in PARENT.
     """
     if sys.platform == "linux":
         set_parent_death_signal = 1  # PR_SET_PDEATHSIG of <linux/prctl.h>
         ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL, 0, 0, 0)
+        if os.environ.get(PARENT, str(os.getppid())) != str(os.getppid()):
+            os.kill(os.getpid(), signal.SIGKILL)
 
 
 def peak_memory_mib() -> float | None:

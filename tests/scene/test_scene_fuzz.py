@@ -1,0 +1,141 @@
+"""Scenes at random: each is taken whole or refused, a line a mistake, and never ends in a traceback.
+
+SCENE_CASES=2000 for as many cases (`make fuzz`); 150 unless said. Those taken are planned in tests/workflow.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from roughslip import scene_rules
+from roughslip.errors import InputError
+from roughslip.scene import load
+from tests.scene.fuzzed import overlays
+from tests.scene.shipped import SCENES, SCHEMA_PATH
+from workflow.lib import memory
+
+CASES = int(os.environ.get("SCENE_CASES", "150"))
+FUZZ = settings(
+    max_examples=CASES,
+    deadline=None,
+    derandomize="SCENE_SEED" not in os.environ,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+
+BOMB = "\n".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9) if n else 'x'}]" for n in range(30))
+HOSTILE = [
+    b"\xff\xfe\x00",
+    "extends: paper\nseed: 1\n".encode("utf-16"),
+    b'extends: paper\ndescription: "\\ud800"\n',
+    b"extends: paper\n\x00: 1\n",
+    BOMB.encode(),
+    ("[" * 5000).encode(),
+    ("a: " + "{b: " * 3000).encode(),
+    ("extends: paper\n" + "- " * 4000).encode(),
+    b"!!python/object/apply:os.system ['true']\n",
+    b"extends: !!python/name:os.system\n",
+    b"seed: " + b"9" * 100_000,
+    b"seed: 1.0e+99999\nextends: paper\n",
+    b"<<: {a: 1}\nextends: paper\n",
+    b"? {a: 1}\n: 2\n",
+    b"--- 1\n--- 2\n",
+    b"%YAML 9.9\n---\na: 1\n",
+    b"description: " + b"x" * 2_000_000,
+    b"extends: ../../etc/passwd\n",
+]
+
+
+def check_lines(lines: tuple[str, ...], name: str) -> None:
+    """One line a mistake: printable, of bounded length, each once, and each names a file."""
+    assert lines
+    assert len(set(lines)) == len(lines)
+    for line in lines:
+        assert line.isprintable(), repr(line)
+        assert len(line) < 2000
+        assert line.startswith(("scenes/", f"scenes: {name!r}")), line
+
+
+def outcome(folder: Path, content: bytes) -> dict | None:
+    """The scene of a file, or None where it is refused, its lines checked."""
+    (folder / "scenes" / "fuzz.yaml").write_bytes(content)
+    try:
+        return load("fuzz", Path("scenes"), SCHEMA_PATH)
+    except InputError as error:
+        check_lines(error.lines, "fuzz")
+        return None
+
+
+def check_taken(scene: dict) -> None:
+    """A scene that is taken has slices that JSON holds, stages, figures, and finite estimates of memory."""
+    stages = scene_rules.stages_needed(scene)
+    assert scene_rules.figures(scene)
+    for stage in stages:
+        json.dumps(scene_rules.slice_for(scene, stage), allow_nan=False)
+        assert math.isfinite(memory.needed_mb(scene, stage, 1))
+        assert memory.needed_mb(scene, stage, 1) > 0
+
+
+@pytest.fixture(autouse=True)
+def here(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(folder)
+    yield
+    (folder / "scenes" / "fuzz.yaml").unlink(missing_ok=True)
+
+
+@FUZZ
+@given(overlay=overlays(SCENES, valid=True))
+def test_values_within_the_schema_are_taken_or_refused_by_a_rule(folder, overlay):
+    scene = outcome(folder, yaml.safe_dump(overlay, allow_unicode=True).encode())
+    if scene is not None:
+        check_taken(scene)
+
+
+@FUZZ
+@given(overlay=overlays(SCENES, valid=False))
+def test_any_values_are_taken_or_refused(folder, overlay):
+    scene = outcome(folder, yaml.safe_dump(overlay, allow_unicode=True).encode())
+    if scene is not None:
+        check_taken(scene)
+
+
+@FUZZ
+@given(
+    overlay=overlays(SCENES, valid=True),
+    cuts=st.lists(st.tuples(st.floats(0, 1), st.binary(max_size=4)), min_size=1, max_size=4),
+)
+def test_files_with_wrong_bytes_are_taken_or_refused(folder, overlay, cuts):
+    content = yaml.safe_dump(overlay).encode()
+    for place, put in cuts:
+        at = int(place * len(content))
+        content = content[:at] + put + content[at + len(put) // 2 :]
+    outcome(folder, content)
+
+
+@FUZZ
+@example(text=":\n")
+@given(text=st.text(alphabet=st.sampled_from("ab01.-+e:{}[]&*!|>%@`\"'#?,\n\t \u2028\x85é"), max_size=80))
+def test_any_text_is_taken_or_refused(folder, text):
+    outcome(folder, text.encode())
+
+
+@pytest.mark.parametrize("content", HOSTILE, ids=range(len(HOSTILE)))
+def test_hostile_files_are_refused_at_once(folder, content):
+    assert outcome(folder, content) is None
+
+
+def test_a_scene_may_not_be_a_link_out_of_its_folder(folder, tmp_path):
+    """Nor may what it extends: a project from a stranger should not read what lies elsewhere."""
+    (tmp_path / "secret.yaml").write_text("extends: paper\n")
+    (folder / "scenes" / "fuzz.yaml").symlink_to(tmp_path / "secret.yaml")
+    with pytest.raises(InputError) as caught:
+        load("fuzz", Path("scenes"), SCHEMA_PATH)
+    (line,) = caught.value.lines
+    assert line.startswith("scenes/fuzz.yaml: a link to ")

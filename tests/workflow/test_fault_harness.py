@@ -1,0 +1,66 @@
+"""Ten faults of the campaign that `make faults` runs 200 of, one of each kind, and the harness itself."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from random import Random
+
+import pytest
+
+from workflow.faults import campaign, injections
+from workflow.faults.scratch import Scratch
+
+
+@pytest.fixture(scope="module")
+def scratch(finished, tmp_path_factory) -> Iterator[Scratch]:
+    """The finished project itself, whose compiled functions are there; it is as it was afterwards."""
+    environment = finished.options["env"]
+    found = Scratch(finished.folder, tmp_path_factory.mktemp("saved") / "state", "tiny", environment)
+    found.save()
+    yield found
+    found.reset()
+
+
+@pytest.mark.parametrize("number", range(len(injections.FAULTS)))
+def test_nothing_is_lost(scratch, number):
+    (outcome,) = campaign.outcomes(scratch, 1, range(number, number + 1))
+    assert outcome.wrong == [], outcome.told
+    assert outcome.recovery == 1, outcome.told  # one new run, and no command beside it
+
+
+def test_the_harness_sees_what_is_lost(scratch):
+    """Each kind of loss, made by hand."""
+    scratch.reset()
+    assert campaign.differences(scratch) == []
+    (scratch.results / "figure2.nc").write_bytes(b"other")
+    (scratch.results / "claims.json").unlink()
+    (scratch.results / "more.nc").write_bytes(b"")
+    (scratch.results / "usage" / "surface.json").write_text("{}")
+    assert campaign.differences(scratch) == [
+        "claims.json: missing",
+        "figure2.nc: differs",
+        "more.nc: new",
+        "usage/surface.json: damaged",
+    ]
+
+
+def test_a_seed_says_what_is_broken(scratch):
+    told = []
+    for seed in ("1 4", "1 4", "1 5"):
+        scratch.reset()
+        told.append(injections.damage(scratch, Random(seed)))
+    assert told[0] == told[1] != told[2]
+
+
+def test_a_process_that_outlives_its_run_is_found(scratch):
+    import subprocess
+
+    left = subprocess.Popen(["sleep", "60"], cwd=scratch.folder)
+    try:
+        (line,) = campaign.still_alive(scratch, seconds=0.1)
+        assert line == f"process {left.pid} is alive: sleep 60"
+    finally:
+        left.kill()
+        left.wait()
+    assert os.getpid() not in [process.pid for process in scratch.processes()]

@@ -1,0 +1,106 @@
+"""Results against the records of their jobs: damage is set aside, a change is touched, and all else is left alone."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from roughslip.stages import record
+from roughslip.stages.usage import Usage
+from workflow.lib import integrity
+
+OLD, NEW = 1.6e9, 1.7e9
+
+
+@pytest.fixture
+def chain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """key -> a.nc -> b.nc and b.csv, each job with its record; the records' paths."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in {"key.json": "key", "a.nc": "first", "b.nc": "second", "b.csv": "third"}.items():
+        Path(name).write_text(text)
+        os.utime(name, (NEW, NEW))
+    for stage, read, made in (("a", ["key.json"], ["a.nc"]), ("b", ["a.nc"], ["b.nc", "b.csv"])):
+        with Usage(f"{stage}.json", stage) as usage:
+            usage.files(map(Path, read), map(Path, made))
+    return ["a.json", "b.json", "absent.json"]
+
+
+def names() -> set[str]:
+    return {path.name for path in Path().iterdir()}
+
+
+def test_what_is_as_it_was_is_left_alone(chain):
+    before = {name: (Path(name).read_bytes(), Path(name).stat().st_mtime_ns) for name in names()}
+    assert integrity.settle(chain) == []
+    assert {name: (Path(name).read_bytes(), Path(name).stat().st_mtime_ns) for name in names()} == before
+
+
+@pytest.mark.parametrize("name", ["a.nc", "b.csv"])
+def test_a_damaged_result_is_set_aside_and_its_job_runs_again(chain, name):
+    """Though its time does not tell."""
+    Path(name).write_text("flipped")
+    os.utime(name, (NEW, NEW))
+    assert integrity.settle(chain) == [f"{name}: not what its job wrote; set aside as {name}.damaged, and made again"]
+    assert Path(f"{name}.damaged").read_text() == "flipped"
+    assert {"key.json", "a.nc", "b.nc", "b.csv", "a.json", "b.json"} - names() == {name, f"{name[0]}.json"}
+
+
+def test_a_lost_result_takes_its_record_along(chain):
+    Path("b.nc").unlink()
+    assert integrity.settle(chain) == []
+    assert "b.json" not in names()
+    assert {"a.json", "b.csv"} <= names()
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"stage": "a"}', "\udcff"])
+def test_a_damaged_record_goes(chain, content):
+    Path("a.json").write_bytes(content.encode("utf-8", "surrogateescape"))
+    assert integrity.settle(chain) == ["a.json: damaged; its job runs again"]
+    assert "a.json" not in names()
+
+
+def test_every_number_of_a_record_is_under_its_seal(chain):
+    text = Path("a.json").read_text()
+    assert record.read(Path("a.json")) is not None
+    content = json.loads(text)
+    for name, value in content.items():
+        changed = f"{value}0" if isinstance(value, str) else {"x": 1} if isinstance(value, dict) else 7.25
+        Path("a.json").write_text(json.dumps({**content, name: changed}))
+        assert record.read(Path("a.json")) is None, name
+
+
+def test_a_change_that_times_hide_is_touched_and_nothing_is_lost(chain):
+    """As where the clock was set back: the key is of another scene, but older than what was made from the first."""
+    Path("key.json").write_text("other")
+    os.utime("key.json", (OLD, OLD))
+    assert integrity.settle(chain) == []
+    assert Path("key.json").stat().st_mtime > Path("a.nc").stat().st_mtime
+    assert Path("a.nc").read_text() == "first"
+    assert {"a.json", "b.json"} <= names()
+
+
+def test_a_change_that_times_tell_is_left_to_snakemake(chain):
+    Path("key.json").write_text("other")
+    os.utime("key.json", (NEW + 5, NEW + 5))
+    integrity.settle(chain)
+    assert Path("key.json").stat().st_mtime == NEW + 5
+
+
+def test_results_from_the_future_do_not_hide_a_change(chain):
+    future = 4e9
+    os.utime("a.nc", (future, future))
+    Path("key.json").write_text("other")
+    integrity.settle(chain)
+    assert Path("key.json").stat().st_mtime > future
+
+
+def test_only_old_temporary_files_are_swept(tmp_path):
+    for name in (".a.123.nc", ".b.456.nc", "a.nc"):
+        (tmp_path / name).write_text("x")
+    os.utime(tmp_path / ".a.123.nc", (OLD, OLD))
+    os.utime(tmp_path / "a.nc", (OLD, OLD))
+    integrity.sweep(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".b.456.nc", "a.nc"]

@@ -1,0 +1,94 @@
+"""Memory of jobs: what is declared holds what was measured, too large scenes are refused, batches shrink."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from roughslip.errors import InputError
+from roughslip.scene_rules import stages_needed
+from tests.scene.shipped import SCENES, shipped_scene
+from workflow.lib import memory
+from workflow.lib.scenes import BATCHED, DESIGNS, Scenes
+
+ROOT = Path(__file__).resolve().parents[2]
+MIB = 1.048576  # MB
+TOTALS = {
+    "contact_square": "square.monte_carlo_samples",
+    "contact_strip": "strip.samples",
+    "expansion_strip": "strip.expansion_samples",
+    "oscillator": "ensemble.realisations",
+}
+
+
+def declared(scene: dict, stage: str) -> int:
+    """Of the largest job of a stage."""
+    sizes = {stage: scene["batches"][key.partition(".")[2]] for key, stage in BATCHED.items()}
+    return memory.needed_mb(scene, stage, sizes.get(stage, 0))
+
+
+@pytest.mark.parametrize("name", ["paper", "resolved"])
+def test_declared_memory_holds_what_the_reference_runs_measured(name):
+    """With a tenth to spare for other machines and versions, and no more than four times as much."""
+    scene = shipped_scene(name)
+    rows = json.loads((ROOT / f"results/reference/{name}/costs.json").read_text())
+    for row in rows:
+        if row["stage"] != "all":
+            peak = row["peak_memory_mib"] * MIB
+            assert 1.1 * peak < declared(scene, row["stage"]) < 4 * peak + 200, row["stage"]
+
+
+def test_jobs_keep_within_what_they_declare(finished):
+    records = [json.loads(path.read_text()) for path in finished.path("results/tiny/usage").glob("*.json")]
+    tiny = Scenes(finished.folder, ["tiny"])["tiny"]
+    assert len(records) > 15
+    for record in records:
+        assert record["peak_memory_mib"] * MIB < declared(tiny, record["stage"]), record["stage"]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_shipped_scene_fits_a_small_machine_with_the_batches_that_it_asks_for(name, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    scenes = Scenes(ROOT, [name], memory_mb=4000)
+    for size, stage in BATCHED.items():
+        if stage in stages_needed(scenes[name]):
+            first, last = scenes.batches(name, TOTALS[stage], size)[0]
+            asked = scenes[name]["batches"][size.partition(".")[2]]
+            section, key = TOTALS[stage].split(".")
+            assert last - first == min(asked, scenes[name][section][key])
+
+
+def test_a_scene_too_large_for_the_machine_says_so_with_the_number(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as caught:
+        Scenes(ROOT, ["paper"], memory_mb=300)
+    (line,) = caught.value.lines
+    assert "stage chaos_square would take some " in line
+    assert " MB of memory, and 300 MB are there" in line
+    assert Scenes(ROOT, ["given"], memory_mb=500).valid  # what is not asked for harms nobody
+
+
+def test_batches_shrink_until_they_fit(monkeypatch, tmp_path):
+    """To the largest that does; the samples are the same."""
+    monkeypatch.chdir(tmp_path)
+    scene = shipped_scene("paper")
+    whole = memory.needed_mb(scene, "contact_square", 200_000)
+    least = memory.needed_mb(scene, "contact_square", 1)
+    limit = (whole + least) // 2
+    size = memory.largest_batch(scene, "contact_square", 200_000, limit)
+    assert memory.needed_mb(scene, "contact_square", size) <= limit + 1
+    assert 90_000 < size < 110_000
+    scenes = Scenes(ROOT, ["given"], memory_mb=limit)
+    for design, total in DESIGNS.items():
+        batches = scenes.batches("paper", total, "batches.square_samples")
+        numbers = [number for first, last in batches for number in (first, last)]
+        section, key = total.split(".")
+        assert numbers[0] == 0, design
+        assert numbers[-1] == scenes["paper"][section][key]
+        assert numbers[1:-1:2] == numbers[2::2]
+
+
+def test_the_machine_has_memory():
+    assert 500 < memory.machine_mb() < 10_000_000

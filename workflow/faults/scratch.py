@@ -1,0 +1,159 @@
+"""A copy of the project that may be broken, the scene that it runs, and what an undisturbed run left in it."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+
+from roughslip.stages.record import checksum
+from roughslip.stages.usage import die_with_parent
+
+SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock")
+
+# Every stage, about as small as the rules allow; one job a batched stage but for the three designs of the square.
+TINY = """\
+extends: paper
+description: "Every stage, as small as the rules allow"
+square: {nodes: 8, modes: 64, monte_carlo_samples: 4000, latin_hypercube_samples: 4000}
+expansion: {variables: 3, degree: 2, samples: 200, draws: 2000}
+strip:
+  cell_m: 5.0e-6
+  window_spacing_m: 6.0e-5
+  penetration_percentiles: [30, 50]
+  samples: 8
+  training_samples: 3
+  expansion_samples: 16
+ensemble:
+  realisations: 8
+  duration_periods: 20
+  discarded_periods: 2
+  damping_ratios: [0.17, 0.34]
+  drawn_realisations: 2
+batches: {square_samples: 4000, strip_samples: 8, expansion_samples: 16, realisations: 8}
+"""
+
+# What holds seconds and megabytes, no two runs alike; a run must leave it all the same.
+TIMED = ("costs.json", "report.html")
+_DAC_OVERRIDE, _PR_CAPBSET_DROP = 1, 24  # of <linux/capability.h>, <linux/prctl.h>
+_STATE = ("results", ".snakemake")
+
+
+def copy_project(root: Path, folder: Path) -> None:
+    """The project's sources without what was generated in them."""
+    folder.mkdir(parents=True)
+    for name in SOURCES:
+        if (root / name).is_dir():
+            shutil.copytree(root / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        else:
+            shutil.copy2(root / name, folder / name)
+
+
+@dataclass(frozen=True)
+class Scratch:
+    """A project in which a scene has run, and a copy of what it left.
+
+    folder : the project
+    saved : results and Snakemake's records after the undisturbed run
+    scene : name of the scene
+    environment : for processes in it
+    """
+
+    folder: Path
+    saved: Path
+    scene: str
+    environment: dict[str, str]
+
+    @property
+    def results(self) -> Path:
+        return self.folder / "results" / self.scene
+
+    @property
+    def options(self) -> dict:
+        """What subprocess takes to run a command in the project."""
+        return {"cwd": self.folder, "env": self.environment, "text": True}
+
+    def save(self) -> None:
+        """Take the present state as the undisturbed one."""
+        shutil.rmtree(self.saved, ignore_errors=True)
+        for name in _STATE:
+            shutil.copytree(self.folder / name, self.saved / name)
+
+    def reset(self) -> None:
+        """The undisturbed state again, with all times."""
+        for name in _STATE:
+            shutil.rmtree(self.folder / name, ignore_errors=True)
+            shutil.copytree(self.saved / name, self.folder / name)
+
+    def start(self, largest_file: int | None = None) -> subprocess.Popen:
+        """Snakemake for the scene, as `make reproduce` starts it; optionally no process may write a larger file [B]."""
+        return subprocess.Popen(
+            [sys.executable, "-m", "snakemake", "-j2", self.scene],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            preexec_fn=_as_a_user(largest_file),
+            **self.options,
+        )
+
+    def run(self, **limits: int | None) -> tuple[int, str]:
+        """The same to its end: exit status and what it said."""
+        with self.start(**limits) as process:
+            said = process.communicate(timeout=600)[0]
+        return process.returncode, said
+
+    def processes(self) -> list[psutil.Process]:
+        """Every process that works in the project."""
+        found = []
+        for process in psutil.process_iter():
+            try:
+                if Path(process.cwd()).is_relative_to(self.folder) and process.pid != os.getpid():
+                    found.append(process)
+            except (psutil.Error, OSError):
+                continue
+        return found
+
+    def digests(self) -> dict[str, str]:
+        """Checksums of the results of the present state by name, "there" of what holds times."""
+        return digests(self.results)
+
+    def undisturbed(self) -> dict[str, str]:
+        """The same of the undisturbed run."""
+        return digests(self.saved / "results" / self.scene)
+
+
+def digests(folder: Path) -> dict[str, str]:
+    """Checksums of all results in a folder by name; "there" of what holds times."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if (
+            path.is_file()
+            and not name.startswith("logs/")
+            and not path.name.startswith(".")
+            and path.suffix != ".damaged"
+        ):
+            timed = name in TIMED or name.startswith("usage/")
+            found[name] = "there" if timed else checksum(path)
+    return found
+
+
+def _as_a_user(largest_file: int | None) -> Callable[[], None]:
+    """What a process does before it starts: root gives up to overrule permissions, files are limited in size."""
+
+    def prepare() -> None:
+        if sys.platform == "linux" and os.geteuid() == 0:
+            import ctypes
+
+            ctypes.CDLL(None).prctl(_PR_CAPBSET_DROP, _DAC_OVERRIDE, 0, 0, 0)
+        die_with_parent()
+        if largest_file is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
+
+    return prepare

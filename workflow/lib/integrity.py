@@ -1,0 +1,67 @@
+"""Results against the records of the jobs that made them, before Snakemake looks at time stamps.
+
+A result that is not what its job wrote is set aside, so that it is made again. One that was made from something else
+than what is there now has that touched, so that Snakemake sees the change even where times of files are in disorder
+and its own records are gone. Nothing is lost by either, not in a dry run and not where an edit is taken back.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+
+from roughslip.stages import record
+
+DAMAGED = ".damaged"  # what is added to the name of a file that is set aside
+_TEMPORARY_SECONDS = 3600.0  # after which the temporary file of a job is that of a dead one
+
+
+def settle(records: Iterable[str]) -> list[str]:
+    """Set aside what is damaged and touch what has changed; lines that tell what was set aside.
+
+    records : records of cost, whether they exist or not
+    """
+    lines: list[str] = []
+    sound: list[tuple[Path, Mapping[str, dict[str, str]]]] = []
+    for path in map(Path, records):
+        if path.is_file():
+            found = record.read(path)
+            if found is None:
+                lines.append(f"{path}: damaged; its job runs again")
+                path.unlink()
+            elif found.get("made"):
+                sound.append((path, {"made": found["made"], "read": found["read"]}))
+    now = cache(record.checksum)
+    for path, found in sound:
+        lost = [Path(name) for name in found["made"] if not Path(name).is_file()]
+        damaged = [Path(name) for name, was in found["made"].items() if Path(name) not in lost and now(name) != was]
+        for one in damaged:
+            os.replace(one, f"{one}{DAMAGED}")
+            lines.append(f"{one}: not what its job wrote; set aside as {one.name}{DAMAGED}, and made again")
+        if lost or damaged:
+            path.unlink()
+    for path, found in sound:
+        if path.is_file():
+            _touch_changed(found, now)
+    return lines
+
+
+def sweep(folder: Path) -> None:
+    """Remove temporary files that dead jobs left in a folder of results. Only while no other run is at work."""
+    oldest = time.time() - _TEMPORARY_SECONDS
+    for path in folder.rglob(".*.*"):
+        if path.is_file() and path.stat().st_mtime < oldest:
+            path.unlink(missing_ok=True)
+
+
+def _touch_changed(found: Mapping[str, dict[str, str]], now) -> None:
+    """Make inputs that changed newer than the oldest result; those that are so already are left alone."""
+    oldest = min(Path(name).stat().st_mtime for name in found["made"])
+    for name, was in found["read"].items():
+        path = Path(name)
+        if path.is_file() and path.stat().st_mtime <= oldest and now(name) != was:
+            newer = max(time.time(), oldest + 1.0)
+            os.utime(path, (newer, newer))

@@ -1,0 +1,27 @@
+"""What every start of Snakemake does first: the lock of a dead run and damaged results are out of the way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from workflow.lib import integrity, run_lock
+from workflow.lib.scenes import Scenes
+
+_ENDS = ("costs", "report")  # of a scene, which no sum of costs holds
+
+
+def settle(scenes: Scenes) -> list[str]:
+    """Clear what an earlier run left, and check results of the scenes asked for; lines that tell the user.
+
+    Nothing is touched while another run is at work. Raises InputError where the folder cannot be written to.
+    """
+    alone, lines = run_lock.hold()
+    if not alone:
+        return lines
+    integrity.sweep(Path("results"))
+    records = [
+        record
+        for name in scenes.asked
+        for record in (*scenes.usage_records(name), *(f"results/{name}/usage/{stage}.json" for stage in _ENDS))
+    ]
+    return lines + integrity.settle(records)

@@ -9,7 +9,7 @@ from scipy import stats
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator import grazing as module
-from roughslip.oscillator.grazing import band_of_misses, grazing_response, miss_probability
+from roughslip.oscillator.grazing import grazing_response, miss_probability
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.motion import simulate
@@ -111,12 +111,6 @@ def test_motions_miss_the_belt_as_often_as_told(response):
     expected = miss_probability(dampings, response.limit, scatter)
     assert expected == pytest.approx(stats.norm.cdf([-1, 0, 1]), rel=1e-12)
     assert np.all(np.abs(missed / runs - expected) < 4 * np.sqrt(expected * (1 - expected) / runs) + 0.02)
-
-
-def test_band_of_misses_is_the_inverse():
-    levels = np.array([0.9, 0.5, 0.1])
-    band = band_of_misses(0.3, 0.02, 40.0, levels)
-    np.testing.assert_allclose((1 - miss_probability(band, 0.3, 0.02)) ** 40, levels, rtol=1e-12)
 
 
 def test_refuses_a_length_that_is_none(response):

@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator.law import StribeckLaw
@@ -111,8 +111,3 @@ def miss_probability(damping: np.ndarray, limit: float, scatter: float) -> np.nd
     limit, scatter : mean and standard deviation of the damping ratio at which it grazes
     """
     return np.asarray(ndtr((np.asarray(damping) - limit) / scatter))
-
-
-def band_of_misses(limit: float, scatter: float, loops: float, levels: np.ndarray) -> np.ndarray:
-    """The damping ratios at which shares `levels` of the runs never miss the belt in so many independent loops."""
-    return np.asarray(limit + scatter * ndtri(-np.expm1(np.log(levels) / loops)))

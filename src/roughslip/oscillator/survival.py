@@ -56,7 +56,7 @@ def cycling_share(motion: Motion, after_periods: float = 0.0) -> float:
     if not 0.0 <= after_periods < end:
         raise ParameterError(f"the time looked at must begin within the {end:.4g} natural periods of the run")
     sliding = np.clip(sliding_intervals(motion), after_periods, end)
-    return 1.0 - float(np.sum(sliding[:, 1] - sliding[:, 0])) / (end - after_periods)
+    return 1.0 - float(np.sum(sliding[:, 1] - sliding[:, 0], dtype=np.float64)) / (end - after_periods)
 
 
 def spells(motion: Motion) -> tuple[Spells, Spells]:
@@ -76,6 +76,14 @@ def spells(motion: Motion) -> tuple[Spells, Spells]:
         Spells((ends - begins)[cycling], (np.arange(ends.size) < len(sliding))[cycling]),
         Spells(sliding[:, 1] - sliding[:, 0], sliding[:, 1] < end),
     )
+
+
+def first_slip(motion: Motion) -> Spells:
+    """The slip phase that a run begins with, if it does: how long a motion that starts in slip takes to stick."""
+    slips, cut_off = _slips(motion)
+    at_start = slips[:1, 0] == 0.0
+    first = slips[:1][at_start]
+    return Spells(first[:, 1] - first[:, 0], np.full(len(first), not cut_off or len(slips) > 1))
 
 
 def mean_lifetime(spells: Spells) -> np.ndarray:
@@ -161,31 +169,30 @@ def crossing(damping: np.ndarray, share: np.ndarray, level: float) -> np.ndarray
 
 
 def damping_band(
-    damping: np.ndarray, survived: np.ndarray, levels: tuple[float, ...], generator: np.random.Generator
+    damping: np.ndarray, shares: np.ndarray, levels: tuple[float, ...], generator: np.random.Generator
 ) -> np.ndarray:
-    """(levels, 3) value, low, high [-]: the damping ratios at which so large a share of the runs survive.
+    """(levels, 3) value, low, high [-]: the damping ratios at which the mean share falls to each level.
 
     damping : (dampings,) [-] ascending
-    survived : (runs, dampings) whether each did; the same friction paths serve every damping ratio
-    levels : falling shares
+    shares : (runs, dampings) of each run, 0 to 1; the same friction paths serve every damping ratio
 
-    The share is made to fall (`falling_share`); intervals are percentiles over resampled runs, whole rows of
-    `survived`. Raises ParameterError for input that does not match, IllPosedError where a level lies outside the
+    The mean is made to fall (`falling_share`); intervals are percentiles over resampled runs, whole rows of
+    `shares`. Raises ParameterError for input that does not match, IllPosedError where a level lies outside the
     shares found, of the ensemble or of more than a twentieth of the replicates.
     """
-    if survived.ndim != 2 or damping.shape != survived.shape[1:] or np.any(np.diff(damping) <= 0.0):
-        raise ParameterError("survivals are runs by damping ratios, which ascend")
-    runs = len(survived)
+    if shares.ndim != 2 or damping.shape != shares.shape[1:] or np.any(np.diff(damping) <= 0.0):
+        raise ParameterError("shares are of runs by damping ratios, which ascend")
+    runs = len(shares)
     weights = generator.multinomial(runs, np.full(runs, 1.0 / runs), size=REPLICATES)
     counts = np.concatenate([np.ones((1, runs), dtype=weights.dtype), weights])
-    share = falling_share(np.einsum("br,rd->bd", counts.astype(np.float64), survived.astype(np.float64)) / runs)
+    mean = falling_share(np.einsum("br,rd->bd", counts.astype(np.float64), shares.astype(np.float64)) / runs)
     band = np.empty((len(levels), 3))
     for row, level in enumerate(levels):
-        at = crossing(damping, share, level)
+        at = crossing(damping, mean, level)
         if not np.isfinite(at[0]) or np.mean(np.isnan(at)) > 0.05:
             raise IllPosedError(
-                f"the damping ratios from {damping[0]:.4g} to {damping[-1]:.4g} do not hold the one at which "
-                f"{100 * level:g} % of the runs survive: widen them or run more realisations"
+                f"the damping ratios from {damping[0]:.4g} to {damping[-1]:.4g} do not hold the one at which the mean "
+                f"share is {level:g}: widen them or run more realisations"
             )
         band[row] = at[0], *np.nanquantile(at[1:], TAILS)
     return band

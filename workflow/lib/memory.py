@@ -253,5 +253,7 @@ _STAGES = {
     "spacing": _oscillator,
     "oscillator": _oscillator,
     "cycles": _cycles,
+    "stick_slip_map": lambda *_: _COMPILED + 100,
+    "survival": lambda *_: _COMPILED + 100,
     **dict.fromkeys(("grinding", "scan", "twins", "figure_scan"), _scan),
 }

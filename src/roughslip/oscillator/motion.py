@@ -11,7 +11,7 @@ import numpy as np
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.path import PathFeed
-from roughslip.oscillator.run import REATTACHMENT, begin, go_on
+from roughslip.oscillator.run import REATTACHMENT, begin, begin_in_slip, go_on
 from roughslip.oscillator.slip import NODES_OVER, PATH_OVER, STEPS_OVER
 from roughslip.oscillator.system import Oscillator, coefficients
 
@@ -77,23 +77,27 @@ class Trajectory:
     velocity: np.ndarray
 
 
-def _check(periods: float, tolerance: float, start_m: float) -> None:
+def _check(periods: float, tolerance: float, *start_m: float) -> None:
     if not (math.isfinite(periods) and periods > 0.0):
         raise ParameterError(f"the duration must be finite and positive, not {periods} natural periods")
     if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
         raise ParameterError(f"the tolerance must lie in {TOLERANCES[0]} to {TOLERANCES[1]}, not {tolerance}")
-    if not math.isfinite(start_m):
-        raise ParameterError(f"the start position must be finite, not {start_m} m")
+    if not all(map(math.isfinite, start_m)):
+        raise ParameterError(f"the start must be finite, not {', '.join(f'{value} m' for value in start_m)}")
 
 
 def _simulate(
     oscillator: Oscillator, law: StribeckLaw, path: FrictionPath, spacing_m: float, periods: float, tolerance: float,
     start_m: float, stochastic: bool, interpolation: str, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
+    velocity_m: float | None = None,
 ) -> Motion:  # fmt: skip
-    _check(periods, tolerance, start_m)
+    _check(periods, tolerance, start_m, 0.0 if velocity_m is None else velocity_m)
     feed = PathFeed(path, spacing_m, interpolation)
     p = coefficients(oscillator, law)
-    stand, events = begin(float(start_m), feed.path, bool(stochastic), p)
+    if velocity_m is None or velocity_m == p.V:
+        stand, events = begin(float(start_m), feed.path, bool(stochastic), p)
+    else:
+        stand, events = begin_in_slip(float(start_m), float(velocity_m), feed.path, p)
     status = NODES_OVER
     while status == NODES_OVER:
         step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + periods)) + 4 * feed.received
@@ -142,8 +146,9 @@ def simulate(
     start_position_m: float = 0.0,
     stochastic_static_limit: bool = True,
     interpolation: str = "cubic",
+    start_velocity_m: float | None = None,
 ) -> Motion:
-    """The motion from X' = V at the start position: stick and departure exact, slip by Runge-Kutta-Fehlberg 4(5).
+    """The motion from the start on: stick and departure exact, slip by Runge-Kutta-Fehlberg 4(5).
 
     oscillator, law : the system and its mean friction mu_D
     path : (nodes,) [-] stochastic part mu_S at the slipped distances 0, spacing, 2 spacing, ..., or an iterable of such
@@ -151,7 +156,8 @@ def simulate(
     spacing_m : [m] distance of the nodes (not used without a path)
     duration_periods : [-] time in natural periods 2 pi / omega
     tolerance : [-] local error of a step in X and in X', relative to N / c + max(|X|, |X'|); 1e-13 to 1e-3
-    start_position_m : [m] X at tau = 0, where the mass sticks if friction holds it
+    start_position_m : [m] X at tau = 0
+    start_velocity_m : [m] X' there; None for V, where the mass sticks if friction holds it
     stochastic_static_limit : the limit of stick is static + mu_S(s); if False static alone, raised to static + mu_S(s)
         where that is larger, because stick cannot give way to a slip friction that holds
     interpolation : of mu_S between nodes: cubic is continuous with its slope (Catmull-Rom), linear is not
@@ -166,7 +172,7 @@ def simulate(
     none = np.zeros(0)
     return _simulate(
         oscillator, law, path, spacing_m, duration_periods, tolerance, start_position_m, stochastic_static_limit,
-        interpolation, 1.0, none, none,
+        interpolation, 1.0, none, none, start_velocity_m,
     )  # fmt: skip
 
 

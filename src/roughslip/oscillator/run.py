@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from roughslip.oscillator.fehlberg import State, draw
+from roughslip.oscillator.fehlberg import State, acceleration, draw
 from roughslip.oscillator.path import Path, offset, piece_at
-from roughslip.oscillator.slip import AT_BELT, NO_SLIP, SHORTEST_SLIP, TIME_OVER, slip
+from roughslip.oscillator.slip import AT_BELT, FIRST_STEP, NO_SLIP, SHORTEST_SLIP, TIME_OVER, slip
 from roughslip.oscillator.stick import HELD, LOWER, UPPER, departure, static_limit, stick_force
 from roughslip.oscillator.system import Coefficients
 
@@ -76,6 +76,15 @@ def begin(x: float, path: Path, stochastic: bool, p: Coefficients) -> tuple[Stan
     if sigma != HELD:
         events = _record(events, DEPARTURE, y, False)
     return Stand(y, sigma, limit, 0.0, 0.0, False, 0, 0.0), events
+
+
+@njit(cache=True)
+def begin_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[Stand, Events]:
+    """The run at the place x and the velocity u [m] off the belt's: in slip, as if it had departed just before."""
+    sigma = UPPER if u < p.V else LOWER
+    y = State(0.0, x, u, 0.0, acceleration(0.0, x, u, float(sigma), offset(piece_at(path, 0.0), 0.0), p))
+    events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
+    return Stand(y, sigma, 0.0, -1.0, FIRST_STEP, u < 0.0, 0, 0.0), events
 
 
 @njit(cache=True)

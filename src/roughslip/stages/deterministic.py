@@ -11,8 +11,9 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.law import StribeckLaw
-from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.limits import existence_limit, limit_cycle
 from roughslip.oscillator.motion import ensemble_counts, trajectory
+from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages import mass_on_belt
 from roughslip.stages.command import Job, execute

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from collections.abc import Iterator
 from random import Random
 
@@ -54,8 +55,6 @@ def test_a_seed_says_what_is_broken(scratch):
 
 
 def test_a_process_that_outlives_its_run_is_found(scratch):
-    import subprocess
-
     left = subprocess.Popen(["sleep", "60"], cwd=scratch.folder)
     try:
         (line,) = campaign.still_alive(scratch, seconds=0.1)

@@ -77,7 +77,11 @@ def _field_mistakes(field: dict[str, Any]) -> Iterator[Mistake]:
         keys = "roughness.correlation_length_across_m", "roughness.lay_rad"
         yield Mistake(keys, "missing; goes with roughness.lay_rad")
     marginal = field.get("marginal")
-    if isinstance(marginal, dict) and marginal.get("family") in FAMILIES and isinstance(marginal.get("shapes"), list):
+    if (
+        isinstance(marginal, dict)
+        and marginal.get("family") in tuple(FAMILIES)
+        and isinstance(marginal.get("shapes"), list)
+    ):
         names, least, most = FAMILIES[marginal["family"]]
         shapes = marginal["shapes"]
         numbers = all(isinstance(shape, int | float) for shape in shapes)

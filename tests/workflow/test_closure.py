@@ -148,8 +148,17 @@ def test_the_hash_is_the_same_on_every_python(tmp_path):
 CONTACT = {"contact_square", "training_square", "field_square", "contact_strip"}
 SAMPLING = {"surface", *CONTACT, "chaos_square", "chaos_strip", "expansion_strip", "scan", "twins", "report"}
 MODULES = {
-    "figures": {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"},
-    "figures_friction": {"figure3", "figure3_law"},
+    "figures": {
+        "figure2",
+        "figure3",
+        "figure3_law",
+        "figure5",
+        "figure_scan",
+        "figure_field",
+        "figure_map",
+        "comparison",
+    },
+    "figures_friction": {"figure3", "figure3_law", "comparison"},
     "figures_scan": {"figure_scan"},
     "figures_field": {"figure_field"},
     "figures_map": {"figure_map"},

@@ -95,7 +95,7 @@ def cumulative(expansion: LocalExpansion, member: int, basis: np.ndarray, levels
     """
     predicted = basis @ expansion.coefficients[member]
     near = predicted[predicted > expansion.lowest]
-    targets = expansion.target.values(levels, np.zeros_like(levels))
+    targets = expansion.target.values(levels / expansion.balance[member], np.zeros_like(levels))
     below = expansion.scatters[member].cumulative(near, targets).sum(axis=0)
     return (below + len(predicted) - len(near)) / len(predicted)
 

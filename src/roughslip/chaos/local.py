@@ -78,6 +78,7 @@ class LocalExpansion:
     indices : (P, v) exponents
     coefficients : (1 + groups, P) in the unit of the target; row 0 is the fit to all surfaces
     scatters : 1 + groups laws of the target given its prediction
+    balance : (1 + groups,) [-] factor of the pressures that are drawn: what was solved over what is expected of it
     lowest : [target] predictions below are out of contact
     target : how the target gives the pressure
     fit : quality of the regression; its leave-one-out counts samples of a surface as if they were independent
@@ -89,6 +90,7 @@ class LocalExpansion:
     indices: np.ndarray
     coefficients: np.ndarray
     scatters: tuple[ResidualScatter, ...]
+    balance: np.ndarray
     lowest: float
     target: PressureTarget
     fit: Fit
@@ -125,7 +127,7 @@ class LocalExpansion:
             predicted = basis @ self.coefficients[member]
             near = predicted > self.lowest
             drawn = self.scatters[member].draw(predicted[near], uniform[near])
-            pressure[member, near] = self.target.pressure(drawn)
+            pressure[member, near] = self.balance[member] * self.target.pressure(drawn)
         return pressure if left_out else pressure[0]
 
 
@@ -189,16 +191,25 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     known = [np.ones(len(group), dtype=bool), *(group != g for g in range(GROUPS))]
     near = [part & (s >= lowest) for part, s in zip(known, predicted, strict=True)]
     scatters = tuple(residual_scatter(s[part], values[part]) for part, s in zip(near, predicted, strict=True))
+    coefficients = np.vstack([fit.coefficients, without[0, 1:]])
+    fitted = coefficients @ basis.T
+    balance = np.array(
+        [
+            _balance(s, f[part], lowest, target, pressure[part])
+            for s, f, part in zip(scatters, fitted, known, strict=True)
+        ]
+    )
     terms = len(indices)
     return LocalExpansion(
         indices=indices,
-        coefficients=np.vstack([fit.coefficients[:terms], without[0, 1:, :terms]]),
+        coefficients=coefficients[:, :terms],
         scatters=scatters,
+        balance=balance,
         lowest=lowest,
         target=target,
         fit=fit,
         cross_validated=float(missed / variance),
-        scores=_scores(scatters, lowest, target, predicted, group, pressure),
+        scores=_scores(scatters, balance, lowest, target, predicted, group, pressure),
         residual=np.where(near[0], weights * (values - predicted[0]), 0.0).reshape(surfaces, nodes),
     )
 
@@ -252,8 +263,24 @@ def _censored(basis: np.ndarray, group: np.ndarray, values: np.ndarray) -> tuple
     return fit, without, completed(left_out_predictions(basis, without, group)[0], found.scatter, values)
 
 
+def _balance(
+    scatter: ResidualScatter, fitted: np.ndarray, lowest: float, target: PressureTarget, pressure: np.ndarray
+) -> float:
+    """Mean pressure of samples over the mean of what the expansion that they train expects of them; 1 if it is capped.
+
+    With it the mean of the draws is that of the samples, but for what the expansion says of variables that were not
+    sampled: a regression estimate (W. G. Cochran, Sampling Techniques, 1977, ch. 7).
+    """
+    if math.isfinite(target.hardness_pa):
+        return 1.0
+    uniform = (np.arange(SCORED) + 0.5) / SCORED
+    expected = target.pressure(scatter.draw(fitted[fitted > lowest, None], uniform))
+    return float(pressure.sum() / (expected.sum() / SCORED))
+
+
 def _scores(
     scatters: tuple[ResidualScatter, ...],
+    balance: np.ndarray,
     lowest: float,
     target: PressureTarget,
     predicted: np.ndarray,
@@ -273,7 +300,7 @@ def _scores(
         s, p = predicted[g + 1, members], pressure[members, None]
         near = s > lowest
         quantiles = np.zeros((len(s), SCORED))
-        quantiles[near] = target.pressure(scatters[g + 1].draw(s[near, None], uniform))
+        quantiles[near] = balance[g + 1] * target.pressure(scatters[g + 1].draw(s[near, None], uniform))
         shares[g] = 2 / SCORED * float(np.sum(((p < quantiles) - uniform) * (quantiles - p)))
     return shares / float(pressure.sum())
 

@@ -119,10 +119,9 @@ def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
         raise IllPosedError("no spell lasts as long as its survival is asked for: run longer, or ask for less")
     order = np.argsort(spells.duration, kind="stable")
     duration, ended = spells.duration[order], spells.ended[order]
-    times, first = np.unique(duration[ended], return_index=True)
-    deaths = np.diff(np.append(first, np.count_nonzero(ended)))
+    times, deaths = np.unique(duration[ended], return_counts=True)
     at_risk = duration.size - np.searchsorted(duration, times, "left")
-    survival = np.cumprod(1.0 - deaths / at_risk)
+    survival = np.cumprod((at_risk - deaths) / at_risk)
     greenwood = np.cumsum(np.where(survival > 0.0, deaths / (at_risk * np.maximum(at_risk - deaths, 1)), 0.0))
     steps = np.empty((times.size + 1, 3))
     steps[0] = 1.0, 0.05 ** (1.0 / duration.size), 1.0

@@ -50,7 +50,7 @@ def load(name_or_path: str | Path, scenes_folder: Path, schema_path: Path) -> Sc
             faulty.add(".".join(map(str, path)))
         if text:
             lines.append(line(topmost([path]), path, text))
-    for keys, text in scene_rules.mistakes(merged.values, faulty):
+    for keys, text in scene_rules.mistakes(_blanked(merged.values, faulty), faulty):
         paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
         lines.append(line(topmost(paths), paths[0], text))
     if lines:
@@ -156,6 +156,17 @@ def _read_schema(file: Path) -> Scene:
     if misread:
         raise InputError([line(file, path, text) for path, text in misread])
     return schema
+
+
+def _blanked(values: Scene, faulty: set[str]) -> Scene:
+    """The scene with None for every single value or list that the schema refused, so that rules meet no odd types."""
+
+    def blanked(value: Any, path: str) -> Any:
+        if isinstance(value, dict):
+            return {key: blanked(item, f"{path}.{key}" if path else key) for key, item in value.items()}
+        return None if path in faulty else value
+
+    return cast(Scene, blanked(values, ""))
 
 
 def _is_integer(_: object, value: object) -> bool:

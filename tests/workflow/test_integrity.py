@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -89,18 +90,24 @@ def test_a_change_that_times_tell_is_left_to_snakemake(chain):
     assert Path("key.json").stat().st_mtime == NEW + 5
 
 
-def test_results_from_the_future_do_not_hide_a_change(chain):
-    future = 4e9
-    os.utime("a.nc", (future, future))
+def test_results_from_the_future_come_back_and_hide_no_change(chain):
+    """Snakemake fails a job whose input is newer than what it has just made."""
+    for name in ("a.nc", "b.nc"):
+        os.utime(name, (4e9, 4e9))
     Path("key.json").write_text("other")
+    os.utime("key.json", (OLD, OLD))
+    integrity.tidy(Path())
     integrity.settle(chain)
-    assert Path("key.json").stat().st_mtime > future
+    assert Path("a.nc").stat().st_mtime < Path("key.json").stat().st_mtime <= time.time()
+    assert Path("b.nc").stat().st_mtime < time.time()
+    assert Path("b.csv").stat().st_mtime == NEW
 
 
-def test_only_old_temporary_files_are_swept(tmp_path):
-    for name in (".a.123.nc", ".b.456.nc", "a.nc"):
+def test_only_old_temporary_files_are_removed(tmp_path):
+    left = (".a.123.nc", ".surface.json.77", f".friction.json.{'0a' * 16}")  # by jobs, by records, by keys
+    for name in (*left, ".keep", ".b.456.nc", "a.nc"):
         (tmp_path / name).write_text("x")
-    os.utime(tmp_path / ".a.123.nc", (OLD, OLD))
-    os.utime(tmp_path / "a.nc", (OLD, OLD))
-    integrity.sweep(tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".b.456.nc", "a.nc"]
+        if name != ".b.456.nc":
+            os.utime(tmp_path / name, (OLD, OLD))
+    integrity.tidy(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".b.456.nc", ".keep", "a.nc"]

@@ -63,7 +63,8 @@ def plan(folder: Path, names: list[str], monkeypatch: pytest.MonkeyPatch) -> Non
 def test_every_scene_that_is_taken_is_planned(empty, tmp_path, monkeypatch):
     """Those that this machine has no memory for are told before, in a line each, and so are the rest."""
     project = empty.copy(tmp_path / "copy").folder
-    monkeypatch.setattr(run_lock, "_held", [])
+    held: list = []
+    monkeypatch.setattr(run_lock, "_held", held)
     monkeypatch.setenv("PYTHONPATH", str(project / "src"))
     names = taken(project / "config" / "scenes", CASES)
     assert len(names) > CASES / 10
@@ -71,3 +72,5 @@ def test_every_scene_that_is_taken_is_planned(empty, tmp_path, monkeypatch):
         plan(project, names[first : first + TOGETHER], monkeypatch)
         for name in names[first : first + TOGETHER]:
             assert (project / "results" / name / "keys" / "claims.json").is_file(), name
+    for file in held:
+        file.close()

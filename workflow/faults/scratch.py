@@ -16,7 +16,7 @@ import psutil
 from roughslip.stages.record import checksum
 from roughslip.stages.usage import die_with_parent
 
-SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock")
+SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock", "pyproject.toml")
 
 # Every stage, about as small as the rules allow; one job a batched stage but for the three designs of the square.
 TINY = """\
@@ -98,7 +98,7 @@ class Scratch:
             [sys.executable, "-m", "snakemake", "-j2", self.scene],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            preexec_fn=_as_a_user(largest_file),
+            preexec_fn=as_a_user(largest_file),
             **self.options,
         )
 
@@ -144,7 +144,7 @@ def digests(folder: Path) -> dict[str, str]:
     return found
 
 
-def _as_a_user(largest_file: int | None) -> Callable[[], None]:
+def as_a_user(largest_file: int | None = None) -> Callable[[], None]:
     """What a process does before it starts: root gives up to overrule permissions, files are limited in size."""
 
     def prepare() -> None:

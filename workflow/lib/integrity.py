@@ -8,6 +8,7 @@ and its own records are gone. Nothing is lost by either, not in a dry run and no
 from __future__ import annotations
 
 import os
+import re
 import time
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -16,6 +17,7 @@ from pathlib import Path
 from roughslip.stages import record
 
 DAMAGED = ".damaged"  # what is added to the name of a file that is set aside
+_TEMPORARY = re.compile(r"\..+\.(\d+|[0-9a-f]{32})(\.\w+)?")  # a name, and the process or the chance that wrote it
 _TEMPORARY_SECONDS = 3600.0  # after which the temporary file of a job is that of a dead one
 
 
@@ -49,12 +51,21 @@ def settle(records: Iterable[str]) -> list[str]:
     return lines
 
 
-def sweep(folder: Path) -> None:
-    """Remove temporary files that dead jobs left in a folder of results. Only while no other run is at work."""
-    oldest = time.time() - _TEMPORARY_SECONDS
-    for path in folder.rglob(".*.*"):
-        if path.is_file() and path.stat().st_mtime < oldest:
-            path.unlink(missing_ok=True)
+def tidy(folder: Path, others: Iterable[Path] = ()) -> None:
+    """Remove temporary files that dead jobs left in a folder of results, and bring files out of the future.
+
+    others : files that jobs read from elsewhere
+
+    Only while no other run is at work. Snakemake fails a job whose input is newer than what it has just made.
+    """
+    now = time.time()
+    for path in (*folder.rglob("*"), *others):
+        if path.is_file():
+            changed = path.stat().st_mtime
+            if _TEMPORARY.fullmatch(path.name) and changed < now - _TEMPORARY_SECONDS:
+                path.unlink(missing_ok=True)
+            elif changed > now:
+                os.utime(path, (now - 1.0, now - 1.0))
 
 
 def _touch_changed(found: Mapping[str, dict[str, str]], now) -> None:
@@ -63,5 +74,4 @@ def _touch_changed(found: Mapping[str, dict[str, str]], now) -> None:
     for name, was in found["read"].items():
         path = Path(name)
         if path.is_file() and path.stat().st_mtime <= oldest and now(name) != was:
-            newer = max(time.time(), oldest + 1.0)
-            os.utime(path, (newer, newer))
+            os.utime(path)

@@ -18,7 +18,8 @@ def settle(scenes: Scenes) -> list[str]:
     alone, lines = run_lock.hold()
     if not alone:
         return lines
-    integrity.sweep(Path("results"))
+    scans = [Path(scenes.scan_file(name)) for name in scenes.asked if "scan" in scenes.stages(name)]
+    integrity.tidy(Path("results"), scans)
     records = [
         record
         for name in scenes.asked

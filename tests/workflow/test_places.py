@@ -1,0 +1,92 @@
+"""Where a project may lie and who may run it: any path, a source tree that is read-only, no home to write to."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from roughslip import store
+from workflow.faults.scratch import TINY, as_a_user, copy_project
+
+ROOT = Path(__file__).resolve().parents[2]
+NUMBA = "import roughslip, os; print(os.environ['NUMBA_CACHE_DIR'])"
+
+
+@pytest.fixture
+def source(tmp_path: Path):
+    """A read-only project in a folder whose name has spaces and letters beyond ASCII."""
+    folder = tmp_path / "read only é β" / "project"
+    copy_project(ROOT, folder)
+    (folder / "config/scenes/tiny.yaml").write_text(TINY, encoding="utf-8")
+    paths = [folder, *folder.rglob("*")]
+    for path in paths:
+        path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))
+    yield folder
+    for path in paths:
+        path.chmod(path.stat().st_mode | stat.S_IWUSR)
+
+
+@pytest.fixture
+def home(tmp_path: Path):
+    """A home that cannot be written to."""
+    folder = tmp_path / "home"
+    folder.mkdir()
+    folder.chmod(0o555)
+    yield folder
+    folder.chmod(0o755)
+
+
+def run(source: Path, home: Path, elsewhere: Path, *command: str, **more: str) -> subprocess.CompletedProcess:
+    """A command in a working folder of its own, by one who may not overrule permissions."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "NUMBA_", "MPL"))}
+    environment = {**kept, "HOME": str(home), "PYTHONPATH": str(source / "src"), "PYTHONDONTWRITEBYTECODE": "1", **more}
+    return subprocess.run(
+        [sys.executable, *command],
+        cwd=elsewhere,
+        env=environment,
+        capture_output=True,
+        text=True,
+        preexec_fn=as_a_user(),
+    )
+
+
+def test_results_go_elsewhere_from_a_read_only_tree_without_a_home(source, home, tmp_path):
+    elsewhere = tmp_path / "results é"
+    elsewhere.mkdir()
+    target = "results/tiny/surface/design.nc"
+    command = ("-m", "snakemake", "-j1", "-s", str(source / "Snakefile"), target)
+    made = run(source, home, elsewhere, *command, XDG_CACHE_HOME=str(elsewhere / ".cache"))  # as the Makefile sets it
+    assert made.returncode == 0, made.stdout[-3000:] + made.stderr[-3000:]
+    assert set(store.read(elsewhere / target)) >= {"latin_hypercube", "expansion"}
+    assert list(home.iterdir()) == []
+    assert not (source / "results").exists()
+
+
+def test_compiled_functions_go_where_they_can(source, home, tmp_path):
+    """Neither the project nor the home will have them: the working folder does."""
+    found = run(source, home, tmp_path, "-c", NUMBA).stdout.strip()
+    assert Path(found).parent == tmp_path / ".cache" / "numba"
+    home.chmod(0o755)
+    assert Path(run(source, home, tmp_path, "-c", NUMBA).stdout.strip()).parent == home / ".cache/roughslip/numba"
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
+@pytest.mark.parametrize("writable", [True, False])
+def test_make_puts_caches_into_the_project_where_there_is_no_home(home, writable):
+    home.chmod(0o755 if writable else 0o555)
+    found = subprocess.run(
+        ["make", "--silent", "--eval", 'show: ; @echo "$$XDG_CACHE_HOME|$$MPLCONFIGDIR"', "show"],
+        cwd=ROOT,
+        env={"PATH": os.environ["PATH"], "HOME": str(home)},
+        capture_output=True,
+        text=True,
+        check=True,
+        preexec_fn=as_a_user(),
+    ).stdout.strip()
+    assert found == ("|" if writable else f"{ROOT / '.cache'}|{ROOT / '.cache/matplotlib'}")

@@ -319,7 +319,7 @@ def _tail_series(z: np.ndarray, hurst: float) -> np.ndarray:
     for k in range(1, 25):
         coefficient *= -(SERIES_END**2) / (4 * k**2)
         total -= coefficient * np.exp(2 * hurst * log) * log * exprel((2 * k - 2 * hurst) * log)
-    return total
+    return np.where(z > 0, total, 1 / (2 * hurst))  # z^2H vanishes too slowly for a cut near zero
 
 
 @lru_cache

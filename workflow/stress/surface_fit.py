@@ -148,7 +148,7 @@ def judged(problem: Problem) -> Verdict:
     met = {
         "its misfit": (abs(found.misfit - misfit), 1e-6 * misfit + 1e-9),
         "its lags": (abs(found.lags - len(data.x)), 0),
-        "effective lags": (number, len(data.x) * (1 + 1e-9)),
+        "effective lags": (number - len(data.x) * (1 + 1e-9), 0),
         "errors are not negative": (-min(found.standard_errors.values()), 0),
         "its criterion": (
             abs(found.criterion - number * misfit**2 - len(found.parameters) * math.log(number)),

@@ -22,6 +22,7 @@ TOLERANCE = 1e-10  # of eigenvalues and residuals, relative to the largest eigen
 MATRIX_ROUNDING = 1e-13  # of an entry of the matrix: its eigenvalues move by so much a node
 SHARE_ROUNDING = 1e-9  # of a share at which the number of modes may fall to either side
 LAGS = 20
+MOST_WINDOWS = 100
 IMAGES = 1.1  # on lines longer than 64 nodes not every lag is probed
 
 
@@ -44,7 +45,7 @@ def judge_modes(
     complete : whether all modes are there
     """
     matrix = matrix_of(problem)
-    exact, own = scipy.linalg.eigh(matrix)
+    exact = scipy.linalg.eigvalsh(matrix)
     largest, count = float(exact[-1]), len(eigenvalues)
     rounding = MATRIX_ROUNDING * problem.grid.size / largest
     allowed = TOLERANCE + rounding
@@ -70,17 +71,16 @@ def judge_expansion(problem: Problem, found: KarhunenLoeve) -> Verdict:
         return Verdict(math.inf, ("fields of another shape, or not finite",))
     eigenvalues = found.eigenvalues / variance
     count = len(eigenvalues)
-    # those that are rounding may be told as zero, and then have no vector
-    kept = int(np.sum(eigenvalues > 0)) if (np.diff(eigenvalues > 0) <= 0).all() else 0
+    kept = eigenvalues > 0  # those that are rounding may be told as zero, and then have no vector
     scaled = found.modes.reshape(count, -1) / problem.covariance.rms_height_m
-    vectors = scaled[:kept] / np.sqrt(eigenvalues[:kept])[:, None]
-    met = judge_modes(problem, eigenvalues[:kept], vectors, found.residuals[:kept], kept == grid.size)
+    vectors = scaled[kept] / np.sqrt(eigenvalues[kept])[:, None]
+    met = judge_modes(problem, eigenvalues[kept], vectors, found.residuals[kept], bool(kept.all()) and count == grid.size)
     exact = np.maximum(scipy.linalg.eigvalsh(matrix_of(problem))[::-1], 0.0)
     slack = SHARE_ROUNDING + MATRIX_ROUNDING * grid.size
     carried = np.cumsum(exact) / grid.size
     i, j = grid.centre
     met |= {
-        "modes told as zero": (np.max(exact[kept:count], initial=0.0), (TOLERANCE + MATRIX_ROUNDING * grid.size) * exact[0]),
+        "modes told as zero": (np.max(exact[:count][~kept], initial=0.0), (TOLERANCE + MATRIX_ROUNDING * grid.size) * exact[0]),
         "captured variance": (abs(found.captured_variance - carried[count - 1]), slack),
         "captured at the centre": (abs(found.captured_at((i, j)) - np.sum(scaled[:, i * grid.ny + j] ** 2)), slack),
         "variance": (np.abs(found.variance().ravel() / variance - np.sum(scaled**2, axis=0)).max(), 1e-12),
@@ -107,8 +107,13 @@ class Noise:
 
 
 def response(embedding: Embedding) -> np.ndarray:
-    """(torus) [m] heights by one unit of noise, lag zero first, read through the window of the mesh."""
+    """(torus) [m] heights by one unit of noise, lag zero first, read through the window of the mesh.
+
+    Of a torus of more than so many windows the transform of the root is taken; linearity is then seen against it.
+    """
     (m, n), (nx, ny) = embedding.torus, embedding.grid.shape
+    if m * n > MOST_WINDOWS * nx * ny:
+        return np.fft.irfft2(embedding.root, s=embedding.torus)
     filter_ = np.empty(embedding.torus)
     for i in range(0, m, nx):
         for j in range(0, n, ny):

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import stats
 from scipy.special import ndtr
 
-from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, RoughslipError
 from roughslip.grid import Grid
 from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves, rms_height
 from roughslip.surface.marginal import Marginal, from_moments
@@ -28,7 +28,8 @@ FAMILIES = ("gaussian", "beta", "weibull", "lognormal")
 SCORES = np.linspace(-5.0, 5.0, 41)
 LEFT_OUT, HERMITE_TERMS = 1e-4, 120
 ALIAS = 1e-9  # about the limit of a wave that a mesh carries
-SHORT_SERIES = 2.0**20
+WIDE_BAND = 17.0  # octaves, up to which a 1/e length is found
+ALL_TERMS, FEW_TERMS = 2.0**20, 2.0**12  # of the series of a distribution
 
 
 @dataclass(frozen=True)
@@ -238,10 +239,10 @@ def judge_torus(problem: Problem, translation: Translation) -> Verdict:
 # Waves.
 
 
-def truncation(law: WeierstrassMandelbrot) -> float:
-    """What 2^20 terms of the series of the distribution may leave out, by |J0(x)| <= sqrt(2 / (pi x))."""
+def truncation(law: WeierstrassMandelbrot, terms: float = ALL_TERMS) -> float:
+    """What so many terms of the series of the distribution may leave out, by |J0(x)| <= sqrt(2 / (pi x))."""
     a = law.amplitudes
-    s = math.pi * SHORT_SERIES / (law.azimuths * float(a.sum()))
+    s = math.pi * terms / (law.azimuths * float(a.sum()))
     factors = np.minimum(2 / (math.pi * a * s), 1.0)
     active = law.azimuths * int(np.count_nonzero(factors < 1))
     return 2 / (math.pi * active) * float(np.prod(factors ** (0.5 * law.azimuths))) if active else 1.0
@@ -278,15 +279,29 @@ def judge_waves(problem: Problem) -> Verdict:
         "the covariance": (np.max(np.abs(law(x, y) / rms**2 - covariance) / turned), 1.0),
         "the structure function": (np.max(np.abs(law.structure_function(x, y) / rms**2 - structure) / turned), 1.0),
         "the variance": (abs(law(0.0) / rms**2 - 1), 1e-12),
-        "the roughness parameter": (abs(rms_height(law.roughness_parameter_m, law) / rms - 1), 1e-9),
     }
-    met |= _length(law) | _heights(law, grid, generator) | _distribution(law, generator)
+    met |= _roughness(law) | _length(law) | _heights(law, grid, generator) | _distribution(law, generator)
     return verdict_of(met)
+
+
+def _roughness(law: WeierstrassMandelbrot) -> dict[str, tuple[float, float]]:
+    """The roughness parameter there and back, or refused where no double holds it."""
+    longest = math.log2(law.longest_wavelength_m)
+    scale = 0.5 * math.log2(law.azimuths / math.log(law.gamma)) + math.log2(law.rms_height_m * float(_amplitudes(law)[0]))
+    digits = abs(longest + (scale - longest) / (1 - law.hurst))
+    try:
+        back = rms_height(law.roughness_parameter_m, law)
+    except IllPosedError as error:
+        return {"no roughness parameter": (990.0 if advised(error) else math.inf, digits)}
+    return {"the roughness parameter": (abs(back / law.rms_height_m - 1), 1e-9)}
 
 
 def _length(law: WeierstrassMandelbrot) -> dict[str, tuple[float, float]]:
     try:
         length = law.correlation_length()
+    except ParameterError as error:
+        octaves = math.log2(law.longest_wavelength_m / law.shortest_wavelength_m)
+        return {"refused where the band is narrow": (WIDE_BAND if advised(error) else math.inf, octaves)}
     except IllPosedError:
         steps = np.linspace(0.0, law.longest_wavelength_m, 400)
         stays = ((0.5 * _amplitudes(law) ** 2) @ np.cos(_phases(law, steps, 0 * steps))).min() > math.exp(-1)
@@ -328,17 +343,23 @@ def _heights(law: WeierstrassMandelbrot, grid: Grid, generator: np.random.Genera
 def _distribution(law: WeierstrassMandelbrot, generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     """Variance from the distribution function, kurtosis, and quantiles there and back."""
     marginal, a, rms = law.marginal(), _amplitudes(law), law.rms_height_m
+    met = {
+        "its excess kurtosis": (abs(marginal.excess_kurtosis + 1.5 * float(np.sum(a**4) / np.sum(a**2) ** 2)), 1e-10),
+        "its rms height": (abs(marginal.rms_height_m / rms - 1), 1e-12),
+    }
+    if truncation(law, FEW_TERMS) > 1e-12:  # a long series: every height would cost milliseconds
+        height = rms * float(generator.uniform(0, 1.4))
+        both = marginal.cdf(np.array([height, -height]))
+        return met | {"symmetric": (abs(both.sum() - 1), 1e-11)}
     p = np.array([1e-6, float(generator.uniform(0.01, 0.99)), 0.5])
     z = marginal.quantile(p)
     heights = np.linspace(-1, 1, 401) * marginal.bound
     f = marginal.cdf(heights)
     by_parts = 2 * np.abs(heights) * np.where(heights > 0, 1 - f, f)
     variance, coarse = (np.trapezoid(by_parts[::s], heights[::s]) / rms**2 for s in (1, 2))
-    return {
+    return met | {
         "the probability of a quantile": (np.max(np.abs(marginal.cdf(z) - p)), 1e-11),
         "the median": (abs(z[2]) / rms, 1e-9),
         "ascending": (np.max(-np.diff(f)), 1e-11),
         "the variance of the distribution": (abs(variance - 1), 4 * abs(variance - coarse) + 1e-8),
-        "its excess kurtosis": (abs(marginal.excess_kurtosis + 1.5 * float(np.sum(a**4) / np.sum(a**2) ** 2)), 1e-10),
-        "its rms height": (abs(marginal.rms_height_m / rms - 1), 1e-12),
     }

@@ -75,7 +75,7 @@ def random_covariance(generator: np.random.Generator, grid: Grid) -> Covariance:
     hurst = bandwidth = None
     if kind == "self_affine":
         hurst = one_of(generator, (0.01, 0.5, 1.0, float(generator.uniform(0.01, 1.0))), (0.1, 0.1, 0.1, 0.7))
-        bandwidth = 1.0 + power(generator, -5, 2)
+        bandwidth = 1.0 + (power(generator, -5, -1) if generator.random() < 0.05 else power(generator, -1, 2))
     return Covariance(
         kind, power(generator, -12, 3), length, across, lay, smoothness=smoothness, hurst=hurst, bandwidth=bandwidth
     )

@@ -27,6 +27,8 @@ from roughslip.surface.random_phases import RandomPhaseMarginal
 MOST_WAVES = 100_000
 STEPS_PER_WAVE = 8  # of the shortest wave, in the search for the 1/e length
 HURST_RANGE = (0.01, 0.99)
+MOST_STEPS = 2**20  # of that search
+MOST_BINARY_DIGITS = 1000.0  # of G, within those of a double
 
 
 @dataclass(frozen=True)
@@ -84,9 +86,15 @@ class WeierstrassMandelbrot:
 
     @property
     def roughness_parameter_m(self) -> float:
-        """G [m] of Yan and Komvopoulos: M a_0^2 = L^2 (G / L)^(2 (1 - H)) ln gamma."""
+        """G [m] of Yan and Komvopoulos: M a_0^2 = L^2 (G / L)^(2 (1 - H)) ln gamma.
+
+        Raises IllPosedError where it is no number of the machine, as for H near 1.
+        """
         longest = self.longest_wavelength_m
         scale = float(self.amplitudes[0]) * math.sqrt(self.azimuths / math.log(self.gamma)) / longest
+        exponent = math.log2(longest) + math.log2(scale) / (1.0 - self.hurst)
+        if not abs(exponent) < MOST_BINARY_DIGITS:
+            raise IllPosedError(f"the roughness parameter at H = {self.hurst} is near 2^{exponent:.3g} m: use the rms height")
         return longest * scale ** (1.0 / (1.0 - self.hurst))
 
     def waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -113,7 +121,8 @@ class WeierstrassMandelbrot:
     def correlation_length(self, azimuth: float = 0.0) -> float:
         """Shortest distance [m] along `azimuth` [rad] from x at which the autocorrelation is 1/e.
 
-        Raises IllPosedError where it does not fall so far within the longest wavelength, as along ridges.
+        Raises IllPosedError where it does not fall so far within the longest wavelength, as along ridges, and
+        ParameterError where more than MOST_STEPS of the search would be needed.
         """
         along, across = math.cos(azimuth), math.sin(azimuth)
         wanted = self.rms_height_m**2 / math.e
@@ -122,6 +131,11 @@ class WeierstrassMandelbrot:
             return self(r * along, r * across) - wanted
 
         step = self.shortest_wavelength_m / STEPS_PER_WAVE
+        if not self.longest_wavelength_m / step <= MOST_STEPS:
+            raise ParameterError(
+                f"the band {self.longest_wavelength_m:.3g} m to {self.shortest_wavelength_m:.3g} m is too wide for a "
+                f"search of its 1/e length: lengthen the shortest wavelength, which hardly changes it"
+            )
         distances = step * np.arange(math.ceil(self.longest_wavelength_m / step) + 1)
         below = np.flatnonzero(excess(distances) <= 0.0)
         if below.size == 0:

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import betainc, ndtri
+from scipy.special import betainc, betaincinv, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError, RoughslipError
 from roughslip.friction.parallel import average_beta
@@ -23,7 +23,7 @@ from roughslip.friction.whole_paths import Spectrum
 from workflow.benchmarks.measure import case
 from workflow.stress.drawing import one_of, power
 from workflow.stress.outcomes import Verdict, advised, verdict_of
-from workflow.stress.pairs import pair_correlation
+from workflow.stress.pairs import left_out, pair_correlation
 
 PATHS = 250
 RISK_LOG = math.log(2e8)  # of one in a hundred million a comparison
@@ -32,7 +32,7 @@ MOST_NODES = 20_000  # of a period
 LAGS = 6
 SHORT = 300  # nodes of a path that are looked at
 WORST = 0.01  # of the autocorrelation, beyond which paths are refused
-SMALLEST = 1.0  # shape of a Beta from which on every method must do
+LEFT_OUT, HERMITE_TERMS = 1e-4, 200  # of the variance, by so many polynomials: beyond, a marginal is refused
 
 
 @dataclass(frozen=True)
@@ -73,10 +73,11 @@ def _marginal(generator: np.random.Generator) -> Marginal:
         if generator.random() < 0.2:
             return BetaMarginal.of_moments(a, b, lower, width)
         return BetaMarginal(a, b, lower, lower + width)
-    count = int(generator.integers(10, 200))
-    q = np.sort(generator.gamma(power(generator, -0.5, 1.5), size=count))
-    if generator.random() < 0.2:
-        q = np.round(q, 1) + 1e-3 * np.arange(count)
+    count = round(10 ** generator.uniform(1, 3.3))
+    if generator.random() < 0.5:
+        q = np.sort(generator.gamma(power(generator, -0.5, 1.5), size=count))
+    else:
+        q = betaincinv(*(power(generator, 0, 1) for _ in range(2)), np.linspace(0, 1, count))
     return EmpiricalMarginal(q * power(generator, -9, 3), 1.0, power(generator, -9, 1))
 
 
@@ -104,9 +105,7 @@ def honest(problem: Problem, error: RoughslipError) -> bool:
     ratio = problem.spacing / problem.process.correlation_length_m
     if isinstance(error, ParameterError):
         return problem.method == "recursion" and not SPACINGS[0] <= ratio <= SPACINGS[1]
-    marginal = problem.process.marginal
-    smooth = isinstance(marginal, BetaMarginal) and min(marginal.a, marginal.b) >= SMALLEST
-    return isinstance(error, IllPosedError) and not smooth
+    return isinstance(error, IllPosedError) and left_out(problem.process.marginal.centred, HERMITE_TERMS) > 0.5 * LEFT_OUT
 
 
 def judged(problem: Problem) -> Verdict:
@@ -214,6 +213,4 @@ def _probability(marginal: Marginal, centred: np.ndarray) -> np.ndarray:
         return betainc(marginal.a, marginal.b, np.clip(centred + marginal.a / (marginal.a + marginal.b), 0, 1))
     table = np.linspace(-8, 8, 8193)
     values = marginal.centred(table)
-    from scipy.special import ndtr
-
     return np.interp(centred, values, ndtr(table))

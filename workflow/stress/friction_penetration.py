@@ -36,6 +36,7 @@ def judged(seed: tuple[int, ...]) -> Met:
     falls = np.diff(rows, axis=1)
     low, high = (np.repeat(end(rows[:, :-1], rows[:, 1:]), len(share), axis=1) for end in (np.minimum, np.maximum))
     scale = np.abs(rows).max(axis=1, keepdims=True) + np.abs(falls).max(axis=1, keepdims=True)
+    scale[scale == 0] = 1.0
     rising = slopes * np.sign(np.repeat(falls, len(share), axis=1))
     ends = np.concatenate((q[:-1] * (1 + 4 * EPS), q[1:] * (1 - 4 * EPS)))
     ends = ends[(ends >= q[0]) & (ends <= q[-1])]

@@ -77,7 +77,7 @@ def judge_beta(problem: Problem, found: BetaFit, weights: np.ndarray) -> Met:
             f"distance, {which}": (abs(float(found.distance.rows[row]) ** 2 - misfit), 1e-9 + slack),
             f"no nearer Beta, {which}": (misfit - least, (SAMPLE_FIT if row == 0 else TABLE_FIT) + slack),
             f"its mean, {which}": (abs(fitted.mean() - float(q.mean())) / spread, slack),
-            f"its ends, {which}": (abs(np.mean(standard * fitted) / spread - 1 + misfit), 1e-6 + slack),
+            f"its ends, {which}": (abs(np.mean(standard * (fitted - float(q.mean()))) / spread - 1 + misfit), 1e-6 + slack),
             f"shapes, {which}": (max(a, b) - SHAPES[1], 1e-9 * SHAPES[1]),
             f"shapes, {which}, least": (SHAPES[0] - min(a, b), 1e-9),
         }

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 EDGE, NODES, TABLE = 9.0, 201, 4097
+FINE = 2**15 + 1
 SAFE = 4.0  # times the change from half the nodes
 ROUNDING = 1e-12
 
@@ -24,6 +25,20 @@ def pair_correlation(quantile: Quantile, rho: np.ndarray) -> tuple[np.ndarray, n
     values = quantile(table)
     whole, half = (_integrals(CubicSpline(table[::s], values[::s]), rho, (NODES - 1) // s + 1) for s in (1, 2))
     return whole, SAFE * np.abs(whole - half) + ROUNDING
+
+
+def left_out(quantile: Quantile, terms: int) -> float:
+    """Share of the variance beyond so many Hermite polynomials."""
+    g = np.linspace(-EDGE, EDGE, FINE)
+    weight = np.exp(-0.5 * g**2)
+    weight /= weight.sum()
+    z = quantile(g)
+    z = z - weight @ z
+    before, now, carried = np.ones_like(g), g.copy(), 0.0
+    for n in range(1, terms + 1):
+        carried += float(weight @ (z * now)) ** 2
+        before, now = now, (g * now - np.sqrt(n) * before) / np.sqrt(n + 1.0)
+    return abs(1.0 - carried / float(weight @ z**2))
 
 
 def _integrals(spline: CubicSpline, rho: np.ndarray, nodes: int) -> np.ndarray:

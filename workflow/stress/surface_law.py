@@ -20,7 +20,7 @@ from roughslip.surface.translation import Translation, corrected_correlation, ne
 from workflow.benchmarks.measure import case
 from workflow.stress.drawing import one_of, power
 from workflow.stress.outcomes import Verdict, advised, verdict_of
-from workflow.stress.pairs import pair_correlation
+from workflow.stress.pairs import left_out, pair_correlation
 
 EPS = float(np.finfo(float).eps)
 KINDS = ("translation", "torus", "waves")
@@ -114,7 +114,7 @@ def honest(problem: Problem, error: RoughslipError) -> bool:
         return False
     if problem.kind == "waves":
         return isinstance(error, ConvergenceError) and truncation(problem.waves) > 1e-12
-    return isinstance(error, IllPosedError) and hermite_left_out(problem.marginal) > 0.5 * LEFT_OUT
+    return isinstance(error, IllPosedError) and left_out(problem.marginal.from_gaussian, HERMITE_TERMS) > 0.5 * LEFT_OUT
 
 
 # Translation.
@@ -188,18 +188,6 @@ def _refitted(marginal: Marginal) -> dict[str, tuple[float, float]]:
     off = np.abs(again.from_gaussian(scores) - marginal.from_gaussian(scores)) / marginal.rms_height_m
     other = marginal.family == "weibull" and marginal.mirrored != again.mirrored
     return {} if other else {"the law of its moments": (np.max(off), 1e-6)}
-
-
-def hermite_left_out(marginal: Marginal) -> float:
-    """Share of the variance beyond 120 Hermite polynomials, on four times the nodes."""
-    g = np.linspace(-9.0, 9.0, 2**15 + 1)
-    z = marginal.from_gaussian(g) / marginal.rms_height_m
-    weight = np.exp(-0.5 * g**2) / math.sqrt(2 * math.pi) * (g[1] - g[0])
-    before, now, carried = np.ones_like(g), g.copy(), 0.0
-    for n in range(1, HERMITE_TERMS + 1):
-        carried += float(np.sum(weight * z * now)) ** 2
-        before, now = now, (g * now - math.sqrt(n) * before) / math.sqrt(n + 1.0)
-    return abs(1.0 - carried)
 
 
 def judge_torus(problem: Problem, translation: Translation) -> Verdict:

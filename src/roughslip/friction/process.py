@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.special import betainccinv, betaincinv, ndtr
+from scipy.special import betainccinv, betaincinv, betaln, ndtr
 
 from roughslip.errors import IllPosedError, ParameterError
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 FEWEST_QUANTILES = 10
+NEGLIGIBLE = 1e-12  # a share of the support
 
 
 class Marginal(Protocol):
@@ -83,8 +84,12 @@ class BetaMarginal:
     def centred(self, z: np.ndarray) -> np.ndarray:
         """The Beta quantile on (0, 1) less its mean, each tail from its own probability."""
         a, b = self.a, self.b
-        tails = betaincinv(a, b, ndtr(np.minimum(z, 0.0))), betainccinv(a, b, ndtr(-np.maximum(z, 0.0)))
-        return np.where(z < 0.0, *tails) - a / (a + b)
+        lower, upper = ndtr(np.minimum(z, 0.0)), ndtr(-np.maximum(z, 0.0))
+        quantile = np.where(z < 0.0, betaincinv(a, b, lower), betainccinv(a, b, upper))
+        if np.isnan(quantile).any():
+            extreme = np.where(z < 0.0, _extreme(a, b, lower), 1.0 - _extreme(b, a, upper))
+            quantile = np.where(np.isnan(quantile), extreme, quantile)
+        return quantile - a / (a + b)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +143,15 @@ class FrictionProcess:
 
     def __post_init__(self) -> None:
         _require_positive("FrictionProcess.correlation_length_m", self.correlation_length_m)
+
+
+def _extreme(a: float, b: float, p: np.ndarray) -> np.ndarray:
+    """The Beta quantile x where it is next to nothing, x^a = a B(a, b) p; NaN elsewhere.
+
+    scipy 1.17 has NaN there for some shapes and p below 1e-15.
+    """
+    x = np.exp((np.log(np.maximum(p, 1e-300)) + math.log(a) + betaln(a, b)) / a)
+    return np.where(x < NEGLIGIBLE, x, math.nan)
 
 
 def _require_positive(name: str, value: float) -> None:

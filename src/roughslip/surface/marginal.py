@@ -13,10 +13,11 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import betainc, betainccinv, betaincinv, gammaln, log_ndtr, ndtr, ndtri
+from scipy.special import betainc, betainccinv, betaincinv, betaln, gammaln, log_ndtr, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
 
+NEGLIGIBLE = 1e-12  # a share of the support of a Beta law
 SYMMETRIC_WEIBULL = 3.6023494257197  # shape at which the skewness of a Weibull law changes its sign
 
 
@@ -71,9 +72,22 @@ def _lognormal_moments(s: float) -> Moments:
     return Moments(math.sqrt(w), math.sqrt(w * math.expm1(s**2)), (w + 2.0) * math.sqrt(math.expm1(s**2)), excess)
 
 
+def _extreme(a: float, b: float, p: np.ndarray) -> np.ndarray:
+    """The Beta quantile x where it is next to nothing, x^a = a B(a, b) p; NaN elsewhere.
+
+    scipy 1.17 has NaN there for some shapes and p below 1e-15.
+    """
+    x = np.exp((np.log(np.maximum(p, 1e-300)) + math.log(a) + betaln(a, b)) / a)
+    return np.where(x < NEGLIGIBLE, x, math.nan)
+
+
 def _beta_from_gaussian(g: np.ndarray, a: float, b: float) -> np.ndarray:
     lower, upper = ndtr(np.minimum(g, 0.0)), ndtr(-np.maximum(g, 0.0))
-    return np.where(g < 0.0, betaincinv(a, b, lower), betainccinv(a, b, upper))
+    quantile = np.where(g < 0.0, betaincinv(a, b, lower), betainccinv(a, b, upper))
+    if not np.isnan(quantile).any():
+        return quantile
+    extreme = np.where(g < 0.0, _extreme(a, b, lower), 1.0 - _extreme(b, a, upper))
+    return np.where(np.isnan(quantile), extreme, quantile)
 
 
 FAMILIES = {

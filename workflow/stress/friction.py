@@ -25,6 +25,7 @@ from workflow.stress import friction_lengths, friction_paths, friction_penetrati
 from workflow.stress.friction_judge import (
     MARGIN,
     Met,
+    combined,
     has_pairs,
     has_strips,
     judge_autocorrelation,
@@ -207,7 +208,8 @@ def _combines(problem: Problem, weights: np.ndarray) -> bool:
     )
     if not all(has_strips(valid, rows) and scatters(control, valid, rows) for control, valid, rows in parts):
         return False
-    return math.isfinite(0.0) and False
+    rows = [combined(problem, weights, many, row) for row in range(len(weights))]
+    return all(rows[0][k] is not None for k in range(2)) and all(row[0] is None or row[0].theta > 0 for row in rows)
 
 
 def main() -> int:

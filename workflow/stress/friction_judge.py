@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughslip.friction.resampling import FEWEST_REPLICATES, NO_SCATTER, TAILS, Estimate
+from roughslip.friction.resampling import CANCELLED, FEWEST_REPLICATES, NO_SCATTER, TAILS, Estimate
 from roughslip.friction.statistics import PERCENTS, Combined, WindowStatistics
 from workflow.stress.friction_problem import Problem
 
@@ -51,9 +51,10 @@ def has_strips(valid: np.ndarray, weights: np.ndarray) -> bool:
 
 
 def scatter_over_least(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """(1 + R,) standard deviation over the least that counts as one."""
-    centre = abs(float(np.mean(mu[valid])))
-    return np.array([float(np.std(counted(mu, valid, row))) for row in weights]) / (NO_SCATTER * centre)
+    """(1 + R,) standard deviation over the least that counts as one, beside the mean and its distance from all's."""
+    centre = float(np.mean(mu[valid]))
+    rows = [counted(mu, valid, row) for row in weights]
+    return np.array([float(x.std() / max(NO_SCATTER * abs(centre), CANCELLED * abs(x.mean() - centre))) for x in rows])
 
 
 def scatters(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> bool:
@@ -183,54 +184,66 @@ def influences(mu: np.ndarray, valid: np.ndarray, counts: np.ndarray) -> Influen
     return Influences((mean, 0.5 * np.log(variance)), by_strip, (float(variance), 1.0))
 
 
-def judge_combined(problem: Problem, found: Combined, weights: np.ndarray, many: np.ndarray) -> Met:
-    """theta - alpha (theta_same - theta_many), alpha = cov / (var (1 + S / S2)), by influences strip by strip."""
+class Corrected(NamedTuple):
+    """A control-variate estimate: theta, its alpha and variance ratio, and how many of its digits may be rounding."""
+
+    theta: float
+    alpha: float
+    ratio: float
+    digits: float
+    limit_of_alpha: float
+
+
+def combined(
+    problem: Problem, weights: np.ndarray, many: np.ndarray, row: int
+) -> tuple[Corrected | None, Corrected | None]:
+    """Mean and log std: theta - alpha (theta_same - theta_many), alpha = cov / (var (1 + S / S2)), strip by strip.
+
+    None where windows or control hardly scatter between strips: near that limit either answer is right.
+    """
     strips = len(problem.mu)
     excess = 1 + strips / (len(problem.control) - strips)
+    sets = (
+        (problem.mu, problem.valid, weights[row]),
+        (problem.control[:strips], problem.control_valid[:strips], weights[row]),
+        (problem.control[strips:], problem.control_valid[strips:], many[row]),
+    )
+    solved, same, other = (influences(*one) for one in sets)
+    slack = sum(lost(counted(*one), float(np.mean(one[0][one[1]]))) for one in sets)
+    return tuple(_corrected(solved, same, other, k, excess, weights[row], slack) for k in range(2))  # type: ignore[return-value]
+
+
+def _corrected(
+    solved: Influences, same: Influences, other: Influences, k: int, excess: float, counts: np.ndarray, slack: float
+) -> Corrected | None:
+    first, second = solved.influence[k], same.influence[k]
+    cross, own, control = (float(np.sum(counts * a * b)) for a, b in ((first, second), (first, first), (second, second)))
+    shares = own / solved.unit[k], control / same.unit[k]
+    if min(shares) <= MARGIN * NO_SCATTER**2:
+        return None
+    alpha = cross / (control * excess)
+    theta = float(solved.value[k] - alpha * (same.value[k] - other.value[k]))
+    size = float(abs(alpha) * (abs(same.value[k]) + abs(other.value[k])) + abs(solved.value[k]))
+    digits = 1e-9 + 1e3 * slack * sum(1 / math.sqrt(share) for share in shares)
+    return Corrected(theta, alpha, 1 - alpha * cross / own, digits * size, digits * (abs(alpha) + math.sqrt(own / control)))
+
+
+def judge_combined(problem: Problem, found: Combined, weights: np.ndarray, many: np.ndarray) -> Met:
+    """Estimates, coefficients and variance ratios of the sample and of replicates."""
     met: Met = {}
     for name in ("mean", "std", "variation", "mean_variance_ratio", "std_variance_ratio"):
         met |= {f"{name}: {what}": limits for what, limits in interval(getattr(found, name)).items()}
     for row in rows_seen(problem, weights):
-        sets = (
-            (problem.mu, problem.valid, weights[row]),
-            (problem.control[:strips], problem.control_valid[:strips], weights[row]),
-            (problem.control[strips:], problem.control_valid[strips:], many[row]),
-        )
-        solved, same, other = (influences(*one) for one in sets)
-        slack = sum(lost(counted(*one), float(np.mean(one[0][one[1]]))) for one in sets)
-        expected = []
-        for k in range(2):
-            cross, own, control = (float(np.sum(weights[row] * a * b)) for a, b in _pairs(solved, same, k))
-            # a control that does not scatter between strips is left alone, and near that limit either is right
-            alive = control > MARGIN * NO_SCATTER**2 * same.unit[k] and own > MARGIN * NO_SCATTER**2 * solved.unit[k]
-            if not alive:
-                return met
-            alpha = cross / (control * excess)
-            expected.append((solved.value[k] - alpha * (same.value[k] - other.value[k]), alpha, 1 - alpha * cross / own))
-            moved = abs(alpha) * (abs(same.value[k]) + abs(other.value[k])) + abs(solved.value[k])
-            digits = 1e-9 + 1e3 * slack * (1 + 1 / _share(control, same.unit[k]) + 1 / _share(own, solved.unit[k]))
-            which = ("mean", "std")[k]
-            value = float(getattr(found, which).rows[row])
-            theta = float(expected[k][0]) if k == 0 else math.exp(min(float(expected[k][0]), 700.0))
-            limit = moved * digits if k == 0 else theta * moved * digits
+        for which, exact in zip(("mean", "std"), combined(problem, weights, many, row), strict=True):
+            if exact is None:
+                continue
+            value, alpha, ratio = (
+                float(getattr(found, which + part).rows[row]) for part in ("", "_coefficient", "_variance_ratio")
+            )
+            told = math.log(value) if which == "std" else value
             met |= {
-                f"{which}, row {row}": (abs(value - theta), limit),
-                f"alpha of {which}, row {row}": (
-                    abs(float(getattr(found, f"{which}_coefficient").rows[row]) - alpha),
-                    digits * (abs(alpha) + math.sqrt(own / control)),
-                ),
-                f"ratio of {which}, row {row}": (
-                    abs(float(getattr(found, f"{which}_variance_ratio").rows[row]) - expected[k][2]),
-                    4 * digits,
-                ),
+                f"{which}, row {row}": (abs(told - exact.theta), exact.digits),
+                f"alpha of {which}, row {row}": (abs(alpha - exact.alpha), exact.limit_of_alpha),
+                f"ratio of {which}, row {row}": (abs(ratio - exact.ratio), 4 * exact.limit_of_alpha / (abs(exact.alpha) or 1)),
             }
     return met
-
-
-def _share(variance: float, unit: float) -> float:
-    return math.sqrt(variance / unit)
-
-
-def _pairs(solved: Influences, same: Influences, k: int) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-    first, second = solved.influence[k], same.influence[k]
-    return (first, second), (first, first), (second, second)

@@ -166,7 +166,7 @@ def judge_translation(problem: Problem, translation: Translation) -> Verdict:
         "skewness": (abs(marginal.skewness - sign * skewness), 1e-6 * (1 + abs(skewness))),
         "excess kurtosis": (abs(marginal.excess_kurtosis - excess), 1e-5 * (1 + abs(excess))),
         "heights of the table": (np.max(off), translation.table_error_m * (1 + 1e-9) + 1e-13 * np.max(np.abs(z)) * rms),
-        "the correlation": (np.max(np.abs(told - exact) / (series + error)), 1.0),
+        "the correlation": (np.max(np.abs(told - exact)), series + error),
         "the correlation there and back": (np.max(np.abs(inverse - wanted)), 1e-11),
         "the least correlation": (np.max(translation.least_correlation - told), 1e-12),
     }

@@ -117,7 +117,7 @@ def curves_of(totals: Sequence[np.ndarray], centre: float) -> np.ndarray:
         raise IllPosedError("a lag has no pair of windows with mu in some replicate: take fewer lags or more strips")
     mean = 0.5 * ends[:, :1] / pairs[:, :1]
     covariance = (products - mean * ends) / pairs + mean**2
-    require_scatter(covariance[:, 0], centre)
+    require_scatter(covariance[:, 0], centre, mean[:, 0])
     return covariance / covariance[:, :1]
 
 

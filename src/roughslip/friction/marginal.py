@@ -209,7 +209,7 @@ def _mean_and_std(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tup
     centre = float(np.mean(mu[valid]))
     n, first, second = resampled(weights, power_sums(mu, valid, centre, 2)).T
     variance = second / n - (first / n) ** 2
-    require_scatter(variance, centre)
+    require_scatter(variance, centre, first / n)
     return centre + first / n, np.sqrt(variance)
 
 

@@ -26,6 +26,9 @@ FEWEST_REPLICATES = 40
 NO_SCATTER = 1e-10
 """Scatter below this share of the mean is rounding: window sums carry errors of some 1e-12."""
 
+CANCELLED = 1e-3
+"""Scatter below this share of the distance from the sample's mean: a fourth moment about it has 4 digits left."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -142,9 +145,13 @@ def _sorted_windows(mu: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.n
     return values[order], strip[order]
 
 
-def require_scatter(variance: np.ndarray, centre: float) -> None:
-    """Raises IllPosedError where a variance (1 + R,) about a mean `centre` is no more than rounding."""
-    if (variance <= (NO_SCATTER * centre) ** 2).any():
+def require_scatter(variance: np.ndarray, centre: float, shift: np.ndarray | float = 0.0) -> None:
+    """Raises IllPosedError where a variance (1 + R,) is no more than rounding.
+
+    centre : mean of the sample
+    shift : (1 + R,) distance of a row's mean from it, where the variance was taken about it: its square has cancelled
+    """
+    if (variance <= np.maximum((NO_SCATTER * centre) ** 2, (CANCELLED * shift) ** 2)).any():
         raise IllPosedError(
             "the friction coefficient has no scatter in the sample or a resampled one, so its shape is undefined: "
             "solve more strips; a fully plastic contact has mu = tau / H exactly and needs no statistics"

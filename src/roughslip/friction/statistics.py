@@ -82,7 +82,7 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     n = totals[:, 0]
     m1, m2, m3, m4 = (totals[:, 1:] / n[:, None]).T
     variance = m2 - m1**2
-    require_scatter(variance, centre)
+    require_scatter(variance, centre, m1)
     std = np.sqrt(variance)
     third = m3 - 3.0 * m1 * m2 + 2.0 * m1**3
     fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1**2 * m2 - 3.0 * m1**4
@@ -245,7 +245,7 @@ class _Moments:
         n, first, second = resampled(weights, sums).T
         mean, square = first / n, second / n
         variance = square - mean**2
-        require_scatter(variance, centre)
+        require_scatter(variance, centre, mean)
         one = np.ones_like(mean)
         of_mean = np.stack((-mean, one, 0.0 * one), axis=1)
         of_log_std = np.stack((2.0 * mean**2 - square, -2.0 * mean, one), axis=1) / (2.0 * variance[:, None])

@@ -20,8 +20,9 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import ndtr
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
+from roughslip.surface.checks import reals
 from roughslip.surface.random_phases import RandomPhaseMarginal
 
 MOST_WAVES = 100_000
@@ -50,15 +51,16 @@ class WeierstrassMandelbrot:
     gamma: float = 1.5
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.hurst < 1.0:
+        if not 0.0 < real("the Hurst exponent", self.hurst) < 1.0:
             raise ParameterError(f"the Hurst exponent lies between 0 and 1, not {self.hurst}")
         for name in ("rms_height_m", "longest_wavelength_m", "shortest_wavelength_m"):
-            value = getattr(self, name)
+            value = real(name, getattr(self, name))
             if not (math.isfinite(value) and value > 0.0):
                 raise ParameterError(f"{name} must be positive and finite, not {value}")
         if self.shortest_wavelength_m > self.longest_wavelength_m:
             raise ParameterError("the shortest wavelength exceeds the longest")
-        if not (math.isfinite(self.gamma) and self.gamma > 1.0 and self.azimuths >= 1):
+        gamma, azimuths = real("gamma", self.gamma), whole("azimuths", self.azimuths)
+        if not (math.isfinite(gamma) and gamma > 1.0 and azimuths >= 1):
             raise ParameterError(f"gamma must exceed 1 and azimuths be 1 or more, not {self.gamma}, {self.azimuths}")
         if self.variables > MOST_WAVES:
             raise ParameterError(f"more than {MOST_WAVES} waves: use a larger gamma or fewer azimuths")
@@ -152,7 +154,7 @@ def rms_height(roughness_parameter_m: float, law: WeierstrassMandelbrot) -> floa
 
     For small G / L the structure function between the two wavelengths depends on G, H and r alone.
     """
-    if not (math.isfinite(roughness_parameter_m) and roughness_parameter_m > 0.0):
+    if not (math.isfinite(real("the roughness parameter G", roughness_parameter_m)) and roughness_parameter_m > 0.0):
         raise ParameterError(f"the roughness parameter G must be positive and finite, not {roughness_parameter_m}")
     return law.rms_height_m * (roughness_parameter_m / law.roughness_parameter_m) ** (1.0 - law.hurst)
 
@@ -170,7 +172,7 @@ def fractal_on(
     nodes_per_wave : 2 or more; 2 goes to the Nyquist frequency of the wider spacing, which no wave reaches
     Other arguments as in WeierstrassMandelbrot. Raises ParameterError where no wave fits.
     """
-    if not (math.isfinite(nodes_per_wave) and nodes_per_wave >= 2.0):
+    if not (math.isfinite(real("nodes a wave", nodes_per_wave)) and nodes_per_wave >= 2.0):
         raise ParameterError(f"a wave needs two nodes or more, not {nodes_per_wave}")
     axes = [(n * d, d) for n, d in ((grid.nx, grid.dx), (grid.ny, grid.dy)) if n > 1]
     ratio = max(edge for edge, _ in axes) / (nodes_per_wave * max(d for _, d in axes)) if axes else 0.0
@@ -201,6 +203,7 @@ class PlaneWaves:
 
         A product of matrices of inner dimension 2 T: 4 T operations a node and no transcendental one.
         """
+        xi = reals("xi", xi)
         if xi.shape != self.amplitudes.shape or not np.isfinite(xi).all():
             raise ParameterError(f"xi must be {self.amplitudes.size} finite numbers, one a wave, not {xi.shape}")
         waves = (self.amplitudes * np.exp(2j * math.pi * ndtr(xi)))[:, None] * self.across

@@ -13,7 +13,8 @@ from typing import Protocol
 import numpy as np
 from scipy.special import betainccinv, betaincinv, betaln, ndtr
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.friction.checks import reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 FEWEST_QUANTILES = 10
@@ -55,7 +56,8 @@ class BetaMarginal:
     def __post_init__(self) -> None:
         for name in ("a", "b"):
             _require_positive(f"BetaMarginal.{name}", getattr(self, name))
-        if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower <= self.upper):
+        lower, upper = real("the lower end", self.lower), real("the upper end", self.upper)
+        if not (math.isfinite(lower) and math.isfinite(upper) and lower <= upper):
             raise ParameterError(f"the support of mu must be finite and in order, not {self.lower} to {self.upper}")
 
     @classmethod
@@ -105,10 +107,11 @@ class EmpiricalMarginal:
     standard_deviation: float
 
     def __post_init__(self) -> None:
-        q = self.quantiles
+        q = reals("quantiles", self.quantiles)
         if q.ndim != 1 or q.size < FEWEST_QUANTILES or not np.isfinite(q).all() or (np.diff(q) < 0.0).any():
             raise ParameterError(f"quantiles are a row of at least {FEWEST_QUANTILES} finite increasing numbers")
-        if not (math.isfinite(self.mean) and math.isfinite(self.standard_deviation) and self.standard_deviation >= 0.0):
+        mean, deviation = real("the mean", self.mean), real("the standard deviation", self.standard_deviation)
+        if not (math.isfinite(mean) and math.isfinite(deviation) and deviation >= 0.0):
             raise ParameterError(
                 f"mean and standard deviation of mu must be finite and the latter not negative, not {self.mean} and "
                 f"{self.standard_deviation}"
@@ -155,5 +158,5 @@ def _extreme(a: float, b: float, p: np.ndarray) -> np.ndarray:
 
 
 def _require_positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
+    if not (math.isfinite(real(name, value)) and value > 0.0):
         raise ParameterError(f"{name} must be finite and positive, not {value}")

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.translation import Translation, interpolated, translate
 
@@ -60,7 +60,7 @@ class Recursion:
 
     def realisation(self, seed: Sequence[int], piece_nodes: int = PIECE_NODES) -> RecursivePath:
         """The path of a seed, without end, in pieces of so many nodes; it is the same bits whatever their length."""
-        if piece_nodes < 1:
+        if whole("the nodes of a piece", piece_nodes) < 1:
             raise ParameterError(f"a piece of a path has at least one node, not {piece_nodes}")
         return RecursivePath(self, tuple(seed), piece_nodes)
 
@@ -108,7 +108,7 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     and Takenaka, a Cholesky factor in closed form (B. Ninness & F. Gustafsson, IEEE Trans. Autom. Control 42 (1997)
     515).
     """
-    ratio = spacing_m / process.correlation_length_m
+    ratio = real("the spacing", spacing_m) / process.correlation_length_m
     if not SPACINGS[0] <= ratio <= SPACINGS[1]:
         raise ParameterError(
             f"the spacing of a friction path by recursion must lie in {SPACINGS[0]:g} to {SPACINGS[1]:g} correlation "

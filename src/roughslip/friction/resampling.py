@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, whole
+from roughslip.friction.checks import reals
 
 TAILS = (0.025, 0.975)
 """Probabilities of the ends of a 95 % interval."""
@@ -73,7 +74,7 @@ def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.
     """Counts (1 + replicates, strips): row 0 ones, the sample; the others multinomial, the bootstrap replicates."""
     if strips < 2:
         raise IllPosedError(f"{strips} strip(s) cannot show their own scatter: solve at least 2, better 100")
-    if replicates < FEWEST_REPLICATES:
+    if whole("the number of replicates", replicates) < FEWEST_REPLICATES:
         raise ParameterError(f"a 95 % interval needs at least {FEWEST_REPLICATES} replicates, not {replicates}")
     drawn = rng.multinomial(strips, np.full(strips, 1.0 / strips), size=replicates)
     return np.concatenate((np.ones((1, strips), dtype=np.int64), drawn))
@@ -81,7 +82,7 @@ def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.
 
 def check_windows(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """mu as (S, W) floats with 0 where not valid, and valid; refuses what statistics cannot be taken of."""
-    mu, valid = np.asarray(mu, dtype=np.float64), np.asarray(valid)
+    mu, valid, weights = reals("mu", mu), np.asarray(valid), np.asarray(weights)
     if mu.ndim != 2 or valid.shape != mu.shape or valid.dtype != bool:
         raise ParameterError(f"mu and valid (bool) must be (strips, windows), not {mu.shape} and {valid.shape}")
     if not np.isfinite(mu[valid]).all():

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.checks import reals
 from roughslip.friction.resampling import (
     NO_SCATTER,
     Estimate,
@@ -129,7 +130,9 @@ def trend(percentiles: np.ndarray, values: np.ndarray, replicates: np.ndarray) -
 
     Rule: it falls if the 95 % intervals of the least-squares slope and of last - first both lie below 0.
     """
-    q, values = np.asarray(percentiles, dtype=np.float64), np.asarray(values, dtype=np.float64)
+    q, values = reals("percentiles", percentiles), reals("values of a trend", values)
+    if q.ndim != 1 or not np.isfinite(q).all():
+        raise ParameterError("percentiles of a trend must be a row of finite numbers")
     if len(q) < 2:
         raise IllPosedError("a trend needs at least two levels of penetration")
     if values.shape != q.shape or replicates.shape[:1] != q.shape or not (np.diff(q) > 0.0).all():
@@ -192,8 +195,10 @@ def combine(
     control cancels. The mean has the bias of an estimated alpha, O(1 / S); a replicate estimates its own alpha, and
     takes 0 if its control does not scatter between strips.
     """
-    if len(weights) != len(weights_many):
-        raise ParameterError(f"{len(weights)} and {len(weights_many)} rows of weights: draw equally many replicates")
+    if np.shape(weights)[:1] != np.shape(weights_many)[:1]:
+        raise ParameterError(
+            f"{np.shape(weights)[:1]} and {np.shape(weights_many)[:1]} rows of weights: draw equally many replicates"
+        )
     mu, valid = check_windows(*solved, weights)
     same, same_valid = check_windows(*control_same, weights)
     many, many_valid = check_windows(*control_many, weights_many)

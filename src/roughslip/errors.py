@@ -49,3 +49,10 @@ def real(name: str, value: object) -> float:
     if not isinstance(value, numbers.Real) or isinstance(value, bool):
         raise ParameterError(f"{name} must be a real number, not {value!r}")
     return float(value)
+
+
+def whole(name: str, value: object) -> int:
+    """The value as an int; ParameterError where it is no whole number."""
+    if not isinstance(value, numbers.Integral) or isinstance(value, bool):
+        raise ParameterError(f"{name} must be a whole number, not {value!r}")
+    return int(value)

@@ -12,6 +12,7 @@ import datetime
 import json
 import math
 import os
+import re
 import sys
 import time
 import warnings
@@ -35,6 +36,7 @@ DEMANDED = 1e-10
 SEED = 20261
 CHUNK = 20  # problems that a process takes at a time
 LISTED = 50  # failures told one by one
+ADVICE = re.compile(r"\b(take|lower|use|ask|penetrate|expand|give|solve|lengthen|space|add|choose|cut)\b", re.IGNORECASE)
 
 Row = dict[str, Any]
 
@@ -49,6 +51,22 @@ class Verdict:
 
     residual: float
     broken: tuple[str, ...] = ()
+
+
+def verdict_of(met: Mapping[str, tuple[float, float]]) -> Verdict:
+    """The verdict on conditions `name: (value, limit)`; the residual is the largest value over its limit.
+
+    A limit of zero asks for an exact answer and does not enter the residual.
+    """
+    numbers = {name: (float(value), float(limit)) for name, (value, limit) in met.items()}
+    ratios = [value / limit for value, limit in numbers.values() if limit > 0]
+    broken = [f"{name}: {value:.3e} for {limit:.3e}" for name, (value, limit) in numbers.items() if not value <= limit]
+    return Verdict(max(ratios, default=0.0), tuple(broken))
+
+
+def advised(error: RoughslipError) -> bool:
+    """Whether an error says what to try."""
+    return ADVICE.search(str(error)) is not None
 
 
 def problem_row(

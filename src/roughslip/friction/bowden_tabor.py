@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real, whole
+from roughslip.friction.checks import reals
 
 
 def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -> np.ndarray:
@@ -26,9 +27,9 @@ def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -
     most (window_nodes + 1) 2^-53 sum|column_sums| of the strip. Terms >= 0 give sums >= 0, and windows of zeros exactly
     0. A strip's result does not depend on the strips beside it.
     """
-    columns = np.asarray(column_sums, dtype=np.float64)
+    columns = reals("column sums", column_sums)
     nx = columns.shape[-1] if columns.ndim else 0
-    if stride_nodes < 1 or not 1 <= window_nodes <= nx:
+    if whole("a stride", stride_nodes) < 1 or not 1 <= whole("a window", window_nodes) <= nx:
         raise ParameterError(
             f"a window of {window_nodes} columns every {stride_nodes} does not fit a strip of {nx} columns: "
             "1 <= window <= strip and stride >= 1"
@@ -55,16 +56,16 @@ def friction_coefficient(
     Raises ParameterError where a contact carries no force: area and force then do not belong together.
     """
     area, force = _area_and_force(area, force)
-    if not (math.isfinite(shear_strength_pa) and shear_strength_pa > 0.0):
+    if not (math.isfinite(real("the shear strength", shear_strength_pa)) and shear_strength_pa > 0.0):
         raise ParameterError(f"the shear strength must be positive and finite, not {shear_strength_pa} Pa")
-    if not (math.isfinite(least_area_m2) and least_area_m2 > 0.0):
+    if not (math.isfinite(real("the least contact area", least_area_m2)) and least_area_m2 > 0.0):
         raise ParameterError(f"the least contact area must be positive and finite, not {least_area_m2} m^2")
     valid = area >= least_area_m2
     return shear_strength_pa * _area_per_force(area, force, valid), valid
 
 
 def _area_and_force(area: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    area, force = np.asarray(area, dtype=np.float64), np.asarray(force, dtype=np.float64)
+    area, force = reals("contact area", area), reals("normal force", force)
     if area.shape != force.shape:
         raise ParameterError(f"area {area.shape} and force {force.shape} must have one shape")
     for name, values in (("area", area), ("force", force)):

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.friction.checks import reals
 from roughslip.friction.resampling import Estimate, check_windows, require_scatter, resampled
 
 LONGEST_WINDOWS = 3.0
@@ -117,7 +118,7 @@ def curves_of(totals: Sequence[np.ndarray], centre: float) -> np.ndarray:
         raise IllPosedError("a lag has no pair of windows with mu in some replicate: take fewer lags or more strips")
     mean = 0.5 * ends[:, :1] / pairs[:, :1]
     covariance = (products - mean * ends) / pairs + mean**2
-    require_scatter(covariance[:, 0], centre)
+    require_scatter(covariance[:, 0], centre, mean[:, 0])
     return covariance / covariance[:, :1]
 
 
@@ -171,6 +172,9 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
     estimate : (K,) autocorrelation at the lags
     window : [m] length of a window
     """
+    lags = reals("lags", lags)
+    if lags.shape != estimate.value.shape:
+        raise ParameterError(f"lags {lags.shape} and autocorrelation {estimate.value.shape} must have one shape")
     lags, used = _lags_to_three_windows(lags, window)
     curves = np.ascontiguousarray(estimate.rows[:, :used])
     lengths, at_bound = _lengths(lags, curves, window)
@@ -193,10 +197,10 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
 
 
 def _lags_to_three_windows(lags: np.ndarray, window: float) -> tuple[np.ndarray, int]:
-    lags = np.asarray(lags, dtype=np.float64)
-    if lags.ndim != 1 or not np.isfinite(lags).all() or lags[0] != 0.0 or not (np.diff(lags) > 0.0).all():
+    lags = reals("lags", lags)
+    if lags.ndim != 1 or not lags.size or not np.isfinite(lags).all() or lags[0] != 0.0 or not (np.diff(lags) > 0.0).all():
         raise ParameterError("lags must increase from 0")
-    if not (math.isfinite(window) and window > 0.0):
+    if not (math.isfinite(real("the window", window)) and window > 0.0):
         raise ParameterError(f"the window must be positive and finite, not {window} m")
     used = int(np.sum(lags <= LONGEST_WINDOWS * window * (1.0 + 1e-9)))
     if np.sum(lags <= 0.5 * window * (1.0 + 1e-9)) < 2:

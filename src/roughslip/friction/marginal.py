@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from scipy import optimize, special
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
 from roughslip.friction.resampling import (
     Estimate,
     check_windows,
@@ -174,7 +174,7 @@ def distance_to_beta(
     The supremum runs over 1001 quantiles of the Beta, so a distance is at most 0.001 too small. Sampling noise raises
     it: a sample of the Beta itself shows about 0.6 / sqrt(effective windows) standardised. Intervals: of_distance.
     """
-    if not (math.isfinite(a) and math.isfinite(b) and a > 0.0 and b > 0.0):
+    if not all(math.isfinite(real("a shape", shape)) and shape > 0.0 for shape in (a, b)):
         raise ParameterError(f"shapes of a Beta distribution must be positive and finite, not {a} and {b}")
     mu, valid = check_windows(mu, valid, weights)
     mean, std = _mean_and_std(mu, valid, weights)
@@ -209,7 +209,7 @@ def _mean_and_std(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tup
     centre = float(np.mean(mu[valid]))
     n, first, second = resampled(weights, power_sums(mu, valid, centre, 2)).T
     variance = second / n - (first / n) ** 2
-    require_scatter(variance, centre)
+    require_scatter(variance, centre, first / n)
     return centre + first / n, np.sqrt(variance)
 
 

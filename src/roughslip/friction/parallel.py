@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, whole
 from roughslip.friction.marginal import beta_moments
 
 
@@ -23,7 +23,7 @@ def average_beta(a: float, b: float, lower: float, upper: float, windows: int) -
     is 6 (2 + e - s) / (3 s - 2 e) (Johnson, Kotz and Balakrishnan, Continuous Univariate Distributions 2, 1995,
     ch. 25): 3 s > 2 e for every Beta, and both fall as 1 / n. Raises ParameterError for n below 1.
     """
-    if windows < 1:
+    if whole("the number of windows in parallel", windows) < 1:
         raise ParameterError(f"{windows} windows in parallel: at least 1")
     if windows == 1:
         return a, b, lower, upper

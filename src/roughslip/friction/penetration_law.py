@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.checks import reals
 from roughslip.friction.resampling import Estimate
 
 
@@ -38,8 +39,8 @@ class PenetrationLaw:
     def _curves(self) -> PchipInterpolator:
         return PchipInterpolator(self.percentiles, self.rows, axis=1, extrapolate=False)
 
-    def _inside(self, percentile: np.ndarray) -> np.ndarray:
-        points = np.asarray(percentile, dtype=np.float64)
+    def _inside(self, percentile: float | np.ndarray) -> np.ndarray:
+        points = reals("penetrations", percentile)
         first, last = self.percentiles[0], self.percentiles[-1]
         if not ((points >= first) & (points <= last)).all():
             raise ParameterError(f"penetrations must lie between the levels {first:g} and {last:g} %: solve others too")
@@ -55,7 +56,7 @@ def between(percentiles: np.ndarray, values: np.ndarray, percentile: float) -> f
     if level.size:
         return float(values[level[0]])
     law = PenetrationLaw(np.asarray(percentiles, dtype=np.float64), np.asarray(values)[None])
-    return float(law._curves()(law._inside(np.array(percentile)))[0])
+    return float(law._curves()(law._inside(percentile))[0])
 
 
 def penetration_law(percentiles: np.ndarray, estimates: list[Estimate]) -> PenetrationLaw:
@@ -63,7 +64,9 @@ def penetration_law(percentiles: np.ndarray, estimates: list[Estimate]) -> Penet
 
     Raises IllPosedError for fewer than two levels, ParameterError for percentiles that do not increase or match.
     """
-    q = np.asarray(percentiles, dtype=np.float64)
+    q = reals("percentiles", percentiles)
+    if q.ndim != 1 or not np.isfinite(q).all():
+        raise ParameterError("percentiles of a curve must be a row of finite numbers")
     if len(q) < 2:
         raise IllPosedError("a curve over penetration needs at least two levels")
     if len(estimates) != len(q) or not (np.diff(q) > 0.0).all():

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.special import betainccinv, betaincinv, ndtr
+from scipy.special import betainccinv, betaincinv, betaln, ndtr
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.friction.checks import reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 FEWEST_QUANTILES = 10
+NEGLIGIBLE = 1e-12  # a share of the support
 
 
 class Marginal(Protocol):
@@ -54,7 +56,8 @@ class BetaMarginal:
     def __post_init__(self) -> None:
         for name in ("a", "b"):
             _require_positive(f"BetaMarginal.{name}", getattr(self, name))
-        if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower <= self.upper):
+        lower, upper = real("the lower end", self.lower), real("the upper end", self.upper)
+        if not (math.isfinite(lower) and math.isfinite(upper) and lower <= upper):
             raise ParameterError(f"the support of mu must be finite and in order, not {self.lower} to {self.upper}")
 
     @classmethod
@@ -83,8 +86,12 @@ class BetaMarginal:
     def centred(self, z: np.ndarray) -> np.ndarray:
         """The Beta quantile on (0, 1) less its mean, each tail from its own probability."""
         a, b = self.a, self.b
-        tails = betaincinv(a, b, ndtr(np.minimum(z, 0.0))), betainccinv(a, b, ndtr(-np.maximum(z, 0.0)))
-        return np.where(z < 0.0, *tails) - a / (a + b)
+        lower, upper = ndtr(np.minimum(z, 0.0)), ndtr(-np.maximum(z, 0.0))
+        quantile = np.where(z < 0.0, betaincinv(a, b, lower), betainccinv(a, b, upper))
+        if np.isnan(quantile).any():
+            extreme = np.where(z < 0.0, _extreme(a, b, lower), 1.0 - _extreme(b, a, upper))
+            quantile = np.where(np.isnan(quantile), extreme, quantile)
+        return quantile - a / (a + b)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,10 +107,11 @@ class EmpiricalMarginal:
     standard_deviation: float
 
     def __post_init__(self) -> None:
-        q = self.quantiles
+        q = reals("quantiles", self.quantiles)
         if q.ndim != 1 or q.size < FEWEST_QUANTILES or not np.isfinite(q).all() or (np.diff(q) < 0.0).any():
             raise ParameterError(f"quantiles are a row of at least {FEWEST_QUANTILES} finite increasing numbers")
-        if not (math.isfinite(self.mean) and math.isfinite(self.standard_deviation) and self.standard_deviation >= 0.0):
+        mean, deviation = real("the mean", self.mean), real("the standard deviation", self.standard_deviation)
+        if not (math.isfinite(mean) and math.isfinite(deviation) and deviation >= 0.0):
             raise ParameterError(
                 f"mean and standard deviation of mu must be finite and the latter not negative, not {self.mean} and "
                 f"{self.standard_deviation}"
@@ -140,6 +148,15 @@ class FrictionProcess:
         _require_positive("FrictionProcess.correlation_length_m", self.correlation_length_m)
 
 
+def _extreme(a: float, b: float, p: np.ndarray) -> np.ndarray:
+    """The Beta quantile x where it is next to nothing, x^a = a B(a, b) p; NaN elsewhere.
+
+    scipy 1.17 has NaN there for some shapes and p below 1e-15.
+    """
+    x = np.exp((np.log(np.maximum(p, 1e-300)) + math.log(a) + betaln(a, b)) / a)
+    return np.where(x < NEGLIGIBLE, x, math.nan)
+
+
 def _require_positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
+    if not (math.isfinite(real(name, value)) and value > 0.0):
         raise ParameterError(f"{name} must be finite and positive, not {value}")

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.translation import Translation, interpolated, translate
 
@@ -31,6 +31,7 @@ MOST_TERMS = 8  # the weights grow by some five a term, and rounding with them
 CORRELATION_TOLERANCE = 1e-4  # at which the degree is high enough,
 CORRELATION_LIMIT = 0.01  # and above which MOST_TERMS is too low
 INCREMENT_TOLERANCE = 1e-3  # relative, of the mean square of an increment, at every lag
+LONGEST_RATE = 30.0  # of a decay a node: beyond, decays are rounding beside one and their differences nothing
 FIT_NODES, CHECK_NODES = 64, 2001
 SPACINGS = (1e-6, 10.0)  # correlation lengths; nodes at the longest have the correlation 5e-5
 FURTHEST_LAG, MOST_LAGS = 30.0, 100_000  # correlation lengths and nodes at which the built recursion is checked
@@ -59,7 +60,7 @@ class Recursion:
 
     def realisation(self, seed: Sequence[int], piece_nodes: int = PIECE_NODES) -> RecursivePath:
         """The path of a seed, without end, in pieces of so many nodes; it is the same bits whatever their length."""
-        if piece_nodes < 1:
+        if whole("the nodes of a piece", piece_nodes) < 1:
             raise ParameterError(f"a piece of a path has at least one node, not {piece_nodes}")
         return RecursivePath(self, tuple(seed), piece_nodes)
 
@@ -107,7 +108,7 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     and Takenaka, a Cholesky factor in closed form (B. Ninness & F. Gustafsson, IEEE Trans. Autom. Control 42 (1997)
     515).
     """
-    ratio = spacing_m / process.correlation_length_m
+    ratio = real("the spacing", spacing_m) / process.correlation_length_m
     if not SPACINGS[0] <= ratio <= SPACINGS[1]:
         raise ParameterError(
             f"the spacing of a friction path by recursion must lie in {SPACINGS[0]:g} to {SPACINGS[1]:g} correlation "
@@ -115,7 +116,10 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
         )
     translation = translate(process.marginal)
     every = np.linspace(0.0, 1.0, CHECK_NODES)[:-1]
-    for terms in range(1, MOST_TERMS + 1):
+    most = min(MOST_TERMS, int(LONGEST_RATE / ratio))
+    if most < MOST_TERMS:  # nodes so far apart see the correlation at their own lags alone, where few terms do
+        every = every * math.exp(-ratio)
+    for terms in range(1, most + 1):
         weights = _exponentials(translation, terms)
         correlation_error, increment_error = _errors(translation, weights, every)
         if correlation_error <= CORRELATION_TOLERANCE and increment_error <= INCREMENT_TOLERANCE:

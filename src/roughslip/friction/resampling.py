@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, whole
+from roughslip.friction.checks import reals
 
 TAILS = (0.025, 0.975)
 """Probabilities of the ends of a 95 % interval."""
@@ -25,6 +26,9 @@ FEWEST_REPLICATES = 40
 
 NO_SCATTER = 1e-10
 """Scatter below this share of the mean is rounding: window sums carry errors of some 1e-12."""
+
+CANCELLED = 1e-3
+"""Scatter below this share of the distance from the sample's mean: a fourth moment about it has 4 digits left."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,7 @@ def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.
     """Counts (1 + replicates, strips): row 0 ones, the sample; the others multinomial, the bootstrap replicates."""
     if strips < 2:
         raise IllPosedError(f"{strips} strip(s) cannot show their own scatter: solve at least 2, better 100")
-    if replicates < FEWEST_REPLICATES:
+    if whole("the number of replicates", replicates) < FEWEST_REPLICATES:
         raise ParameterError(f"a 95 % interval needs at least {FEWEST_REPLICATES} replicates, not {replicates}")
     drawn = rng.multinomial(strips, np.full(strips, 1.0 / strips), size=replicates)
     return np.concatenate((np.ones((1, strips), dtype=np.int64), drawn))
@@ -78,7 +82,7 @@ def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.
 
 def check_windows(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """mu as (S, W) floats with 0 where not valid, and valid; refuses what statistics cannot be taken of."""
-    mu, valid = np.asarray(mu, dtype=np.float64), np.asarray(valid)
+    mu, valid, weights = reals("mu", mu), np.asarray(valid), np.asarray(weights)
     if mu.ndim != 2 or valid.shape != mu.shape or valid.dtype != bool:
         raise ParameterError(f"mu and valid (bool) must be (strips, windows), not {mu.shape} and {valid.shape}")
     if not np.isfinite(mu[valid]).all():
@@ -142,9 +146,13 @@ def _sorted_windows(mu: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.n
     return values[order], strip[order]
 
 
-def require_scatter(variance: np.ndarray, centre: float) -> None:
-    """Raises IllPosedError where a variance (1 + R,) about a mean `centre` is no more than rounding."""
-    if (variance <= (NO_SCATTER * centre) ** 2).any():
+def require_scatter(variance: np.ndarray, centre: float, shift: np.ndarray | float = 0.0) -> None:
+    """Raises IllPosedError where a variance (1 + R,) is no more than rounding.
+
+    centre : mean of the sample
+    shift : (1 + R,) distance of a row's mean from it, where the variance was taken about it: its square has cancelled
+    """
+    if (variance <= np.maximum((NO_SCATTER * centre) ** 2, (CANCELLED * shift) ** 2)).any():
         raise IllPosedError(
             "the friction coefficient has no scatter in the sample or a resampled one, so its shape is undefined: "
             "solve more strips; a fully plastic contact has mu = tau / H exactly and needs no statistics"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.checks import reals
 from roughslip.friction.resampling import (
     NO_SCATTER,
     Estimate,
@@ -82,7 +83,7 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     n = totals[:, 0]
     m1, m2, m3, m4 = (totals[:, 1:] / n[:, None]).T
     variance = m2 - m1**2
-    require_scatter(variance, centre)
+    require_scatter(variance, centre, m1)
     std = np.sqrt(variance)
     third = m3 - 3.0 * m1 * m2 + 2.0 * m1**3
     fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1**2 * m2 - 3.0 * m1**4
@@ -129,7 +130,9 @@ def trend(percentiles: np.ndarray, values: np.ndarray, replicates: np.ndarray) -
 
     Rule: it falls if the 95 % intervals of the least-squares slope and of last - first both lie below 0.
     """
-    q, values = np.asarray(percentiles, dtype=np.float64), np.asarray(values, dtype=np.float64)
+    q, values = reals("percentiles", percentiles), reals("values of a trend", values)
+    if q.ndim != 1 or not np.isfinite(q).all():
+        raise ParameterError("percentiles of a trend must be a row of finite numbers")
     if len(q) < 2:
         raise IllPosedError("a trend needs at least two levels of penetration")
     if values.shape != q.shape or replicates.shape[:1] != q.shape or not (np.diff(q) > 0.0).all():
@@ -192,8 +195,10 @@ def combine(
     control cancels. The mean has the bias of an estimated alpha, O(1 / S); a replicate estimates its own alpha, and
     takes 0 if its control does not scatter between strips.
     """
-    if len(weights) != len(weights_many):
-        raise ParameterError(f"{len(weights)} and {len(weights_many)} rows of weights: draw equally many replicates")
+    if np.shape(weights)[:1] != np.shape(weights_many)[:1]:
+        raise ParameterError(
+            f"{np.shape(weights)[:1]} and {np.shape(weights_many)[:1]} rows of weights: draw equally many replicates"
+        )
     mu, valid = check_windows(*solved, weights)
     same, same_valid = check_windows(*control_same, weights)
     many, many_valid = check_windows(*control_many, weights_many)
@@ -245,7 +250,7 @@ class _Moments:
         n, first, second = resampled(weights, sums).T
         mean, square = first / n, second / n
         variance = square - mean**2
-        require_scatter(variance, centre)
+        require_scatter(variance, centre, mean)
         one = np.ones_like(mean)
         of_mean = np.stack((-mean, one, 0.0 * one), axis=1)
         of_log_std = np.stack((2.0 * mean**2 - square, -2.0 * mean, one), axis=1) / (2.0 * variance[:, None])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.translation import Translation, translate
 
@@ -89,7 +89,7 @@ def circulant_embedding(process: FrictionProcess, spacing_m: float, length_m: fl
 
 def _nodes(spacing_m: float, length_m: float) -> int:
     for name, value in (("spacing", spacing_m), ("length", length_m)):
-        if not (math.isfinite(value) and value > 0.0):
+        if not (math.isfinite(real(f"the {name} of a friction path", value)) and value > 0.0):
             raise ParameterError(f"the {name} of a friction path must be finite and positive, not {value} m")
     if not length_m / spacing_m < MOST_NODES:
         raise _too_long()

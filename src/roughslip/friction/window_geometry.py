@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, whole
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.friction.correlation import curves_of, pair_sums
 from roughslip.friction.resampling import FEWEST_REPLICATES, Estimate
@@ -34,9 +34,9 @@ def white_autocorrelation(
     Windows begin and end at multiples of the common divisor of length and spacing; the columns between are summed
     already when they are drawn, as sums of normal variables are normal.
     """
-    if replicates < FEWEST_REPLICATES:
+    if whole("the number of replicates", replicates) < FEWEST_REPLICATES:
         raise ParameterError(f"a range of 95 % needs at least {FEWEST_REPLICATES} replicates, not {replicates}")
-    block = math.gcd(window, spacing)
+    block = math.gcd(whole("a window", window), whole("the spacing of windows", spacing))
     curves = np.empty((1 + replicates, lags))
     for row in curves[1:]:
         sums = window_sums(rng.standard_normal((strips, columns // block)), window // block, spacing // block)

@@ -16,8 +16,9 @@ from numpy.polynomial import chebyshev
 from scipy.optimize import brentq
 from scipy.special import exprel, gammaln, j0, j1, kve, ndtri
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
+from roughslip.surface.checks import reals
 
 Kind = Literal["gaussian", "exponential", "separable_exponential", "matern", "self_affine"]
 KINDS: tuple[Kind, ...] = ("gaussian", "exponential", "separable_exponential", "matern", "self_affine")
@@ -94,9 +95,9 @@ class Covariance:
             raise ParameterError(f"covariance {self.kind!r} is not known: {', '.join(KINDS)}")
         lengths = self.lengths_m
         for name, value in (("rms height", self.rms_height_m), *(("correlation length", length) for length in lengths)):
-            if not (math.isfinite(value) and value > 0):
+            if not (math.isfinite(real(name, value)) and value > 0):
                 raise ParameterError(f"{name} must be positive and finite, not {value}")
-        if not math.isfinite(self.lay_rad):
+        if not math.isfinite(real("the angle of lay", self.lay_rad)):
             raise ParameterError(f"the angle of lay must be finite, not {self.lay_rad}")
         _check_shape("matern", self.kind, "smoothness", self.smoothness, 0.05, SMOOTHEST)
         _check_shape("self_affine", self.kind, "hurst", self.hurst, 0.01, 1.0)
@@ -214,7 +215,7 @@ def self_affine(
     Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed functions.
     """
     wavelengths = rolloff_wavelength_m, cutoff_wavelength_m, rolloff_wavelength_across_m or rolloff_wavelength_m
-    if not all(math.isfinite(length) and length > 0 for length in wavelengths):
+    if not all(math.isfinite(real("a wavelength", length)) and length > 0 for length in wavelengths):
         raise ParameterError(f"wavelengths must be positive and finite, not {wavelengths}")
     bandwidth = rolloff_wavelength_m / cutoff_wavelength_m
     _check_shape("self_affine", "self_affine", "hurst", hurst, 0.01, 1.0)
@@ -231,7 +232,7 @@ def nyquist_wavelength(grid: Grid) -> float:
 
 def plane_height(percentile: float | np.ndarray, rms_height_m: float) -> np.ndarray:
     """h_p [m] that `percentile` per cent of the ensemble of Gaussian heights lie above; 50 is the median."""
-    above = np.asarray(percentile, dtype=float) / 100.0
+    above = reals("a penetration percentile", percentile) / 100.0
     if not np.all((above > 0) & (above < 1)):
         raise ParameterError(f"a penetration percentile lies between 0 and 100, not {percentile}")
     return np.asarray(rms_height_m * ndtri(1.0 - above))
@@ -240,6 +241,8 @@ def plane_height(percentile: float | np.ndarray, rms_height_m: float) -> np.ndar
 def _check_shape(owner: str, kind: str, name: str, value: float | None, low: float, high: float) -> None:
     if kind != owner and value is not None:
         raise ParameterError(f"a {kind} covariance has no {name}")
+    if value is not None:
+        real(f"the {name}", value)
     if kind == owner and not (value is not None and low <= value <= high):  # a NaN fails both comparisons
         raise ParameterError(f"the {name} of a {kind} covariance must lie in [{low:g}, {high:g}], not {value}")
 
@@ -319,7 +322,7 @@ def _tail_series(z: np.ndarray, hurst: float) -> np.ndarray:
     for k in range(1, 25):
         coefficient *= -(SERIES_END**2) / (4 * k**2)
         total -= coefficient * np.exp(2 * hurst * log) * log * exprel((2 * k - 2 * hurst) * log)
-    return total
+    return np.where(z > 0, total, 1 / (2 * hurst))  # z^2H vanishes too slowly for a cut near zero
 
 
 @lru_cache

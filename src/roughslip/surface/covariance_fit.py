@@ -226,7 +226,8 @@ def _solved(
 ) -> OptimizeResult:
     solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
     if not solution.success:
-        raise ConvergenceError(f"fit of {kind}: {solution.message}", float(solution.optimality), int(solution.nfev))
+        text = f"fit of {kind}: {solution.message} Use another kind, or lags that are still correlated"
+        raise ConvergenceError(text, float(solution.optimality), int(solution.nfev))
     return solution
 
 
@@ -252,7 +253,8 @@ def _profiled(
 
     found = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
     if not found.success:
-        raise ConvergenceError(f"fit of {kind} to rings: {found.message}", float(found.fun), int(found.nfev))
+        text = f"fit of {kind} to rings: {found.message} Use another kind, or fit without rings"
+        raise ConvergenceError(text, float(found.fun), int(found.nfev))
     shape = float(found.x)
     bound = float(min(low[-1], high[-1], key=lambda end: abs(shape - end)))
     if abs(shape - bound) < NEAR_BOUND * (high[-1] - low[-1]):  # the search never ends at one

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import ParameterError
+from roughslip.surface.checks import reals
 from roughslip.surface.covariance import Covariance
 
 
@@ -80,6 +81,7 @@ def estimates(
 
     Raises ParameterError for values that are not finite, errors that are not positive, and shapes that do not fit.
     """
+    correlation, standard_error = reals("correlations", correlation), reals("standard errors", standard_error)
     shape = correlation.shape
     parts = np.empty((0, *shape)) if without_part is None else without_part
     if standard_error.shape != shape or parts.shape[1:] != shape or len(parts) == 1:

@@ -20,13 +20,16 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import ndtr
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
+from roughslip.surface.checks import reals
 from roughslip.surface.random_phases import RandomPhaseMarginal
 
 MOST_WAVES = 100_000
 STEPS_PER_WAVE = 8  # of the shortest wave, in the search for the 1/e length
 HURST_RANGE = (0.01, 0.99)
+MOST_STEPS = 2**20  # of that search
+MOST_BINARY_DIGITS = 1000.0  # of G, within those of a double
 
 
 @dataclass(frozen=True)
@@ -48,15 +51,16 @@ class WeierstrassMandelbrot:
     gamma: float = 1.5
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.hurst < 1.0:
+        if not 0.0 < real("the Hurst exponent", self.hurst) < 1.0:
             raise ParameterError(f"the Hurst exponent lies between 0 and 1, not {self.hurst}")
         for name in ("rms_height_m", "longest_wavelength_m", "shortest_wavelength_m"):
-            value = getattr(self, name)
+            value = real(name, getattr(self, name))
             if not (math.isfinite(value) and value > 0.0):
                 raise ParameterError(f"{name} must be positive and finite, not {value}")
         if self.shortest_wavelength_m > self.longest_wavelength_m:
             raise ParameterError("the shortest wavelength exceeds the longest")
-        if not (math.isfinite(self.gamma) and self.gamma > 1.0 and self.azimuths >= 1):
+        gamma, azimuths = real("gamma", self.gamma), whole("azimuths", self.azimuths)
+        if not (math.isfinite(gamma) and gamma > 1.0 and azimuths >= 1):
             raise ParameterError(f"gamma must exceed 1 and azimuths be 1 or more, not {self.gamma}, {self.azimuths}")
         if self.variables > MOST_WAVES:
             raise ParameterError(f"more than {MOST_WAVES} waves: use a larger gamma or fewer azimuths")
@@ -84,9 +88,15 @@ class WeierstrassMandelbrot:
 
     @property
     def roughness_parameter_m(self) -> float:
-        """G [m] of Yan and Komvopoulos: M a_0^2 = L^2 (G / L)^(2 (1 - H)) ln gamma."""
+        """G [m] of Yan and Komvopoulos: M a_0^2 = L^2 (G / L)^(2 (1 - H)) ln gamma.
+
+        Raises IllPosedError where it is no number of the machine, as for H near 1.
+        """
         longest = self.longest_wavelength_m
         scale = float(self.amplitudes[0]) * math.sqrt(self.azimuths / math.log(self.gamma)) / longest
+        exponent = math.log2(longest) + math.log2(scale) / (1.0 - self.hurst)
+        if not abs(exponent) < MOST_BINARY_DIGITS:
+            raise IllPosedError(f"the roughness parameter at H = {self.hurst} is near 2^{exponent:.3g} m: use the rms height")
         return longest * scale ** (1.0 / (1.0 - self.hurst))
 
     def waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -113,7 +123,8 @@ class WeierstrassMandelbrot:
     def correlation_length(self, azimuth: float = 0.0) -> float:
         """Shortest distance [m] along `azimuth` [rad] from x at which the autocorrelation is 1/e.
 
-        Raises IllPosedError where it does not fall so far within the longest wavelength, as along ridges.
+        Raises IllPosedError where it does not fall so far within the longest wavelength, as along ridges, and
+        ParameterError where more than MOST_STEPS of the search would be needed.
         """
         along, across = math.cos(azimuth), math.sin(azimuth)
         wanted = self.rms_height_m**2 / math.e
@@ -122,6 +133,11 @@ class WeierstrassMandelbrot:
             return self(r * along, r * across) - wanted
 
         step = self.shortest_wavelength_m / STEPS_PER_WAVE
+        if not self.longest_wavelength_m / step <= MOST_STEPS:
+            raise ParameterError(
+                f"the band {self.longest_wavelength_m:.3g} m to {self.shortest_wavelength_m:.3g} m is too wide for a "
+                f"search of its 1/e length: lengthen the shortest wavelength, which hardly changes it"
+            )
         distances = step * np.arange(math.ceil(self.longest_wavelength_m / step) + 1)
         below = np.flatnonzero(excess(distances) <= 0.0)
         if below.size == 0:
@@ -138,7 +154,7 @@ def rms_height(roughness_parameter_m: float, law: WeierstrassMandelbrot) -> floa
 
     For small G / L the structure function between the two wavelengths depends on G, H and r alone.
     """
-    if not (math.isfinite(roughness_parameter_m) and roughness_parameter_m > 0.0):
+    if not (math.isfinite(real("the roughness parameter G", roughness_parameter_m)) and roughness_parameter_m > 0.0):
         raise ParameterError(f"the roughness parameter G must be positive and finite, not {roughness_parameter_m}")
     return law.rms_height_m * (roughness_parameter_m / law.roughness_parameter_m) ** (1.0 - law.hurst)
 
@@ -156,7 +172,7 @@ def fractal_on(
     nodes_per_wave : 2 or more; 2 goes to the Nyquist frequency of the wider spacing, which no wave reaches
     Other arguments as in WeierstrassMandelbrot. Raises ParameterError where no wave fits.
     """
-    if not (math.isfinite(nodes_per_wave) and nodes_per_wave >= 2.0):
+    if not (math.isfinite(real("nodes a wave", nodes_per_wave)) and nodes_per_wave >= 2.0):
         raise ParameterError(f"a wave needs two nodes or more, not {nodes_per_wave}")
     axes = [(n * d, d) for n, d in ((grid.nx, grid.dx), (grid.ny, grid.dy)) if n > 1]
     ratio = max(edge for edge, _ in axes) / (nodes_per_wave * max(d for _, d in axes)) if axes else 0.0
@@ -187,6 +203,7 @@ class PlaneWaves:
 
         A product of matrices of inner dimension 2 T: 4 T operations a node and no transcendental one.
         """
+        xi = reals("xi", xi)
         if xi.shape != self.amplitudes.shape or not np.isfinite(xi).all():
             raise ParameterError(f"xi must be {self.amplitudes.size} finite numbers, one a wave, not {xi.shape}")
         waves = (self.amplitudes * np.exp(2j * math.pi * ndtr(xi)))[:, None] * self.across

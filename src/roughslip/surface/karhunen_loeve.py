@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 import scipy.linalg
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
@@ -148,9 +148,9 @@ def representation(
 def _check_request(grid: Grid, order: int | None, share: float | None) -> None:
     if (order is None) == (share is None):
         raise ParameterError("give either the order of the expansion or the share of the variance")
-    if order is not None and not 1 <= order <= grid.size:
+    if order is not None and not 1 <= whole("the order", order) <= grid.size:
         raise ParameterError(f"order {order} is not between 1 and the {grid.size} nodes of the mesh")
-    if share is not None and not 0.0 < share <= 1.0:
+    if share is not None and not 0.0 < real("the share of the variance", share) <= 1.0:
         raise ParameterError(f"a share of the variance lies in (0, 1], not {share}")
 
 

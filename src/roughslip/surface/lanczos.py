@@ -19,7 +19,7 @@ import ducc0  # type: ignore[import-not-found]
 import numpy as np
 import scipy.linalg
 
-from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.errors import ConvergenceError, ParameterError, whole
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
@@ -128,13 +128,15 @@ def leading_modes(
     Returns eigenvalues (M,) [-] descending, vectors (M, nx ny) of unit norm, and residuals
     |C phi - lambda phi| / lambda_1 (M,) [-], computed afresh.
     Raises ConvergenceError where Lanczos stops short or a residual exceeds LARGEST_RESIDUAL: ask for fewer modes;
-    ParameterError for a covariance that is not finite.
+    ParameterError for a covariance that is not finite, and for an order outside 1 ... nx ny.
 
     Method: Lanczos on symmetry classes with products by FFT. That no mode is missing, however often its eigenvalue
     comes, is seen by Lanczos from a random start on the matrix without the modes found: after k steps the largest Ritz
     value is below (1 - e) times the largest eigenvalue with a chance of at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(e))
     (Kuczynski and Wozniakowski, SIAM J. Matrix Anal. Appl. 13, 1992, 1094, theorem 4.2).
     """
+    if not 1 <= whole("the order", order) <= grid.size:
+        raise ParameterError(f"order {order} is not between 1 and the {grid.size} nodes of the mesh")
     apply = covariance_operator(covariance, grid)
     processes = [Process(one, order, seed) for seed, one in enumerate(symmetry_classes(covariance, grid))]
     while True:

@@ -13,10 +13,12 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import betainc, betainccinv, betaincinv, gammaln, log_ndtr, ndtr, ndtri
+from scipy.special import betainc, betainccinv, betaincinv, betaln, gammaln, log_ndtr, ndtr, ndtri
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.surface.checks import reals
 
+NEGLIGIBLE = 1e-12  # a share of the support of a Beta law
 SYMMETRIC_WEIBULL = 3.6023494257197  # shape at which the skewness of a Weibull law changes its sign
 
 
@@ -71,9 +73,22 @@ def _lognormal_moments(s: float) -> Moments:
     return Moments(math.sqrt(w), math.sqrt(w * math.expm1(s**2)), (w + 2.0) * math.sqrt(math.expm1(s**2)), excess)
 
 
+def _extreme(a: float, b: float, p: np.ndarray) -> np.ndarray:
+    """The Beta quantile x where it is next to nothing, x^a = a B(a, b) p; NaN elsewhere.
+
+    scipy 1.17 has NaN there for some shapes and p below 1e-15.
+    """
+    x = np.exp((np.log(np.maximum(p, 1e-300)) + math.log(a) + betaln(a, b)) / a)
+    return np.where(x < NEGLIGIBLE, x, math.nan)
+
+
 def _beta_from_gaussian(g: np.ndarray, a: float, b: float) -> np.ndarray:
     lower, upper = ndtr(np.minimum(g, 0.0)), ndtr(-np.maximum(g, 0.0))
-    return np.where(g < 0.0, betaincinv(a, b, lower), betainccinv(a, b, upper))
+    quantile = np.where(g < 0.0, betaincinv(a, b, lower), betainccinv(a, b, upper))
+    if not np.isnan(quantile).any():
+        return quantile
+    extreme = np.where(g < 0.0, _extreme(a, b, lower), 1.0 - _extreme(b, a, upper))
+    return np.where(np.isnan(quantile), extreme, quantile)
 
 
 FAMILIES = {
@@ -121,12 +136,12 @@ class Marginal:
     def __post_init__(self) -> None:
         if self.family not in FAMILIES:
             raise ParameterError(f"family {self.family!r} is not known: {', '.join(FAMILIES)}")
-        if not (math.isfinite(self.rms_height_m) and self.rms_height_m > 0.0):
+        if not (math.isfinite(real("the rms height", self.rms_height_m)) and self.rms_height_m > 0.0):
             raise ParameterError(f"the rms height must be positive and finite, not {self.rms_height_m}")
         names, (least, most) = FAMILIES[self.family].shapes, FAMILIES[self.family].limits
         if len(self.shapes) != len(names):
             raise ParameterError(f"a {self.family} law has the shapes ({', '.join(names)}), not {self.shapes}")
-        if not all(least <= shape <= most for shape in self.shapes):
+        if not all(least <= real("a shape", shape) <= most for shape in self.shapes):
             raise ParameterError(f"shapes of a {self.family} law lie in {least} ... {most}, not {self.shapes}")
 
     @property
@@ -165,7 +180,7 @@ class Marginal:
 
 def normal_score(probability: float | np.ndarray) -> np.ndarray:
     """g : (as probability) [-] standard normal quantile; raises ParameterError outside the open interval 0 ... 1."""
-    p = np.asarray(probability, dtype=float)
+    p = reals("probabilities", probability)
     if not np.all((p > 0.0) & (p < 1.0)):
         raise ParameterError(f"probabilities lie between 0 and 1, not {probability}")
     return ndtri(p)
@@ -177,7 +192,7 @@ def from_moments(family: str, rms_height_m: float, skewness: float, excess_kurto
     Weibull and lognormal laws follow the skewness alone, mirrored where it is negative. Raises IllPosedError where the
     family has no such law: with skewness s the beta (Pearson's type I) needs s^2 - 2 < excess < 1.5 s^2.
     """
-    if not (math.isfinite(skewness) and math.isfinite(excess_kurtosis)):
+    if not all(math.isfinite(real("a moment", moment)) for moment in (skewness, excess_kurtosis)):
         raise ParameterError("skewness and excess kurtosis must be finite")
     if family == "gaussian":
         return Marginal(family, rms_height_m)
@@ -278,7 +293,7 @@ def fit(heights: np.ndarray, family: str) -> MarginalFit:
 
 def checked_heights(heights: np.ndarray) -> np.ndarray:
     """heights : (n,) [m], finite and not constant."""
-    z = np.asarray(heights, dtype=float).ravel()
+    z = reals("heights", heights).ravel()
     if z.size < 2 or not np.isfinite(z).all():
         raise ParameterError("a marginal needs two or more heights, all finite; leave missing points out")
     if not np.ptp(z) > 1e-12 * np.max(np.abs(z)):

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import j0, ndtr
 
 from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.surface.checks import reals
 
 PROBABILITY_ERROR = 1e-12  # of the cumulative distribution, by truncation of its series
 LEAST_PROBABILITY = 1e-9  # below which a quantile is refused: 1e-12 is a thousandth of it
@@ -111,7 +112,7 @@ class RandomPhaseMarginal:
 
 
 def _finite(values: float | np.ndarray, name: str) -> np.ndarray:
-    array = np.asarray(values, dtype=float)
+    array = reals(name, values)
     if not np.isfinite(array).all():
         raise ParameterError(f"{name} must be finite")
     return array

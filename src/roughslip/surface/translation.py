@@ -14,6 +14,7 @@ import numpy as np
 import scipy.fft
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.surface.checks import reals
 from roughslip.surface.marginal import HeightMarginal
 
 TABLE_EDGE, TABLE_NODES = 8.5, 2**13 + 1  # normal scores; beyond the edge lies a probability of 2e-17
@@ -50,7 +51,7 @@ class Translation:
 
     def apply(self, gaussian: np.ndarray) -> np.ndarray:
         """z : (as gaussian) [m] heights of a field of standard normal variables [-]."""
-        if not np.isfinite(gaussian).all():
+        if not np.isfinite(reals("the Gaussian field", gaussian)).all():
             raise ParameterError("the Gaussian field must be finite")
         first, last = self.normal[[0, -1]]
         position = (np.clip(gaussian, first, last) - first) * ((self.normal.size - 1) / (last - first))
@@ -156,7 +157,7 @@ def _series(normal: np.ndarray, heights: np.ndarray, rms_height_m: float) -> np.
 
 
 def _correlations(values: float | np.ndarray) -> np.ndarray:
-    rho = np.asarray(values, dtype=float)
+    rho = reals("correlations", values)
     if not np.all(np.abs(rho) <= 1.0 + 1e-9):
         raise ParameterError("correlations lie between -1 and 1")
     return np.clip(rho, -1.0, 1.0)

@@ -1,0 +1,216 @@
+"""Random friction processes: what their paths are drawn from has the covariance told, and the paths are drawn from it.
+
+Of a recursion the stationary state must solve Lyapunov's equation, of a period the covariance is a sum of cosines; the
+translation to the marginal is a double integral. Paths: the marginal of first nodes over many seeds within the band of
+Dvoretzky, Kiefer, Wolfowitz and Massart, the correlation of their normal scores within that of Fisher's z.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import betainc, betaincinv, ndtr, ndtri
+
+from roughslip.errors import IllPosedError, ParameterError, RoughslipError
+from roughslip.friction.parallel import average_beta
+from roughslip.friction.paths import METHODS, Paths, prepare
+from roughslip.friction.process import BetaMarginal, EmpiricalMarginal, FrictionProcess, Marginal
+from roughslip.friction.recursion import SPACINGS, Recursion
+from roughslip.friction.whole_paths import Spectrum
+from workflow.benchmarks.measure import case
+from workflow.stress.drawing import one_of, power
+from workflow.stress.outcomes import Verdict, advised, verdict_of
+from workflow.stress.pairs import left_out, pair_correlation
+
+PATHS = 250
+RISK_LOG = math.log(2e8)  # of one in a hundred million a comparison
+SCORE_WIDTH = 5.7  # standard deviations: the same risk
+MOST_NODES = 20_000  # of a period
+LAGS = 6
+SHORT = 300  # nodes of a path that are looked at
+WORST = 0.01  # of the autocorrelation, beyond which paths are refused
+LEFT_OUT, HERMITE_TERMS = 1e-4, 200  # of the variance, by so many polynomials: beyond, a marginal is refused
+
+
+@dataclass(frozen=True)
+class Problem:
+    """number, method : which one, of METHODS; process, spacing, length [m] : its paths"""
+
+    number: int
+    method: str
+    process: FrictionProcess
+    spacing: float
+    length: float
+
+
+def random_problem(seed: int, number: int) -> Problem:
+    """The problem of this number."""
+    generator = np.random.default_rng([seed, number])
+    method = one_of(generator, METHODS)
+    correlation_length = power(generator, -12, 3)
+    ratio = power(generator, -6, 1) if method == "recursion" else power(generator, -1.5, 1)
+    if generator.random() < 0.05:
+        ratio = one_of(generator, SPACINGS)
+    if method != "recursion":
+        ratio = max(ratio, 0.03)
+    nodes = round(SHORT ** generator.random()) + 0.5 * float(generator.random() < 0.5)
+    spacing = ratio * correlation_length
+    return Problem(
+        number, method, FrictionProcess(_marginal(generator), correlation_length), spacing, max(nodes, 0.5) * spacing
+    )
+
+
+def _marginal(generator: np.random.Generator) -> Marginal:
+    if generator.random() < 0.75:
+        a, b = (power(generator, math.log10(0.3), math.log10(50)) for _ in range(2))
+        width = power(generator, -9, 3) if generator.random() < 0.95 else 0.0
+        lower = one_of(generator, (0.0, width, -width, 1.0))
+        if generator.random() < 0.2:
+            return BetaMarginal(*average_beta(a, b, lower, lower + width, int(generator.integers(1, 200))))
+        if generator.random() < 0.2:
+            return BetaMarginal.of_moments(a, b, lower, width)
+        return BetaMarginal(a, b, lower, lower + width)
+    count = round(10 ** generator.uniform(1, 3.3))
+    if generator.random() < 0.5:
+        q = np.sort(generator.gamma(power(generator, -0.5, 1.5), size=count))
+    else:
+        q = betaincinv(*(power(generator, 0, 1) for _ in range(2)), np.linspace(0, 1, count))
+    return EmpiricalMarginal(q * power(generator, -9, 3), 1.0, power(generator, -9, 1))
+
+
+def case_of(problem: Problem) -> str:
+    marginal, process = problem.process.marginal, problem.process
+    beta = isinstance(marginal, BetaMarginal)
+    return case(
+        number=problem.number,
+        entry="process",
+        kind=problem.method,
+        marginal="beta" if beta else "empirical",
+        shapes=f"{marginal.a:.4g},{marginal.b:.4g}" if beta else "none",
+        scale=f"{marginal.scale:.3g}",
+        spacing=f"{problem.spacing / process.correlation_length_m:.3g}",
+        nodes=f"{problem.length / problem.spacing:.4g}",
+        correlation_length=f"{process.correlation_length_m:.3g}",
+        tolerance=1,
+    )
+
+
+def honest(problem: Problem, error: RoughslipError) -> bool:
+    """Whether an error answers a problem: a marginal near to steps, which no Gaussian process reaches."""
+    if not advised(error):
+        return False
+    ratio = problem.spacing / problem.process.correlation_length_m
+    if isinstance(error, ParameterError):
+        return problem.method == "recursion" and not SPACINGS[0] <= ratio <= SPACINGS[1]
+    return isinstance(error, IllPosedError) and left_out(problem.process.marginal.centred, HERMITE_TERMS) > 0.5 * LEFT_OUT
+
+
+def judged(problem: Problem) -> Verdict:
+    """What paths are drawn from, and paths."""
+    process, scale = problem.process, problem.process.marginal.scale
+    paths = prepare(process, problem.spacing, problem.length, problem.method)
+    nodes = max(math.ceil(problem.length / problem.spacing - 1e-9), 1) + 1
+    generator = np.random.default_rng([problem.number, 7])
+    gaussian, met = _recursion(paths, generator) if isinstance(paths, Recursion) else _period(paths, nodes)
+    some = np.unique(generator.integers(0, min(len(gaussian), nodes), LAGS))
+    wanted = np.exp(-some * problem.spacing / process.correlation_length_m)
+    reached, error = pair_correlation(process.marginal.centred, np.clip(gaussian[some], -1, 1))
+    series = 2 * abs(paths.translation.left_out) + 1e-8
+    met |= {
+        "lag zero": (abs(gaussian[0] - 1), 1e-9),
+        "the autocorrelation": (np.max(np.abs(reached - wanted)), paths.correlation_error + series + error),
+        "its error": (paths.correlation_error, WORST),
+    }
+    sample = np.stack([_path(paths, [problem.number, seed], nodes) for seed in range(PATHS)])
+    again = _path(paths, [problem.number, 3], nodes)
+    table = process.marginal.centred(np.array([-8.5, 8.5]))
+    met |= {
+        "finite": (0.0 if np.isfinite(sample).all() else math.inf, 0),
+        "again the same bits": (float(not np.array_equal(again, sample[3])), 0),
+        "its bounds, below": (float(np.max(scale * table[0] - sample)), 1e-15 * scale),
+        "its bounds, above": (float(np.max(sample - scale * table[1])), 1e-15 * scale),
+    }
+    if isinstance(paths, Recursion):
+        met |= _pieces(paths, generator)
+    if scale > 0:
+        met |= _sampled(problem, sample, gaussian)
+    return verdict_of(met)
+
+
+def _recursion(paths: Recursion, generator: np.random.Generator) -> tuple[np.ndarray, dict[str, tuple[float, float]]]:
+    """Gaussian correlation at the nodes, by the state that is stationary: P = D P D + c c'."""
+    state, decay, gain = (part.astype(np.longdouble) for part in (paths.start, paths.decay, paths.gain))
+    p = state @ state.T
+    after = decay[:, None] * p * decay + np.outer(gain, gain)
+    weights = p.sum(axis=0)
+    lags = np.arange(SHORT)
+    return (weights @ decay[:, None] ** lags).astype(float), {
+        "a stationary state": (np.max(np.abs(after - p)) / np.max(np.abs(p)), 1e-10),
+    }
+
+
+def _period(paths: Paths, nodes: int) -> tuple[np.ndarray, dict[str, tuple[float, float]]]:
+    """Gaussian correlation at the nodes, by the waves of a period."""
+    if not isinstance(paths, Spectrum):
+        raise TypeError("neither a recursion nor a period")
+    power_ = paths.amplitude.astype(np.longdouble) ** 2
+    power_[[0, -1]] *= 0.5  # one real number each
+    k = np.arange(len(power_))
+    lags = np.arange(min(nodes, SHORT))
+    waves = np.cos(2 * np.pi * (np.outer(lags, k) % paths.period_nodes) / paths.period_nodes)
+    share = np.full(len(power_), 2.0)
+    share[[0, -1]] = 1.0
+    return (waves @ (share * power_) / np.longdouble(paths.period_nodes) ** 2).astype(float), {
+        "nodes": (abs(paths.nodes - nodes), 0),
+        "spacing": (paths.period_nodes - MOST_NODES, 10.0 * MOST_NODES),
+    }
+
+
+def _path(paths: Paths, seed: list[int], nodes: int) -> np.ndarray:
+    """The first nodes of a path, at most SHORT."""
+    pieces, count = [], min(nodes, SHORT)
+    for piece in paths.realisation(seed):
+        pieces.append(piece)
+        if sum(map(len, pieces)) >= count:
+            break
+    return np.concatenate(pieces)[:count]
+
+
+def _pieces(paths: Recursion, generator: np.random.Generator) -> dict[str, tuple[float, float]]:
+    """Paths in pieces of different lengths."""
+    first, second = (int(n) for n in generator.integers(1, 60, 2))
+    rows = [
+        np.concatenate(list(itertools.islice(paths.realisation([5], length), math.ceil(100 / length))))[:100]
+        for length in (first, second, 4096)
+    ]
+    same = all(np.array_equal(rows[0], row) for row in rows[1:])
+    return {"the same bits whatever the pieces": (float(not same), 0)}
+
+
+def _sampled(problem: Problem, sample: np.ndarray, gaussian: np.ndarray) -> dict[str, tuple[float, float]]:
+    """Of nodes over seeds the marginal at the first, and the correlation of normal scores with another."""
+    marginal = problem.process.marginal
+    probability = _probability(marginal, sample / marginal.scale)
+    first = np.sort(probability[:, 0])
+    steps = np.arange(PATHS + 1) / PATHS
+    distance = max(np.max(steps[1:] - first), np.max(first - steps[:-1]))
+    met = {"the marginal": (distance, math.sqrt(RISK_LOG / (2 * PATHS)) + 1e-6)}
+    scores = np.clip(ndtri(probability), -4, 4)
+    lag = int(np.argmin(np.abs(gaussian[: sample.shape[1]] - 0.5)))
+    if lag and abs(gaussian[lag]) < 0.999:
+        r = float(np.corrcoef(scores[:, 0], scores[:, lag])[0, 1])
+        apart = abs(math.atanh(min(r, 1 - 1e-12)) - math.atanh(gaussian[lag]))
+        met["the correlation of paths"] = (apart, SCORE_WIDTH / math.sqrt(PATHS - 3))
+    return met
+
+
+def _probability(marginal: Marginal, centred: np.ndarray) -> np.ndarray:
+    """Distribution function of centred values, in the unit of the marginal."""
+    if isinstance(marginal, BetaMarginal):
+        return betainc(marginal.a, marginal.b, np.clip(centred + marginal.a / (marginal.a + marginal.b), 0, 1))
+    table = np.linspace(-8, 8, 8193)
+    values = marginal.centred(table)
+    return np.interp(centred, values, ndtr(table))

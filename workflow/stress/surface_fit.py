@@ -1,0 +1,210 @@
+"""Random surfaces or tables of lags to which a covariance is fitted.
+
+Without errors the model must come back where the lags tell it; with them, and with another model than the truth, the
+judge asks that the answer is a least of the squares that it minimises, formed anew from kernels of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
+from roughslip.grid import Grid
+from roughslip.surface.covariance import KINDS, Covariance, Kind
+from roughslip.surface.covariance_fit import CovarianceFit, fit_covariance
+from roughslip.surface.embedding import embed
+from roughslip.surface.fit_data import Estimates, estimates
+from workflow.benchmarks.measure import case
+from workflow.stress.drawing import one_of, power
+from workflow.stress.kernels import correlation
+from workflow.stress.outcomes import Verdict, advised, verdict_of
+
+SOURCES = ("exact", "noise", "surface", "nonsense")
+SOURCE_SHARES = (0.3, 0.3, 0.3, 0.1)
+STEPS = (-0.02, 0.02)  # of a logarithm or a radian
+STATIONARY = 1e-5  # of the squares, by which a step may find fewer
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One table of lags.
+
+    number, source : which one, of SOURCES
+    kind : of the model
+    truth : what the table comes from
+    data : the table
+    anisotropic, cutoff_wavelength_m : of the fit
+    """
+
+    number: int
+    source: str
+    kind: Kind
+    truth: Covariance
+    data: Estimates
+    anisotropic: bool
+    cutoff_wavelength_m: float | None
+
+
+def random_problem(seed: int, number: int) -> Problem:
+    """The problem of this number."""
+    generator = np.random.default_rng([seed, number])
+    source = one_of(generator, SOURCES, SOURCE_SHARES)
+    kind = one_of(generator, KINDS, (0.3, 0.25, 0.2, 0.15, 0.1))
+    of_truth = kind if source == "exact" or generator.random() < 0.6 else "gaussian"
+    unit, anisotropic = power(generator, -12, 3), bool(generator.random() < 0.6)
+    steps = tuple(int(n) for n in generator.integers(3, 9, 2)) if generator.random() < 0.9 else (0, 6)
+    length = power(generator, -0.3, 0.8)
+    across = length * power(generator, -0.4, 0.4) if anisotropic else length
+    lay = float(generator.uniform(-1.5, 1.5)) if anisotropic and of_truth != "separable_exponential" else 0.0
+    truth = Covariance(
+        of_truth,
+        power(generator, -12, 3),
+        unit * length,
+        unit * across,
+        lay,
+        smoothness=power(generator, -0.7, 0.7) if of_truth == "matern" else None,
+        hurst=float(generator.uniform(0.2, 0.9)) if of_truth == "self_affine" else None,
+        bandwidth=power(generator, 0.4, 1.5) if of_truth == "self_affine" else None,
+    )
+    cutoff = None
+    if kind == "self_affine":
+        cutoff = math.sqrt(math.prod(truth.cutoff_wavelengths_m)) if of_truth == kind else 2 * unit
+    x, y = (np.arange(-n, n + 1) * unit for n in steps)
+    r, error, parts = _table(generator, source, truth, x, y, unit)
+    data = estimates(x[:, None], y[None, :], r, error, parts)
+    return Problem(number, source, kind, truth, data, anisotropic, cutoff)
+
+
+def _table(
+    generator: np.random.Generator, source: str, truth: Covariance, x: np.ndarray, y: np.ndarray, unit: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Correlations at the lags, their errors, and the same without each of the parts of a surface."""
+    exact = correlation(truth, x[:, None], y[None, :])
+    level = power(generator, -4, -1)
+    error = np.full(exact.shape, level)
+    if source == "exact":
+        return exact, error, None
+    if source == "noise":
+        noise = level * generator.standard_normal(exact.shape)
+        return exact + (noise + noise[::-1, ::-1]) / math.sqrt(2), error, None
+    if source == "nonsense":
+        return generator.uniform(-1, 1, exact.shape), error, None
+    grid = Grid(32, 32, unit, unit)
+    heights = embed(replace(truth, rms_height_m=1.0), grid).sample(generator) if truth.kind != "self_affine" else None
+    if heights is None:
+        heights = generator.standard_normal(grid.shape).cumsum(axis=0)
+    quarters = [heights[i : i + 16, j : j + 16] for i in (0, 16) for j in (0, 16)]
+    rows = np.stack([_of_surface(quarter, len(x) // 2, len(y) // 2) for quarter in quarters])
+    without = (rows.sum(axis=0) - rows) / 3
+    return rows.mean(axis=0), np.maximum(rows.std(axis=0), 1e-6), without
+
+
+def _of_surface(heights: np.ndarray, kx: int, ky: int) -> np.ndarray:
+    """Means over pairs at lags of both signs, over the variance."""
+    z = (heights - heights.mean()) / (float(heights.std()) or 1.0)
+    n, m = z.shape
+    found = np.empty((2 * kx + 1, 2 * ky + 1))
+    for i in range(kx + 1):
+        for j in range(-ky, ky + 1):
+            first, then = z[: n - i, max(0, -j) : m - max(0, j)], z[i:, max(0, j) : m + min(0, j)]
+            found[kx + i, ky + j] = found[kx - i, ky - j] = np.mean(first * then)
+    return found
+
+
+def case_of(problem: Problem) -> str:
+    return case(
+        number=problem.number,
+        entry="fit",
+        kernel=problem.kind,
+        source=problem.source,
+        truth=problem.truth.kind,
+        lags=len(problem.data.x),
+        anisotropic=problem.anisotropic,
+        length=f"{problem.truth.correlation_length_m:.3g}",
+        tolerance=1,
+    )
+
+
+def judged(problem: Problem) -> Verdict:
+    """The fit, and what it tells."""
+    truth = problem.truth
+    found = fit_covariance(
+        problem.kind,
+        problem.data,
+        truth.rms_height_m,
+        anisotropic=problem.anisotropic,
+        cutoff_wavelength_m=problem.cutoff_wavelength_m,
+    )
+    numbers = [*found.parameters.values(), found.misfit, found.criterion, found.effective_lags]
+    if not np.isfinite(numbers).all() or np.isnan([*found.standard_errors.values()]).any():
+        return Verdict(math.inf, ("parameters are not finite",))
+    data, least = problem.data, squares(problem.data, found.covariance)
+    number = found.effective_lags
+    others = [squares(data, near) for near in neighbours(found, problem)]
+    misfit = math.sqrt(least / len(data.x))
+    met = {
+        "its misfit": (abs(found.misfit - misfit), 1e-6 * misfit + 1e-9),
+        "its lags": (abs(found.lags - len(data.x)), 0),
+        "effective lags": (number - len(data.x) * (1 + 1e-9), 0),
+        "errors are not negative": (-min(found.standard_errors.values()), 0),
+        "its criterion": (
+            abs(found.criterion - number * misfit**2 - len(found.parameters) * math.log(number)),
+            1e-6 * abs(found.criterion) + 1e-6,
+        ),
+        "fewer squares nearby": (least - min(others, default=math.inf), STATIONARY * least + 1e-9),
+    }
+    if told(problem) and not found.at_bound:
+        off = np.abs(correlation(found.covariance, data.x, data.y) - correlation(truth, data.x, data.y)).max()
+        met["the model comes back"] = (off, 1e-5)
+    return verdict_of(met)
+
+
+def told(problem: Problem) -> bool:
+    """Whether the lags tell the model without error."""
+    return problem.source == "exact" and problem.kind == problem.truth.kind
+
+
+def squares(data: Estimates, model: Covariance) -> float:
+    """Sum of the squared residuals of a model over the lags."""
+    return float(np.sum(((correlation(model, data.x, data.y) - data.correlation) / data.standard_error) ** 2))
+
+
+def neighbours(found: CovarianceFit, problem: Problem) -> list[Covariance]:
+    """Models a step away in each parameter that is free; none where one is at a bound, the others then follow it."""
+    model = found.covariance
+    if found.at_bound or model.kind == "self_affine":  # there lengths, bandwidth and cut-off move together
+        return []
+    along, across = model.lengths_m
+    near = []
+    for step in STEPS:
+        factor = math.exp(step)
+        if problem.anisotropic:
+            near += [
+                replace(model, correlation_length_m=along * factor, correlation_length_across_m=across),
+                replace(model, correlation_length_across_m=across * factor),
+            ]
+            if model.kind != "separable_exponential":
+                near.append(replace(model, lay_rad=model.lay_rad + step))
+        else:
+            near.append(replace(model, correlation_length_m=along * factor, correlation_length_across_m=None))
+            if across != along:
+                raise AssertionError("an isotropic fit has two lengths")
+        if model.smoothness is not None and 0.05 < model.smoothness * factor < 20:
+            near.append(replace(model, smoothness=model.smoothness * factor))
+    return near
+
+
+def honest(problem: Problem, error: RoughslipError) -> bool:
+    """Whether an error answers a problem: with advice, and not where lags to a few lengths tell the model exactly."""
+    typed = isinstance(error, IllPosedError | ConvergenceError) and advised(error)
+    return typed and not (told(problem) and well_placed(problem))
+
+
+def well_placed(problem: Problem) -> bool:
+    """Whether lags from a third of every length to twice it are there, on a table of two axes."""
+    near = problem.data.correlation > 0.3
+    short = min(problem.truth.lengths_m) > 1.5 * float(np.min(np.hypot(problem.data.x, problem.data.y)))
+    return short and int(near.sum()) > 8 and float(problem.data.correlation.min()) < 0.2

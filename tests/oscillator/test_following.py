@@ -68,6 +68,16 @@ def test_a_touch_is_seen(above):
         assert touch - tau == pytest.approx(math.sqrt(above * 0.4 / c), rel=1e-2)
 
 
+def test_a_force_that_stays_at_its_limit_holds():
+    """On a fixed base nothing changes, and at the limit itself stick holds, with a path or without."""
+    p = follower(replace(STUDY, belt_velocity_m_per_s=0.0))
+    assert passage(0.0, 0.4 * F, 75.0, Path(np.zeros(0), 0, 1.0, True, True), True, p) == (HELD, 75.0, 0.4 * F)
+    nodes = np.tile([0.0, 0.0, 0.3], 30)  # level from time to time, with cubics that dip between the nodes
+    side, tau, _ = passage(0.0, 0.4 * F, 20.0, path_of(nodes, 0.3), True, p)
+    assert side == UPPER
+    assert tau < 0.3
+
+
 def test_lower_limit_and_a_constant_one():
     """The limit may fall to meet the force from either side; a constant one bears the least of both falls."""
     p = follower()

@@ -52,7 +52,7 @@ MISTAKES = {
     f"oscillator: {{law: table, friction_table: {TABLE.replace('0.3]', '0.3, 0.2]')}}}": "oscillator.friction_table."
     "values: 3 values are not allowed; one for each of the 2 speeds",
     f"oscillator: {{law: table, friction_table: {TABLE.replace('[0, 1]', '[1, 1]')}}}": "oscillator.friction_table."
-    "speeds_m_per_s: [1.0, 1.0] is not allowed; strictly increasing speeds from 0 on",
+    "speeds_m_per_s: [1, 1] is not allowed; strictly increasing speeds from 0 on",
     f"oscillator: {{law: table, static_friction: 0.35, friction_table: {TABLE}}}": "oscillator.static_friction: 0.35 "
     "is not allowed; at least the first of oscillator.friction_table.values = 0.4, or stick holds less than slip",
     "oscillator: {friction_follows: time}": "oscillator.correlation_time_s: missing; oscillator.friction_follows = "
@@ -197,7 +197,7 @@ MISTAKES = {
     f"oscillator: {{law: table, friction_table: {TABLE.replace('0.3]', '0.3, 0.2]')}}}": "oscillator.friction_table."
     "values: 3 values are not allowed; one for each of the 2 speeds",
     f"oscillator: {{law: table, friction_table: {TABLE.replace('[0, 1]', '[1, 1]')}}}": "oscillator.friction_table."
-    "speeds_m_per_s: [1.0, 1.0] is not allowed; strictly increasing speeds from 0 on",
+    "speeds_m_per_s: [1, 1] is not allowed; strictly increasing speeds from 0 on",
     f"oscillator: {{law: table, static_friction: 0.35, friction_table: {TABLE}}}": "oscillator.static_friction: 0.35 "
     "is not allowed; at least the first of oscillator.friction_table.values = 0.4, or stick holds less than slip",
     "oscillator: {friction_follows: time}": "oscillator.correlation_time_s: missing; oscillator.friction_follows = "

@@ -165,6 +165,7 @@ MODULES = {
     "friction/correlation": {"friction"},
     "friction/recursion": {"spacing", "oscillator"},
     "oscillator/stick": {"deterministic", "spacing", "oscillator"},
+    "oscillator/periodic": {"deterministic"},
 }
 
 

@@ -167,6 +167,12 @@ def turns_backwards(y: State, end: State) -> bool:
     return False
 
 
+@njit(cache=True, error_model="numpy")
+def excess(error: float, h: float, end: State, p: Coefficients, numerics: Numerics) -> float:
+    """The error of a step over what is allowed."""
+    return error / (h * numerics.tolerance * (p.F + max(abs(end.x), abs(end.u))))
+
+
 @njit(cache=True)
 def adapted(h: float, ratio: float, pair: int) -> float:
     """The next step after one of length h whose error is `ratio` of what is allowed."""
@@ -212,7 +218,7 @@ def slip(
 
         end, error = step(pair, y, h, sigma, piece, p, stages)
         steps += 1
-        ratio = error / (h * numerics.tolerance * (p.F + max(abs(end.x), abs(end.u))))
+        ratio = excess(error, h, end, p, numerics)
         if not ratio <= 1.0:
             allowed = adapted(h, ratio, pair)
             continue
@@ -228,6 +234,10 @@ def slip(
             if late > 0.0:
                 arrived, end, error, taken = meet_belt(y, end, h, error, late, sigma, piece, p, pair, stages)
                 steps += taken
+                met = excess(error, end.tau - y.tau, end, p, numerics)
+                if not met <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
+                    allowed = adapted(end.tau - y.tau, met, pair)
+                    continue
                 last, whole = last and late == h, whole and late == h
         if x_drawn.size > 0:
             draw(y, end, interval, x_drawn, u_drawn)

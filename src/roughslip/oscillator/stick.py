@@ -10,7 +10,8 @@ from roughslip.oscillator.path import Path, Piece, offset, offset_curvature, pie
 from roughslip.oscillator.system import Coefficients
 
 UPPER, LOWER, HELD, PAUSED = 1, -1, 0, 2
-RESOLUTION = 1e-12  # of tau, to which the first passage on a path is bracketed
+RESOLUTION = 1e-12  # of tau, to which the first passage on a path is bracketed,
+WIDEST = 1e-6  # and up to which it widens where the force follows its limit so closely that no bound tells them apart
 
 
 @njit(cache=True)
@@ -98,11 +99,11 @@ def passage(
 
     Returns (UPPER, LOWER, HELD until tau_end, or PAUSED where the nodes at hand are over; tau, X). Piece by piece, from
     the left: an interval that a bound clears is passed, another one halved. So no excursion beyond the limit is missed
-    that lasts longer than RESOLUTION, or its height drowns in rounding.
+    that lasts longer than RESOLUTION, or than WIDEST where it stays within rounding of the limit.
     """
     floor, base = levels(stochastic, p)
     piece = piece_at(path, p.advance * tau)
-    a, width = tau, math.inf
+    a, width, finest = tau, math.inf, RESOLUTION * (1.0 + 1e-3 * tau)
     for side in (UPPER, LOWER):
         if min(_excess(side, a, x, piece, floor, base, p)) > 0.0:
             return side, a, x
@@ -116,14 +117,15 @@ def passage(
         x_a, x_b = x + p.V * (a - tau), x + p.V * (b - tau)
         upper = _holds(UPPER, a, x_a, b, x_b, piece, floor, base, p)
         if upper and _holds(LOWER, a, x_a, b, x_b, piece, floor, base, p):
-            a, width = b, 2.0 * (b - a)
-        elif b - a > RESOLUTION * (1.0 + 1e-3 * a):
+            a, width, finest = b, 2.0 * (b - a), RESOLUTION * (1.0 + 1e-3 * a)
+        elif b - a > finest:
             width = 0.5 * (b - a)
         else:
             for side in (UPPER, LOWER):
                 if min(_excess(side, b, x_b, piece, floor, base, p)) > 0.0:
                     return side, b, x_b
-            a, width = b, 2.0 * (b - a)
+            finest = min(2.0 * finest, max(WIDEST, finest))
+            a, width = b, finest
     return HELD, tau_end, x + p.V * (tau_end - tau)
 
 
@@ -148,4 +150,4 @@ def _holds(
     bend = eighth * p.q * p.r * p.r
     curvature = max(abs(offset_curvature(piece, p.advance * a)), abs(offset_curvature(piece, p.advance * b)))
     sag = eighth * p.F * p.advance * p.advance * curvature
-    return max(path_a, path_b) + bend + sag < 0.0 or max(floor_a, floor_b) + bend < 0.0
+    return max(path_a, path_b) + bend + sag <= 0.0 or max(floor_a, floor_b) + bend <= 0.0

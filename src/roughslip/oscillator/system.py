@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real
 from roughslip.oscillator.law import FrictionLaw, SlidingLaw
 
 
@@ -38,13 +38,13 @@ class Oscillator:
 
     def __post_init__(self) -> None:
         for name in ("mass_kg", "natural_frequency_rad_per_s", "normal_force_n"):
-            value = getattr(self, name)
+            value = real(f"Oscillator.{name}", getattr(self, name))
             if not (math.isfinite(value) and value > 0.0):
                 raise ParameterError(f"Oscillator.{name} must be finite and positive, not {value}")
         for name in (
             *("damping_ratio", "belt_velocity_m_per_s", "excitation_force_n", "excitation_frequency_rad_per_s"),
         ):
-            value = getattr(self, name)
+            value = real(f"Oscillator.{name}", getattr(self, name))
             if not (math.isfinite(value) and value >= 0.0):
                 raise ParameterError(f"Oscillator.{name} must be finite and not negative, not {value}")
 

@@ -88,6 +88,8 @@ def oscillator():
         **with_interval("reattachment_distance_to_normal", 0.03, 0.02, 0.04),
         **with_interval("reattachment_skewness", 0.3, 0.2, 0.4),
         **with_interval("reattachment_kurtosis", 0.0, -0.1, 0.1),
+        "normality_jarque_bera_p": np.array(3e-9),
+        "normality_anderson_darling_p": np.array(0.0025),
     }
 
 
@@ -221,7 +223,9 @@ def test_numbers_that_do_not_exist_are_not_tested():
     found = judge(oscillator_=arrays)
     assert [found[name]["verdict"] for name in IDS[14:]] == ["not tested", "reproduced", "not tested", "not tested"]
     assert "excited" in found["fig5-limit-cycle"]["note"]
-    for name in [name for name in arrays if name.startswith("reattachment")]:
+    note = judge(oscillator_=oscillator())["fig5-reattachment-nonnormal"]["note"]
+    assert "p of normality 3e-09 by these two and 0.003 by Anderson and Darling" in note
+    for name in [name for name in arrays if name.startswith(("reattachment", "normality"))]:
         arrays[name] = np.array(np.nan)
     assert judge(oscillator_=arrays)["fig5-reattachment-nonnormal"]["verdict"] == "not tested"
     refused = square()  # fits of eqs. (8) and (9) with no more samples in contact than coefficients

@@ -368,6 +368,9 @@ def _reattachment(oscillator: Arrays) -> Finding:
     distance, interval = _number(oscillator, "reattachment_distance_to_normal")
     skewness, kurtosis = (_number(oscillator, f"reattachment_{moment}") for moment in ("skewness", "kurtosis"))
     beyond = (max(inside(m, low=NON_NORMAL), inside(m, high=-NON_NORMAL)) for _, m in (skewness, kurtosis))
-    note = f"skewness; excess kurtosis {_shown(kurtosis)}; Kolmogorov distance to the normal {distance:.3f} "
+    moments_p, anderson_p = (float(oscillator[f"normality_{test}_p"]) for test in ("jarque_bera", "anderson_darling"))
+    note = f"skewness; excess kurtosis {_shown(kurtosis)}; p of normality {moments_p:.1g} by these two and "
+    note += f"{anderson_p:.1g} by Anderson and Darling, of cycles as dependent as those of a run; "
+    note += f"Kolmogorov distance to the normal {distance:.3f} "
     note += f"({interval[0]:.3f} to {interval[1]:.3f}), less than an eye sees in a histogram"
     return Finding(*skewness, max(beyond), note if interval[1] < VISIBLE else note.rpartition(",")[0])

@@ -7,21 +7,17 @@ from collections.abc import Callable, Iterator
 from copy import deepcopy
 from typing import Any, NamedTuple
 
-from roughslip import scene_ensemble, scene_expansion, scene_oscillator, scene_roughness
+from roughslip import scene_ensemble, scene_expansion, scene_forms, scene_map, scene_oscillator, scene_roughness
 from roughslip.scene_expansion import AUTO, BEST, FEWEST, GIVEN, MOST, terms
+from roughslip.scene_forms import GIVEN_FRICTION, ORDER, SHARE
 from roughslip.scene_roughness import Mistake
 from roughslip.scene_yaml import shown
 
 Scene = dict[str, Any]
 
-SOLVED_FRICTION = ("mean_at_median", "least_contact_fraction")
-GIVEN_FRICTION = "statistics"
-ORDER, SHARE = "square.modes", "square.variance_share"
-
 # In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "friction": {GIVEN_FRICTION: SOLVED_FRICTION, **dict.fromkeys(SOLVED_FRICTION, (GIVEN_FRICTION,))},
-    "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
+    **scene_forms.REPLACES,
     **scene_roughness.REPLACES,
     **scene_expansion.REPLACES,
     **scene_oscillator.REPLACES,
@@ -33,6 +29,7 @@ _STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetra
 _SQUARE, _TERMS = "square.edge_m square.nodes", "expansion.variables expansion.degree"
 _EXPANDED = "strip.expansion_spacing_m expansion.degree expansion.target"
 _WINDOWS = "strip.window_m strip.window_spacing_m"
+_PROCESS = "ensemble.marginal ensemble.interpolation numerics.oscillator_tolerance friction.statistics"
 SLICES = {
     stage: tuple(keys.split())
     for stage, keys in {
@@ -56,7 +53,10 @@ SLICES = {
         "spacing": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
         "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
-        **dict.fromkeys(("figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field"), "description"),
+        "stick_slip_map": f"seed oscillator map {_PROCESS}",
+        "survival": f"seed oscillator survival {_PROCESS}",
+        **dict.fromkeys(("figure2", "figure3", "figure3_law", "figure5"), "description"),
+        **dict.fromkeys(("figure_scan", "figure_field", "figure_map"), "description"),
         "claims": "description targets",
         "costs": "description",
         "report": "description",
@@ -74,9 +74,11 @@ _STAGES = {
     "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
     "figure_scan": ("scan", "twins", "figure_scan"),
     "figure_field": ("surface", "field_square", "figure_field"),
+    "figure_map": ("stick_slip_map", "survival", "figure_map"),
 }
+_OF_FRICTION = frozenset({"figure5", "figure_map"})
 
-# What a target needs of the scene; figure 5 needs _FRICTION too where friction is not given as statistics.
+# What a target needs of the scene; those of friction need _FRICTION too where it is not given as statistics.
 _SURFACE = ("material", "roughness", "expansion", "numerics.contact_tolerance")
 _FRICTION = (*_SURFACE, "strip", "friction.mean_at_median", "batches.strip_samples", "batches.expansion_samples")
 _NEEDS = {
@@ -85,6 +87,7 @@ _NEEDS = {
     "figure5": ("friction", "oscillator", "ensemble", "numerics.oscillator_tolerance", "batches.realisations"),
     "figure_scan": ("roughness.scan",),
     "figure_field": (*_SURFACE, "square"),
+    "figure_map": ("friction", "oscillator", "map", "survival", "numerics.oscillator_tolerance"),
 }
 
 
@@ -112,7 +115,7 @@ def slice_for(scene: Scene, stage: str) -> Scene:
 
 
 def stages_needed(scene: Scene) -> set[str]:
-    """Names of the stages that the targets need; with friction given as statistics figure 5 needs no contact.
+    """Names of the stages that the targets need; with friction given as statistics the oscillator needs no contact.
 
     Who samples surfaces after a scan gets its figure as well.
     """
@@ -123,7 +126,7 @@ def stages_needed(scene: Scene) -> set[str]:
         stages.add("training_square")
     if "oscillator" in stages and get(scene, scene_ensemble.NODES) == scene_ensemble.AUTO:
         stages.add("spacing")
-    if "figure5" in scene["targets"] and not _friction_is_given(scene):
+    if _OF_FRICTION.intersection(scene["targets"]) and not _friction_is_given(scene):
         stages.update(_STRIP_STAGES)
     if get(scene, "roughness.scan") is not None and stages & {"surface", "contact_strip", "scan"}:
         stages.update(_STAGES["figure_scan"])
@@ -316,9 +319,10 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
     if isinstance(scene.get("friction"), dict):
-        yield from _wrong_form(scene["friction"])
+        yield from scene_forms.friction_mistakes(scene["friction"])
     if isinstance(scene.get("square"), dict):
-        yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
+        yield from (m for m in scene_forms.square_mistakes(scene["square"]) if all(map(sound, m.keys)))
+    yield from (m for m in scene_map.mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("expansion"), dict):
         yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
         yield from (m for m in scene_expansion.field_mistakes(scene) if all(map(sound, m.keys)))
@@ -351,7 +355,7 @@ def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake
     missing: dict[str, list[str]] = {}
     for target in scene.get("targets", []):
         needs = _NEEDS[target]
-        if target == "figure5" and not _friction_is_given(scene):
+        if target in _OF_FRICTION and not _friction_is_given(scene):
             needs = (*needs, *_FRICTION)
         for key in needs:
             section = key.split(".")[0]
@@ -364,26 +368,3 @@ def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake
             yield Mistake((key, "targets"), text)
         elif _friction_is_given(scene):  # else the wrong form is told below
             yield Mistake((key, "targets"), f"{text}, for which friction.{GIVEN_FRICTION} cannot stand in")
-
-
-def _wrong_form(friction: Scene) -> Iterator[Mistake]:
-    """Friction has exactly one of its two forms."""
-    solved = [key for key in SOLVED_FRICTION if key in friction]
-    if GIVEN_FRICTION in friction:
-        given = f"friction.{GIVEN_FRICTION}"
-        for key in solved:
-            yield Mistake((f"friction.{key}", given), f"{shown(friction[key])} is not allowed beside {given}; give one")
-    elif not solved:
-        yield Mistake(("friction",), f"empty; give {GIVEN_FRICTION}, or {' with '.join(SOLVED_FRICTION)}")
-    elif len(solved) < len(SOLVED_FRICTION):
-        (absent,) = set(SOLVED_FRICTION) - set(solved)
-        yield Mistake((f"friction.{absent}", f"friction.{solved[0]}"), f"missing; goes with friction.{solved[0]}")
-
-
-def _wrong_truncation(scene: Scene) -> Iterator[Mistake]:
-    """The expansion of the square ends at an order or at a share of the variance, one of them."""
-    order, share = get(scene, ORDER), get(scene, SHARE)
-    if order is None and share is None:
-        yield Mistake((ORDER,), f"missing; give it, or {SHARE}")
-    elif order is not None and share is not None:
-        yield Mistake((SHARE, ORDER), f"{shown(share)} is not allowed beside {ORDER}; give one")

@@ -19,7 +19,7 @@ PAPER_TEXT = (CONFIG / "scenes" / "paper.yaml").read_text()
 PAPER = yaml.safe_load(PAPER_TEXT)
 BESIDE = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "gaussian, exponential, separable_exponential, matern, self_affine"
-FIGURES = "figure2, figure3, figure5, figure_scan, figure_field"
+FIGURES = "figure2, figure3, figure5, figure_scan, figure_field, figure_map"
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"
@@ -28,6 +28,7 @@ ALWAYS = {"claims", "costs", "report"}
 OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
 SCAN_STAGES = {"grinding", "scan", "twins", "figure_scan"}
 FIELD_STAGES = {"field_square", "figure_field"}
+MAP_STAGES = {"stick_slip_map", "survival", "figure_map"}
 
 
 def shipped_scene(name: str) -> dict:

@@ -267,6 +267,13 @@ MISTAKES = {
     "is not allowed; strip.cell_m = 2.5e-06 [m], or less than half of roughness.fractal.shortest_wavelength_m",
     "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301, modes: 20}": "expansion.samples: 1000 "
     "is not allowed; samples times the 90601 nodes of the square at most 90000000 (1.5 GB of memory) for figure_field",
+    "map: {damping_ratios: [0.4, 0.4]}": "map.damping_ratios: [0.4, 0.4] is not allowed; strictly increasing",
+    "map: {belt_velocities_m_per_s: [2, 1]}": "map.belt_velocities_m_per_s: [2, 1] is not allowed; strictly increasing",
+    "survival: {scatter_factors: [1, 0.5]}": "survival.scatter_factors: [1, 0.5] is not allowed; strictly increasing",
+    "map: {damping_ratios: [0.4]}": "map.damping_ratios: [0.4] is not allowed; a list of 2 to 2, "
+    "of a number >= 0 and <= 10",
+    "targets: [figure_map]\noscillator: {excitation_force_n: 1}": "targets: ['figure_map'] is not allowed; figure_map "
+    "draws limits of the free oscillator, and oscillator.excitation_force_n is not 0",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays
     "extends: 3": f"extends: 3 is not allowed; scenes: {BESIDE}",

@@ -132,9 +132,10 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "figure_field": {"material", "roughness", "square", "expansion", "numerics"},
         "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics", "batches"},
         "figure5": {"oscillator", "ensemble", "friction", "numerics", "batches"},
+        "figure_map": {"oscillator", "map", "survival", "friction", "numerics"},
     }
     for target, sections in needed.items():
-        all_sections = sections | needed["figure3"] if target == "figure5" else sections
+        all_sections = sections | needed["figure3"] if "oscillator" in sections else sections
         lines = lines_of(mine, f"description: own\nseed: 1\ntargets: [{target}]\n")
         assert sorted(lines) == sorted(f"scenes/mine.yaml: {key}: missing; needed for {target}" for key in all_sections)
     assert lines_of(mine, "numerics: {}\n") == [

@@ -7,7 +7,17 @@ import yaml
 
 from roughslip.scene import slice_for, stages_needed
 from roughslip.scene_rules import SLICES, figures
-from tests.scene.shipped import ALWAYS, FIELD_STAGES, OSCILLATOR, SCAN, SCAN_STAGES, SCHEMA, properties, shipped_scene
+from tests.scene.shipped import (
+    ALWAYS,
+    FIELD_STAGES,
+    MAP_STAGES,
+    OSCILLATOR,
+    SCAN,
+    SCAN_STAGES,
+    SCHEMA,
+    properties,
+    shipped_scene,
+)
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -37,6 +47,9 @@ def test_a_slice_has_the_shape_of_the_scene():
     [
         ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "spacing", "oscillator"}),
         ("batches.strip_samples", 7, set()),
+        ("map.points", 7, {"stick_slip_map"}),
+        ("survival.points", 7, {"survival"}),
+        ("ensemble.duration_periods", 7, {"deterministic", "spacing", "oscillator", "cycles"}),
         ("numerics.contact_tolerance", 1e-9, {"contact_square", "training_square", "field_square", "contact_strip"}),
         ("strip.samples", 99, {"expansion_strip", "friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
@@ -45,7 +58,10 @@ def test_a_slice_has_the_shape_of_the_scene():
         (
             "description",
             "other",
-            {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", *ALWAYS, "reference"},
+            {
+                *("figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"),
+                *(*ALWAYS, "reference"),
+            },
         ),
     ],
 )
@@ -64,7 +80,7 @@ def test_only_stages_that_the_targets_need():
     paper = shipped_scene("paper")
     square = {"surface", "design", "contact_square", "chaos_square", "figure2"}
     strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-    not_asked = {"reference", "training_square", "spacing", *SCAN_STAGES, *FIELD_STAGES}
+    not_asked = {"reference", "training_square", "spacing", *SCAN_STAGES, *FIELD_STAGES, *MAP_STAGES}
     assert stages_needed(paper) == set(SLICES) - not_asked
     assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
     assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
@@ -75,12 +91,16 @@ def test_only_stages_that_the_targets_need():
     spaced = paper | {"ensemble": paper["ensemble"] | {"nodes_per_correlation_length": "auto", "count_error": 0.01}}
     assert stages_needed(spaced | {"targets": ["figure5"]}) == strip | OSCILLATOR | {"spacing"} | ALWAYS
     assert stages_needed(spaced | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
+    assert stages_needed(paper | {"targets": ["figure_map"]}) == strip | MAP_STAGES | ALWAYS
+    assert stages_needed(spaced | {"targets": ["figure_map"]}) == strip | MAP_STAGES | ALWAYS
     assert stages_needed(paper | {"targets": ["figure_field"]}) == {"surface"} | FIELD_STAGES | ALWAYS
     assert stages_needed(found | {"targets": ["figure_field"]}) == {"surface"} | FIELD_STAGES | ALWAYS
 
 
 def test_given_statistics_need_no_contact():
-    assert stages_needed(shipped_scene("given")) == OSCILLATOR | ALWAYS
+    given = shipped_scene("given")
+    assert stages_needed(given) == OSCILLATOR | ALWAYS
+    assert stages_needed(given | {"targets": ["figure_map"]}) == MAP_STAGES | ALWAYS
 
 
 def test_given_statistics_need_nothing_but_an_oscillator(mine):

@@ -148,10 +148,11 @@ def test_the_hash_is_the_same_on_every_python(tmp_path):
 CONTACT = {"contact_square", "training_square", "field_square", "contact_strip"}
 SAMPLING = {"surface", *CONTACT, "chaos_square", "chaos_strip", "expansion_strip", "scan", "twins", "report"}
 MODULES = {
-    "figures": {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field"},
+    "figures": {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"},
     "figures_friction": {"figure3", "figure3_law"},
     "figures_scan": {"figure_scan"},
     "figures_field": {"figure_field"},
+    "figures_map": {"figure_map"},
     "report": {"report"},
     "claims": {"claims"},
     "surface/karhunen_loeve": {"surface", "contact_square", "training_square", "field_square", "report"},
@@ -163,8 +164,10 @@ MODULES = {
     "chaos/regression": {"training_square", "chaos_square", "field_square", "chaos_strip", "expansion_strip"},
     "chaos/field": {"field_square"},
     "friction/correlation": {"friction"},
-    "friction/recursion": {"spacing", "oscillator"},
-    "oscillator/stick": {"deterministic", "spacing", "oscillator"},
+    "friction/recursion": {"spacing", "oscillator", "stick_slip_map", "survival"},
+    "oscillator/stick": {"deterministic", "spacing", "oscillator", "stick_slip_map", "survival"},
+    "oscillator/return_map": {"deterministic", "stick_slip_map", "survival"},
+    "oscillator/survival": {"stick_slip_map", "survival"},
     "oscillator/periodic": {"deterministic"},
 }
 

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from workflow.lib.evidence import evidence_key
+from workflow.lib.scenes import BENCHMARKS
 
 ROOT = Path(__file__).resolve().parents[2]
-STAGES = tuple(f"{stage}{part}" for stage in ("surface", "contact", "chaos", "friction") for part in ("", "_figure"))
+STAGES = tuple(f"{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure"))
 PLANS = {
     "benchmark": {"benchmark": 1, **{f"benchmark_{stage}": 1 for stage in STAGES}},
     "stress": {"stress_contact": 1, "stress_chaos": 1, "stress_oscillator": 1, "stress": 1},

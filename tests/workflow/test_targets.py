@@ -14,6 +14,7 @@ STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction":
 OSCILLATOR = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 
 FIELD = {"field_square": 1, "figure_field": 1}
+MAP = {"stick_slip_map": 1, "survival": 1, "figure_map": 1}
 SCAN = {"grinding": 1, "scan": 1, "twins": 1, "figure_scan": 1}
 GROUND = "roughness: {scan: {form: plane, covariance: best, marginal: gaussian, grinding: {points: 96, \
   spacing_m: 1.0e-6, grains_per_m2: 2.0e+10, depth_m: 3.0e-7, tip_radius_m: 3.0e-6, path_radius_m: 1.5e-4, \
@@ -32,6 +33,9 @@ SCENES = {
     "targets: [figure5]": {**STRIP, **OSCILLATOR, **END},
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, "figure3": 1, "figure3_law": 1, **END},
     f"targets: [figure5]\n{GIVEN}": {**OSCILLATOR, **END},
+    f"targets: [figure_map]\n{GIVEN}": {**MAP, **END},
+    f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP, **END},
+    "targets: [figure_map]": {**STRIP, **MAP, **END},
     f"targets: [figure5]\n{GIVEN}{SPACED}": {"spacing": 1, **OSCILLATOR, **END},
     f"targets: [figure2, figure5]\n{GIVEN}": {**SQUARE, **OSCILLATOR, **END},
     f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "training_square": 1, **END},

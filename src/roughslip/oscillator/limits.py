@@ -1,6 +1,7 @@
-"""The deterministic stick-slip cycle and the damping at which equilibrium and cycle change their nature.
+"""Steady sliding, the deterministic stick-slip cycle, and the damping up to which it exists.
 
-All of it is for the free oscillator (Q = 0) with its mean friction (mu_S = 0).
+All of it is for the free oscillator (Q = 0) with its mean friction (mu_S = 0). Where steady sliding loses its stability
+and what lies between is told in `oscillator.pure_slip`.
 """
 
 from __future__ import annotations
@@ -10,14 +11,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.pure_slip import hopf_damping
+from roughslip.oscillator.return_map import TOLERANCE, falling_root, free, slip_flow, turn_from
 from roughslip.oscillator.run import REATTACHMENT
 from roughslip.oscillator.system import Oscillator
 
 LOOP_PERIODS = 4.0  # the first loop of slip takes 1 / sqrt(1 - D^2) natural periods and a little
-LARGEST_DAMPING = 1e3
 
 
 @dataclass(frozen=True)
@@ -38,28 +40,12 @@ class LimitCycle:
     local_error: float
 
 
-def _free(oscillator: Oscillator) -> None:
-    if oscillator.q > 0.0:
-        raise ParameterError("limits of the cycle are for the free oscillator: set the excitation force to 0")
-
-
-def equilibrium(oscillator: Oscillator, law: StribeckLaw) -> float:
+def equilibrium(oscillator: Oscillator, law: FrictionLaw) -> float:
     """X [m] of steady sliding: F mu_D(v0)."""
-    _free(oscillator)
-    return oscillator.F * max(float(law.mu(oscillator.belt_velocity_m_per_s)), 0.0)
+    return slip_flow(oscillator, law).steady
 
 
-def hopf_damping(oscillator: Oscillator, law: StribeckLaw) -> float:
-    """The damping ratio below which steady sliding is unstable: -mu_D'(v0) N / (2 m omega).
-
-    From X'' + (2 D + F omega mu_D'(v0)) X' + X = 0 about the equilibrium; negative where friction rises with speed.
-    """
-    _free(oscillator)
-    slope = float(law.slope(oscillator.belt_velocity_m_per_s))
-    return -0.5 * oscillator.F * oscillator.natural_frequency_rad_per_s * slope
-
-
-def limit_cycle(oscillator: Oscillator, law: StribeckLaw, tolerance: float = 1e-11) -> LimitCycle:
+def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-11) -> LimitCycle:
     """The stick-slip cycle: one slip phase from the departure point, and the stick line back to it.
 
     Every departure is the same point (F static - 2 D V, V), so the first return is the cycle. Where the first loop of
@@ -67,7 +53,7 @@ def limit_cycle(oscillator: Oscillator, law: StribeckLaw, tolerance: float = 1e-
 
     Raises IllPosedError where the mass does not stick again; ParameterError with excitation.
     """
-    _free(oscillator)
+    free(oscillator)
     departure = oscillator.F * law.static - 2.0 * oscillator.damping_ratio * oscillator.V
     motion = simulate(oscillator, law, None, 0.0, LOOP_PERIODS, tolerance, start_position_m=departure)
     ends = np.flatnonzero(motion.kind == REATTACHMENT)
@@ -89,40 +75,30 @@ def limit_cycle(oscillator: Oscillator, law: StribeckLaw, tolerance: float = 1e-
     )
 
 
-def _sticks_again(oscillator: Oscillator, law: StribeckLaw, damping_ratio: float, tolerance: float) -> bool:
-    try:
-        limit_cycle(replace(oscillator, damping_ratio=damping_ratio), law, tolerance)
-    except IllPosedError:
-        return False
-    return True
-
-
 def existence_limit(
-    oscillator: Oscillator, law: StribeckLaw, accuracy: float = 1e-8, tolerance: float = 1e-12
+    oscillator: Oscillator, law: FrictionLaw, accuracy: float = 1e-10, tolerance: float = TOLERANCE
 ) -> float:
     """The damping ratio above which the stick-slip cycle ceases to exist, whatever the oscillator's own.
 
-    accuracy : [-] half width of the final bracket
+    accuracy : [-] of the result, 1e-12 to 1
     tolerance : [-] of the slip phases
 
-    Bisection on whether the first loop of slip reaches X' = V again. Raises IllPosedError where there is no cycle
-    without damping either, ConvergenceError where there is one at any damping.
+    There the first loop of slip from the departure point, y = (F / V) (static - mu_D(v0)) - 2 D and w = 1, comes back
+    to the belt and only grazes it: its next peak, which falls with D, is 1. Where friction at vanishing speed is the
+    limit of stick, departure is the grazing point itself, and the stick-slip cycle has shrunk to one of slip alone.
+
+    Raises IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any
+    damping or slip is too stiff.
     """
     if not (math.isfinite(accuracy) and 1e-12 <= accuracy < 1.0):
         raise ParameterError(f"the accuracy must lie in 1e-12 to 1, not {accuracy}")
-    low, high = 0.0, max(hopf_damping(oscillator, law), 0.05)
-    if not _sticks_again(oscillator, law, low, tolerance):
+    flow = slip_flow(oscillator, law)
+    departure = (oscillator.F * law.static - flow.steady) / oscillator.V
+
+    def excess(ratio: float) -> float:
+        return turn_from(replace(flow, damping_ratio=ratio), departure - 2.0 * ratio, 1.0, tolerance).peak - 1.0
+
+    limit = falling_root(excess, hopf_damping(oscillator, law), accuracy)
+    if limit is None:
         raise IllPosedError("no stick-slip cycle even without damping: friction must fall with sliding speed")
-    trials = 1
-    while _sticks_again(oscillator, law, high, tolerance):
-        trials += 1
-        low, high = high, 2.0 * high
-        if high > LARGEST_DAMPING:
-            raise ConvergenceError("the cycle exists at every damping ratio tried", residual=high, work=trials)
-    while high - low > 2.0 * accuracy:
-        middle = 0.5 * (low + high)
-        if _sticks_again(oscillator, law, middle, tolerance):
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return limit

@@ -14,7 +14,7 @@ from roughslip.oscillator.equation import place
 from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.pairs import PAIRS, STAGES
 from roughslip.oscillator.path import PathFeed
-from roughslip.oscillator.run import REATTACHMENT, Events, Stand, begin, go_on
+from roughslip.oscillator.run import REATTACHMENT, Events, Stand, begin, begin_in_slip, go_on
 from roughslip.oscillator.slip import NEGATIVE, NODES_OVER, PATH_OVER, STEPS_OVER, Numerics
 from roughslip.oscillator.system import Oscillator, coefficients
 
@@ -51,8 +51,8 @@ class Motion:
     total_slip: float
     local_error: float
     steps: int
-    evaluations: int
-    cuts: int
+    evaluations: int = 0
+    cuts: int = 0
 
     @property
     def cycles(self) -> int:
@@ -90,13 +90,15 @@ class Trajectory:
     velocity: np.ndarray
 
 
-def _check(periods: float, tolerance: float, start_m: float, negative_friction: str, integrator: str) -> None:
+def _check(
+    periods: float, tolerance: float, start: tuple[float, float], negative_friction: str, integrator: str
+) -> None:
     if not (math.isfinite(periods) and periods > 0.0):
         raise ParameterError(f"the duration must be finite and positive, not {periods} natural periods")
     if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
         raise ParameterError(f"the tolerance must lie in {TOLERANCES[0]} to {TOLERANCES[1]}, not {tolerance}")
-    if not math.isfinite(start_m):
-        raise ParameterError(f"the start position must be finite, not {start_m} m")
+    if not all(map(math.isfinite, start)):
+        raise ParameterError(f"the start must be finite, not {', '.join(f'{value} m' for value in start)}")
     for name, word, allowed in (
         ("negative friction", negative_friction, NEGATIVE_FRICTION),
         ("the integrator", integrator, tuple(PAIRS)),
@@ -118,8 +120,9 @@ def simulate(
     friction_follows: str = "slip",
     negative_friction: str = "clip",
     integrator: str = "fehlberg45",
+    start_velocity_m: float | None = None,
 ) -> Motion:
-    """The motion from X' = V at the start position: stick and departure exact, slip by an embedded Runge-Kutta pair.
+    """The motion from the start on: stick and departure exact, slip by an embedded Runge-Kutta pair.
 
     oscillator, law : the system and its mean friction mu_D
     path : (nodes,) [-] stochastic part mu_S at the coordinates 0, spacing, 2 spacing, ..., or an iterable of such rows
@@ -128,7 +131,8 @@ def simulate(
     duration_periods : [-] time in natural periods 2 pi / omega
     tolerance : [-] local errors in X and in X' of the steps in a unit of tau, relative to N / c + max(|X|, |X'|); 1e-13
         to 1e-3
-    start_position_m : [m] X at tau = 0, where the mass sticks if friction holds it
+    start_position_m : [m] X at tau = 0
+    start_velocity_m : [m] X' there; None for V, where the mass sticks if friction holds it
     stochastic_static_limit : the limit of stick is static + mu_S; if False static alone, raised to the friction at
         vanishing speed where that is larger, because stick cannot give way to a slip friction that holds
     interpolation : of mu_S between nodes: cubic is continuous with its slope (Catmull-Rom), linear is not
@@ -146,21 +150,24 @@ def simulate(
     none = np.zeros(0)
     return _run(
         oscillator, law, path, spacing_m, duration_periods, tolerance, start_position_m, stochastic_static_limit,
-        interpolation, friction_follows, negative_friction, integrator, 1.0, none, none,
+        interpolation, friction_follows, negative_friction, integrator, 1.0, none, none, start_velocity_m,
     )  # fmt: skip
 
 
 def _run(
     oscillator: Oscillator, law: FrictionLaw, path: FrictionPath, spacing: float, periods: float, tolerance: float,
     start_m: float, stochastic: bool, interpolation: str, follows: str, negative: str, integrator: str,
-    interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
+    interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray, velocity_m: float | None = None,
 ) -> Motion:  # fmt: skip
     """The motion, with X and X' at the multiples of interval put into what is to be drawn."""
-    _check(periods, tolerance, start_m, negative, integrator)
+    _check(periods, tolerance, (start_m, 0.0 if velocity_m is None else velocity_m), negative, integrator)
     p = coefficients(oscillator, law, follows)
     feed = PathFeed(path, spacing, interpolation)
     numerics = Numerics(PAIRS[integrator], float(tolerance), negative == "refuse")
-    stand, events = begin(float(start_m), feed.path, bool(stochastic), p)
+    if velocity_m is None or velocity_m == p.V:
+        stand, events = begin(float(start_m), feed.path, bool(stochastic), p)
+    else:
+        stand, events = begin_in_slip(float(start_m), float(velocity_m), p)
     status = NODES_OVER
     while status == NODES_OVER:
         step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + periods)) + 4 * feed.received
@@ -235,7 +242,7 @@ def trajectory(
     """
     if samples_per_period < 1:
         raise ParameterError(f"a trajectory needs at least one sample a period, not {samples_per_period}")
-    _check(duration_periods, tolerance, start_position_m, negative_friction, integrator)
+    _check(duration_periods, tolerance, (start_position_m, 0.0), negative_friction, integrator)
     interval = 2.0 * math.pi / samples_per_period
     samples = max(math.ceil(duration_periods * samples_per_period - 1e-9), 1)
     x_drawn, u_drawn = np.full(samples, np.nan), np.full(samples, np.nan)

@@ -12,6 +12,7 @@ from roughslip.oscillator.equation import State, place
 from roughslip.oscillator.path import Path, offset, piece_at
 from roughslip.oscillator.slip import (
     AT_BELT,
+    FIRST_STEP,
     NEGATIVE,
     NO_SLIP,
     NODES_OVER,
@@ -110,6 +111,15 @@ def _leave(
     else:
         side, tau, x = departure(held.tau, held.x, limit, tau_end, p)
     return side, State(tau, x, p.V, held.s, 0.0, 0.0)
+
+
+@njit(cache=True)
+def begin_in_slip(x: float, u: float, p: Coefficients) -> tuple[Stand, Events]:
+    """The run at the place x and the velocity u [m] off the belt's: in slip, as if it had departed just before."""
+    sigma = UPPER if u < p.V else LOWER
+    y = State(0.0, x, u, 0.0, 0.0, 0.0)
+    events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
+    return Stand(y, sigma, 0.0, -1.0, FIRST_STEP, u < 0.0, 0, 0.0, 0), events
 
 
 @njit(cache=True)

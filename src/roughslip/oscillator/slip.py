@@ -116,36 +116,33 @@ def belt_bracket(y: State, end: State, h: float, sigma: float, p: Coefficients) 
 
 @njit(cache=True, error_model="numpy")
 def meet_belt(
-    y: State, end: State, h: float, error: float, late: float, sigma: float, piece: Piece, p: Coefficients, pair: int,
+    y: State, end: State, h: float, late: float, sigma: float, piece: Piece, p: Coefficients, pair: int,
     stages: np.ndarray,
-) -> tuple[bool, State, float, int]:  # fmt: skip
+) -> tuple[bool, State, float, float, int]:  # fmt: skip
     """Shorten a step h from y to `end` so that X' = V to rounding: Newton on re-taken steps in the bracket (0, late].
 
-    Returns (False, ...) with the step that ends at late where that has not reached the belt; last the steps taken.
+    Returns whether it meets the belt, else the step that ends at late and has not reached it; the end, the error and
+    the length of the step, and how many were taken.
     """
-    taken = 0
-    if late < h:
-        end, error = step(pair, y, late, sigma, piece, p, stages)
-        taken = 1
-    if sigma * (p.V - end.u) > 0.0:
-        return False, end, error, taken
-    low, high = 0.0, late
-    h = late * first_zero(gap_over(y, end, late, sigma, p))
+    low, high, taken, error = 0.0, late, 0, 0.0
+    trial = late if late < h else h * first_zero(gap_over(y, end, h, sigma, p))
     while taken < 100:
+        h = trial
         end, error = step(pair, y, h, sigma, piece, p, stages)
         taken += 1
         gap = sigma * (p.V - end.u)
+        if gap > 0.0 and h == late:
+            return False, end, error, h, taken
         if gap > 0.0:
             low = h
         else:
             high = h
         rate = -sigma * end.a
         newton = h - gap / rate if rate < 0.0 else low
-        h_new = newton if low < newton < high else 0.5 * (low + high)
-        if abs(gap) <= REACHED * p.V or abs(h_new - h) <= 1e-15 * late:
+        trial = newton if low < newton < high else 0.5 * (low + high)
+        if abs(gap) <= REACHED * p.V or abs(trial - h) <= 1e-15 * late:
             break
-        h = h_new
-    return True, State(end.tau, end.x, p.V, end.s, end.a, end.j), error, taken
+    return True, State(end.tau, end.x, p.V, end.s, end.a, end.j), error, h, taken
 
 
 @njit(cache=True, error_model="numpy")
@@ -232,11 +229,11 @@ def slip(
         else:
             late = belt_bracket(y, end, h, sigma, p)
             if late > 0.0:
-                arrived, end, error, taken = meet_belt(y, end, h, error, late, sigma, piece, p, pair, stages)
+                arrived, end, error, length, taken = meet_belt(y, end, h, late, sigma, piece, p, pair, stages)
                 steps += taken
-                met = excess(error, end.tau - y.tau, end, p, numerics)
+                met = excess(error, length, end, p, numerics)
                 if not met <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
-                    allowed = adapted(end.tau - y.tau, met, pair)
+                    allowed = adapted(length, met, pair)
                     continue
                 last, whole = last and late == h, whole and late == h
         if x_drawn.size > 0:

@@ -10,6 +10,7 @@ from roughslip import store
 from roughslip.chaos.distribution import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.oscillator.cycles import Reattachment, count_difference, reattachment_statistics
+from roughslip.oscillator.normality import normality
 from roughslip.stages import geometry
 from roughslip.stages.command import Job, execute
 
@@ -30,19 +31,49 @@ def cycling_share(last_cycle: np.ndarray, duration_periods: float) -> tuple[floa
     return cycling / runs, float(low), float(high)
 
 
+NORMALITY = {
+    "effective_skewness": "independent events that would tell the skewness as well",
+    "effective_kurtosis": "independent events that would tell the kurtosis as well",
+    "jarque_bera": "statistic of Jarque and Bera with these numbers of events",
+    "jarque_bera_p": "its p-value under a Gaussian sequence of the same autocorrelation",
+    "anderson_darling": "statistic of Anderson and Darling",
+    "anderson_darling_p": "its p-value under a Gaussian sequence of the same autocorrelation",
+}
+
+
+def normality_variables(
+    place: np.ndarray, owner: np.ndarray, generator: np.random.Generator
+) -> dict[str, store.Variable]:
+    """Tests of normality of the reattachment point, and its correlation from one cycle to the next."""
+    try:
+        found = normality(place, owner, generator)
+        values = [getattr(found, name) for name in NORMALITY]
+        successive = float(found.autocorrelation[1]) if found.autocorrelation.size > 1 else np.nan
+    except IllPosedError as error:
+        print(f"cycles: {error}; tests of normality are stored as NaN", file=sys.stderr)
+        values, successive = [np.nan] * len(NORMALITY), np.nan
+    variables = {
+        f"normality_{name}": store.Variable((), value, "1", title)
+        for (name, title), value in zip(NORMALITY.items(), values, strict=True)
+    }
+    title = "correlation of the reattachment points of successive cycles"
+    return variables | {"successive_correlation": store.Variable((), successive, "1", title)}
+
+
 def work(job: Job) -> None:
     """Write M_d - E[M_S], micro-slips, moments and histogram of the reattachment point, and what is drawn."""
     deterministic = store.read(job.arguments.deterministic)
     batches = store.read_all(job.arguments.ensemble)
     with job.usage.core():
         counts = count_difference(deterministic["cycles"], store.join(batches, "cycles"))
-        place = store.join(batches, "reattachment")
+        place, owner = store.join(batches, "reattachment"), store.join(batches, "reattachment_realisation")
         generator = np.random.default_rng([job.configuration["seed"], geometry.STREAM_BOOTSTRAP])
         try:
-            statistics = reattachment_statistics(place, store.join(batches, "reattachment_realisation"), generator)
+            statistics = reattachment_statistics(place, owner, generator)
         except IllPosedError as error:
             print(f"cycles: {error}; the statistics of the reattachment point are stored as NaN", file=sys.stderr)
             statistics = NO_REATTACHMENT
+        tests = normality_variables(place, owner, generator)
     damping = ("damping",)
     variables = {
         "damping_ratio": store.Variable(damping, deterministic["damping_ratio"], "1", "damping ratio D"),
@@ -59,6 +90,7 @@ def work(job: Job) -> None:
     for name, unit in (("mean", "m"), ("std", "m"), ("skewness", "1"), ("kurtosis", "1"), ("distance_to_normal", "1")):
         title = f"reattachment point X_gh: {name.replace('_', ' ')}"
         variables |= store.with_interval(f"reattachment_{name}", (), getattr(statistics, name), unit, title)
+    variables |= tests
     events, edges = np.histogram(place, HISTOGRAM_BINS)
     density = events / max(events.sum(), 1) / np.diff(edges)
     variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")

@@ -10,16 +10,17 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.law import StribeckLaw
-from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.law import FrictionLaw
+from roughslip.oscillator.limits import existence_limit, limit_cycle
 from roughslip.oscillator.motion import ensemble_counts, trajectory
 from roughslip.oscillator.periodic import counts_by_period
+from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages import mass_on_belt
 from roughslip.stages.command import Job, execute
 
 
-def where_it_exists(find: Callable[[Oscillator, StribeckLaw], Any], belt: Oscillator, law: StribeckLaw) -> Any:
+def where_it_exists(find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw) -> Any:
     """What `find` finds; None, and a line in the log, where an oscillator has no such cycle or limit."""
     try:
         return find(belt, law)

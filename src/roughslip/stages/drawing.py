@@ -12,11 +12,17 @@ from roughslip.figures import save
 from roughslip.stages.command import Job
 
 
-def draw_and_save(job: Job, draw: Callable[[Mapping[str, np.ndarray]], Any], drawn: Sequence[str]) -> None:
-    """Draw a result and save it as PNG and SVG, with the variables `drawn` beside it."""
-    result = store.read(job.arguments.result)
-    figure = draw(result)
+def draw_and_save(
+    job: Job,
+    draw: Callable[[Mapping[str, np.ndarray]], Any],
+    drawn: Sequence[str],
+    options: Sequence[str] = ("result",),
+) -> None:
+    """Draw the results under these options, no name in two of them, as PNG and SVG; the variables `drawn` go beside."""
+    results = [store.read(getattr(job.arguments, option)) for option in options]
+    owner = {name: result for result in results for name in result}
+    figure = draw({name: result[name] for name, result in owner.items()})
     for path in (job.arguments.png, job.arguments.svg):
         with store.replacing(path) as temporary:
             save(figure, temporary)
-    store.write(job.arguments.output, {name: result.variable(name) for name in drawn}, job.key)
+    store.write(job.arguments.output, {name: owner[name].variable(name) for name in drawn}, job.key)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+
+import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.friction.parallel import average_beta
 from roughslip.friction.paths import Paths, prepare
 from roughslip.friction.process import PAPER_SHAPES, BetaMarginal, EmpiricalMarginal, FrictionProcess, Marginal
+from roughslip.friction.recursion import Recursion
 from roughslip.stages import mass_on_belt
 from roughslip.stages.geometry import Configuration
 
@@ -47,3 +51,9 @@ def friction_paths(configuration: Configuration, process: FrictionProcess, nodes
     length = mass_on_belt.path_length(mass_on_belt.oscillator(configuration), periods, follows)
     spacing = process.correlation_length_m / nodes_per_length
     return prepare(process, spacing, length, ensemble.get("process", "recursion"))
+
+
+def path_nodes(paths: Recursion, length_m: float, seed: Sequence[int]) -> np.ndarray:
+    """(nodes,) [-] one realisation up to a slipped distance [m], for many runs along the same path."""
+    pieces = paths.realisation(seed, int(np.ceil(length_m / paths.spacing)) + 2)
+    return next(iter(pieces))

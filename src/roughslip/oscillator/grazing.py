@@ -1,0 +1,113 @@
+"""Where noise ends stick-slip, in first order: how far it moves the peak of the slip orbit that grazes the belt.
+
+Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow (`oscillator.return_map`), s being the slipped distance.
+Along the orbit of the existence limit, from departure to the next peak at the belt, the peak w moves by
+
+    dw = (F / V) (psi_y(0) mu_S(0) + integral of psi_w(tau) mu_S(s(tau)) d tau),
+
+psi being the solution of the adjoint equation that ends as (0, 1) at the peak. The first part is the departure point,
+which moves with the static limit. A constant mu_S only moves the motion along X, so that the two parts cancel; where
+friction does not jump at the start of slip, as in eq. (13), each is zero: the mass departs along the line of the belt,
+y' = 1 and w' = 0, and to depart earlier or later on it is to be on the same orbit. Damping moves the peak by
+
+    dw / dD = -2 (psi_y(0) + integral of psi_w w d tau).
+
+So the damping ratio at which a loop just reaches the belt again is normal about the existence limit, in first order,
+with a standard deviation in proportion to that of mu_S: it is by this that a cycle misses the belt, and it sets the
+width of the band of damping in which stick-slip lives or dies by chance. A loop that misses may still reach the belt at
+its next peak.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.special import ndtr
+
+from roughslip.errors import ParameterError
+from roughslip.oscillator.law import FrictionLaw
+from roughslip.oscillator.limits import existence_limit
+from roughslip.oscillator.return_map import TOLERANCE, slip_flow, turn_from
+from roughslip.oscillator.system import Oscillator
+
+SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it
+
+
+@dataclass(frozen=True)
+class GrazingResponse:
+    """How noise and damping move the peak of the grazing orbit.
+
+    limit : [-] damping ratio of the orbit, the existence limit
+    slipped : (samples,) [m] slipped distance since departure, at equal times
+    kernel : (samples,) [-] weight of mu_S there in the peak of X' / V: the sum over the samples is the integral
+    damping : [-] change of the peak with the damping ratio, negative
+    """
+
+    limit: float
+    slipped: np.ndarray
+    kernel: np.ndarray
+    damping: float
+
+    def scatter(self, correlation_length_m: float) -> float:
+        """Standard deviation of the damping ratio at which a loop just grazes, for mu_S of unit variance.
+
+        mu_S has the autocorrelation exp(-s / L), L = correlation_length_m.
+        """
+        if not (math.isfinite(correlation_length_m) and correlation_length_m > 0.0):
+            raise ParameterError(f"the correlation length must be finite and positive, not {correlation_length_m} m")
+        lag = np.abs(self.slipped[:, None] - self.slipped[None, :])
+        variance = float(np.einsum("i,ij,j->", self.kernel, np.exp(-lag / correlation_length_m), self.kernel))
+        return math.sqrt(variance) / abs(self.damping)
+
+
+def grazing_response(
+    oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True, tolerance: float = TOLERANCE
+) -> GrazingResponse:
+    """The response of the orbit at the existence limit, whatever the oscillator's own damping ratio.
+
+    stochastic_static_limit : whether the limit of stick, and so the departure point, moves with mu_S
+
+    Raises as `existence_limit` does.
+
+    Method: variational equations along the orbit; the adjoint is the last row of the propagator from each sample to the
+    peak.
+    """
+    limit = existence_limit(oscillator, law)
+    flow = slip_flow(replace(oscillator, damping_ratio=limit), law)
+    scale = oscillator.F / oscillator.V
+    departure = scale * law.static - flow.steady / oscillator.V - 2.0 * limit
+    duration = turn_from(flow, departure, 1.0, tolerance).duration
+
+    def velocity(_: float, state: np.ndarray) -> list[float]:
+        y, w, yy, wy, yw, ww = state
+        rate = flow.slope(float(w)) - 2.0 * limit
+        return [w, flow.at_peak(float(w)) - y, wy, rate * wy - yy, ww, rate * ww - yw]
+
+    times = np.linspace(0.0, duration, SAMPLES)
+    start = [departure, 1.0, 1.0, 0.0, 0.0, 1.0]
+    orbit = solve_ivp(velocity, (0.0, duration), start, "DOP853", times, rtol=tolerance, atol=0.1 * tolerance).y
+    y, w = orbit[:2]
+    propagator = np.array([[orbit[2], orbit[4]], [orbit[3], orbit[5]]]).transpose(2, 0, 1)  # from 0 to each sample
+    adjoint = np.linalg.solve(propagator.transpose(0, 2, 1), propagator[-1, 1][:, None])[..., 0]
+    weight = np.full(SAMPLES, duration / (SAMPLES - 1))
+    weight[[0, -1]] *= 0.5
+    kernel = scale * weight * adjoint[:, 1]
+    if stochastic_static_limit:
+        kernel[0] += scale * adjoint[0, 0]
+    return GrazingResponse(
+        limit=limit,
+        slipped=oscillator.V * (times - (y - departure)),
+        kernel=kernel,
+        damping=-2.0 * float(adjoint[0, 0] + np.sum(weight * adjoint[:, 1] * w)),
+    )
+
+
+def miss_probability(damping: np.ndarray, limit: float, scatter: float) -> np.ndarray:
+    """Probability that a loop from departure does not reach the belt again at a damping ratio, in first order.
+
+    limit, scatter : mean and standard deviation of the damping ratio at which it grazes
+    """
+    return np.asarray(ndtr((np.asarray(damping) - limit) / scatter))

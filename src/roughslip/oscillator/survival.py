@@ -1,0 +1,198 @@
+"""How long stick-slip lives under noise: spells of it and of steady sliding, lifetimes, and the band of damping.
+
+A run is told by its slip phases. One that lasts longer than LONG_SLIP natural periods is a spell of steady sliding, for
+a loop of slip takes about one, so that the mass has missed the belt twice; all the rest is stick-slip. The friction
+path forgets itself within a cycle, and all cycles begin at the departure point: lifetimes are close to exponential, and
+those that a run cuts off are censored at its end.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtri, ndtri
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.oscillator.motion import Motion
+from roughslip.oscillator.run import DEPARTURE, REATTACHMENT
+
+LONG_SLIP = 3.0  # natural periods
+REPLICATES = 400
+TAILS = (0.025, 0.975)
+
+
+@dataclass(frozen=True)
+class Spells:
+    """Spells of one kind of motion.
+
+    duration : (spells,) [-] natural periods
+    ended : (spells,) false where the run was over before the spell
+    """
+
+    duration: np.ndarray
+    ended: np.ndarray
+
+
+def _slips(motion: Motion) -> tuple[np.ndarray, bool]:
+    """(slips, 2) [-] beginning and end of each slip phase in natural periods, and whether the last was cut off."""
+    departures = motion.time[motion.kind == DEPARTURE]
+    reattachments = motion.time[motion.kind == REATTACHMENT]
+    cut_off = departures.size > reattachments.size
+    ends = np.append(reattachments, motion.duration) if cut_off else reattachments
+    return np.stack([departures, ends], axis=1) / (2.0 * math.pi), cut_off
+
+
+def sliding_intervals(motion: Motion) -> np.ndarray:
+    """(spells, 2) [-] beginning and end, in natural periods, of each spell of steady sliding, cut off by the run's."""
+    slips, _ = _slips(motion)
+    return slips[slips[:, 1] - slips[:, 0] > LONG_SLIP]
+
+
+def cycling_share(motion: Motion, after_periods: float = 0.0) -> float:
+    """Share of the time later than so many natural periods that is stick-slip [-]."""
+    end = motion.duration / (2.0 * math.pi)
+    if not 0.0 <= after_periods < end:
+        raise ParameterError(f"the time looked at must begin within the {end:.4g} natural periods of the run")
+    sliding = np.clip(sliding_intervals(motion), after_periods, end)
+    return 1.0 - float(np.sum(sliding[:, 1] - sliding[:, 0], dtype=np.float64)) / (end - after_periods)
+
+
+def spells(motion: Motion) -> tuple[Spells, Spells]:
+    """Spells of stick-slip, and of steady sliding, in their order in time.
+
+    A slip phase that is cut off by the end of the run before it has become long tells nothing: the spell of stick-slip
+    before it is cut off where it begins.
+    """
+    slips, cut_off = _slips(motion)
+    end = motion.duration / (2.0 * math.pi)
+    sliding = sliding_intervals(motion)
+    known = float(slips[-1, 0]) if cut_off and end - slips[-1, 0] <= LONG_SLIP else end
+    begins = np.concatenate([[0.0], sliding[:, 1]])
+    ends = np.append(sliding[:, 0], known)
+    cycling = ends > begins  # not before a run that begins with sliding, nor after one that ends with it
+    return (
+        Spells((ends - begins)[cycling], (np.arange(ends.size) < len(sliding))[cycling]),
+        Spells(sliding[:, 1] - sliding[:, 0], sliding[:, 1] < end),
+    )
+
+
+def first_slip(motion: Motion) -> Spells:
+    """The slip phase that a run begins with, if it does: how long a motion that starts in slip takes to stick."""
+    slips, cut_off = _slips(motion)
+    at_start = slips[:1, 0] == 0.0
+    first = slips[:1][at_start]
+    return Spells(first[:, 1] - first[:, 0], np.full(len(first), not cut_off or len(slips) > 1))
+
+
+def mean_lifetime(spells: Spells) -> np.ndarray:
+    """(value, low, high) [-] of the mean of exponential lifetimes, in natural periods, with its 95 % interval.
+
+    The likelihood of censored lifetimes is largest at total time over spells that ended (B. Epstein & M. Sobel, J. Am.
+    Stat. Assoc. 48 (1953) 486); twice the total time over the mean is chi-square with two degrees of freedom more
+    than twice the ends below, as many above (D. R. Cox, Biometrika 40 (1953) 354). Without an end the mean has a lower
+    bound alone, and value and upper end are infinite. Raises IllPosedError for no time at all.
+    """
+    total, ended = float(np.sum(spells.duration)), int(np.count_nonzero(spells.ended))
+    if not total > 0.0:
+        raise IllPosedError("no run showed this motion: its mean lifetime is not determined")
+    low = 2.0 * total / float(chdtri(2 * ended + 2, TAILS[0]))
+    if ended == 0:
+        return np.array([math.inf, low, math.inf])
+    return np.array([total / ended, low, 2.0 * total / float(chdtri(2 * ended, TAILS[1]))])
+
+
+def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
+    """(times, 3) value, low, high [-] of the probability that a spell lasts longer than so many natural periods.
+
+    The product-limit estimator of E. L. Kaplan & P. Meier (J. Am. Stat. Assoc. 53 (1958) 457) for spells of which some
+    are cut off, Greenwood's variance on the scale log(-log S) for the interval (J. D. Kalbfleisch & R. L. Prentice,
+    The Statistical Analysis of Failure Time Data, 1980, 1.4). While no spell has ended the lower end is the rule of
+    three's, 0.05^(1/n); behind the longest spell nothing is known if it was cut off, and IllPosedError says so.
+    """
+    asked = np.atleast_1d(np.asarray(periods, dtype=np.float64))
+    longest = float(np.max(spells.duration, initial=0.0))
+    known_beyond = spells.duration.size > 0 and bool(np.all(spells.ended[spells.duration == longest]))
+    if not (known_beyond or np.all(asked <= longest)) or np.isnan(asked).any():
+        raise IllPosedError("no spell lasts as long as its survival is asked for: run longer, or ask for less")
+    order = np.argsort(spells.duration, kind="stable")
+    duration, ended = spells.duration[order], spells.ended[order]
+    times, first = np.unique(duration[ended], return_index=True)
+    deaths = np.diff(np.append(first, np.count_nonzero(ended)))
+    at_risk = duration.size - np.searchsorted(duration, times, "left")
+    survival = np.cumprod(1.0 - deaths / at_risk)
+    alive = at_risk > deaths
+    greenwood = np.cumsum(np.where(alive, deaths / (at_risk * np.where(alive, at_risk - deaths, 1)), 0.0))
+    found = np.empty((asked.size, 3))
+    for row, passed in enumerate(np.searchsorted(times, asked, "right")):
+        if passed == 0:
+            found[row] = 1.0, 0.05 ** (1.0 / duration.size), 1.0
+        elif survival[passed - 1] == 0.0:
+            found[row] = 0.0, 0.0, 1.0 - 0.05 ** (1.0 / at_risk[passed - 1])
+        else:
+            value = survival[passed - 1]
+            spread = ndtri(TAILS[1]) * math.sqrt(greenwood[passed - 1]) / abs(math.log(value))
+            found[row] = value, value ** math.exp(spread), value ** math.exp(-spread)
+    return found
+
+
+def falling_share(share: np.ndarray) -> np.ndarray:
+    """The non-increasing sequence next to `share` : (..., dampings) in least squares, pooling neighbours that rise.
+
+    Of equally many runs each, the maximum of their likelihood (M. Ayer, H. D. Brunk, G. M. Ewing, W. T. Reid & E.
+    Silverman, Ann. Math. Stat. 26 (1955) 641), here by its min-max formula.
+    """
+    sums = np.concatenate([np.zeros((*share.shape[:-1], 1)), np.cumsum(share, axis=-1)], axis=-1)
+    n = share.shape[-1]
+    means = np.full((*share.shape[:-1], n, n), -math.inf)  # of the stretch from the first to the second index
+    for first in range(n):
+        lengths = np.arange(1, n - first + 1)
+        means[..., first, first:] = (sums[..., first + 1 :] - sums[..., first : first + 1]) / lengths
+    largest_to_come = np.maximum.accumulate(means[..., ::-1], axis=-1)[..., ::-1]
+    fitted = np.empty_like(share, dtype=np.float64)
+    for j in range(n):
+        fitted[..., j] = np.min(largest_to_come[..., : j + 1, j], axis=-1)
+    return fitted
+
+
+def crossing(damping: np.ndarray, share: np.ndarray, level: float) -> np.ndarray:
+    """Where each row of a falling `share` : (..., dampings) passes a level, by straight lines; NaN if it does not."""
+    found = np.full(share.shape[:-1], np.nan)
+    for index in np.ndindex(found.shape):
+        row = share[index]
+        below = int(np.argmax(row < level))
+        if row[0] >= level > row[-1]:
+            left, right = row[below - 1], row[below]
+            found[index] = damping[below - 1] + (left - level) / (left - right) * (damping[below] - damping[below - 1])
+    return found
+
+
+def damping_band(
+    damping: np.ndarray, shares: np.ndarray, levels: tuple[float, ...], generator: np.random.Generator
+) -> np.ndarray:
+    """(levels, 3) value, low, high [-]: the damping ratios at which the mean share falls to each level.
+
+    damping : (dampings,) [-] ascending
+    shares : (runs, dampings) of each run, 0 to 1; the same friction paths serve every damping ratio
+
+    The mean is made to fall (`falling_share`); intervals are percentiles over resampled runs, whole rows of
+    `shares`. Raises ParameterError for input that does not match, IllPosedError where a level lies outside the
+    shares found, of the ensemble or of more than a twentieth of the replicates.
+    """
+    if shares.ndim != 2 or damping.shape != shares.shape[1:] or np.any(np.diff(damping) <= 0.0):
+        raise ParameterError("shares are of runs by damping ratios, which ascend")
+    runs = len(shares)
+    weights = generator.multinomial(runs, np.full(runs, 1.0 / runs), size=REPLICATES)
+    counts = np.concatenate([np.ones((1, runs), dtype=weights.dtype), weights])
+    mean = falling_share(np.einsum("br,rd->bd", counts.astype(np.float64), shares.astype(np.float64)) / runs)
+    band = np.empty((len(levels), 3))
+    for row, level in enumerate(levels):
+        at = crossing(damping, mean, level)
+        if not np.isfinite(at[0]) or np.mean(np.isnan(at)) > 0.05:
+            raise IllPosedError(
+                f"the damping ratios from {damping[0]:.4g} to {damping[-1]:.4g} do not hold the one at which the mean "
+                f"share is {level:g}: widen them or run more realisations"
+            )
+        band[row] = at[0], *np.nanquantile(at[1:], TAILS)
+    return band

@@ -1,0 +1,95 @@
+"""Stage stick_slip_map: the probability of stick-slip over damping and belt velocity, with the deterministic limits."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import stdtrit
+
+from roughslip import store
+from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.friction.recursion import recursion
+from roughslip.oscillator.grazing import grazing_response
+from roughslip.oscillator.law import FrictionLaw
+from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.pure_slip import hopf_damping
+from roughslip.oscillator.survival import cycling_share
+from roughslip.oscillator.system import Oscillator
+from roughslip.stages import geometry, mass_on_belt
+from roughslip.stages.command import Job, execute
+from roughslip.stages.friction_paths import friction_process, path_nodes
+
+NODES = 4  # per correlation length: whether a mass sticks again hangs on integrals of the path over many of them
+
+
+def limits(belt: Oscillator, law: FrictionLaw, correlation_length_m: float, stochastic: bool) -> tuple[float, ...]:
+    """Hopf damping, existence limit, and scatter of the latter a unit of that of mu; NaN where there is no cycle."""
+    hopf = hopf_damping(belt, law)
+    try:
+        response = grazing_response(belt, law, stochastic)
+    except (IllPosedError, ConvergenceError) as error:
+        print(f"stick_slip_map: v0 = {belt.belt_velocity_m_per_s:.4g} m/s: {error}; stored as NaN", file=sys.stderr)
+        return hopf, np.nan, np.nan
+    return hopf, response.limit, response.scatter(correlation_length_m)
+
+
+def work(job: Job) -> None:
+    """Write the share of stick-slip in the second half of the runs at every point, and limits at every velocity.
+
+    The same paths serve every point, so that neighbours err together and the map is smooth.
+    """
+    configuration = {"ensemble": {}} | job.configuration
+    asked, oscillator = configuration["map"], configuration["oscillator"]
+    numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
+    process = friction_process(configuration, numbers, job.arguments.friction)
+    (slow, fast), (light, heavy) = asked["belt_velocities_m_per_s"], asked["damping_ratios"]
+    velocities = np.geomspace(slow, fast, asked["points"])
+    dampings = np.linspace(light, heavy, asked["points"])
+    periods, runs = asked["duration_periods"], asked["realisations"]
+    run = mass_on_belt.run_options(configuration)
+    belts = [replace(belt, belt_velocity_m_per_s=float(velocity)) for velocity in velocities]
+    lengths = [mass_on_belt.path_length(one, periods, run["friction_follows"]) for one in belts]
+    share, steps = np.empty((runs, len(velocities), len(dampings))), 0
+    with job.usage.core():
+        stochastic = oscillator["stochastic_static_limit"]
+        told = np.array([limits(one, law, numbers.correlation_length_m, stochastic) for one in belts]).T
+        paths = recursion(process, process.correlation_length_m / NODES)
+        for number in range(runs):
+            nodes = path_nodes(paths, max(lengths), [configuration["seed"], geometry.STREAM_MAP, number])
+            for row, (one, length) in enumerate(zip(belts, lengths, strict=True)):
+                path = nodes[: int(np.ceil(length / paths.spacing)) + 2]
+                for column, ratio in enumerate(dampings):
+                    damped = replace(one, damping_ratio=float(ratio))
+                    motion = simulate(damped, law, path, paths.spacing, periods, **run)
+                    share[number, row, column] = cycling_share(motion, 0.5 * periods)
+                    steps += motion.steps
+            job.usage.progress(number + 1, runs)
+    job.usage.count(runs=share.size, steps=steps)
+    error = stdtrit(runs - 1, 0.975) * share.std(axis=0, ddof=1) / np.sqrt(runs)
+    point, velocity = ("velocity", "damping"), ("velocity",)
+    title = "probability of stick-slip"
+    variables = {
+        "belt_velocity": store.Variable(velocity, velocities, "m s-1", "belt velocity v0"),
+        "damping_ratio": store.Variable(("damping",), dampings, "1", "damping ratio D"),
+        "probability": store.Variable(point, share.mean(axis=0), "1", f"{title}, share of the second half of the runs"),
+        "probability_error": store.Variable(point, error, "1", f"{title}, half width of Student's 95 % interval"),
+        "hopf_damping": store.Variable(velocity, told[0], "1", "damping ratio below which steady sliding is unstable"),
+        "existence_limit": store.Variable(
+            velocity, told[1], "1", "damping ratio above which the stick-slip cycle does not exist"
+        ),
+        "limit_scatter": store.Variable(
+            velocity, told[2] * numbers.standard_deviation, "1", "its standard deviation in first order of the scatter"
+        ),
+        "nominal_damping": store.Variable((), belt.damping_ratio, "1", "the scene's damping ratio"),
+        "nominal_velocity": store.Variable((), belt.belt_velocity_m_per_s, "m s-1", "the scene's belt velocity"),
+        "map_periods": store.Variable((), periods, "1", "natural periods of a run"),
+        "map_runs": store.Variable((), runs, "1", "runs at a point"),
+    }
+    store.write(job.arguments.output, variables, job.key)
+
+
+if __name__ == "__main__":
+    execute("stick_slip_map", work, optional=("friction",))

@@ -1,0 +1,190 @@
+"""Stage survival: how long stick-slip and steady sliding live near the existence limit, at several scatters."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from roughslip import store
+from roughslip.chaos.distribution import wilson_interval
+from roughslip.errors import IllPosedError
+from roughslip.friction.recursion import recursion
+from roughslip.oscillator.grazing import grazing_response
+from roughslip.oscillator.limits import equilibrium
+from roughslip.oscillator.motion import Motion, simulate
+from roughslip.oscillator.pure_slip import hopf_damping
+from roughslip.oscillator.survival import (
+    LONG_SLIP,
+    Spells,
+    cycling_share,
+    damping_band,
+    first_slip,
+    mean_lifetime,
+    sliding_intervals,
+    spells,
+    surviving_share,
+)
+from roughslip.stages import geometry, mass_on_belt
+from roughslip.stages.command import Job, execute
+from roughslip.stages.friction_paths import friction_process, path_nodes
+
+NODES = 4  # per correlation length, as in the map
+REACH = 4.0  # standard deviations of the limit about it, in which stick-slip lives or dies by chance
+LEVELS = (0.9, 0.5, 0.1)  # of the probability of stick-slip, at the edges and in the middle of the band
+STARTS = ("from rest on the belt", "from steady sliding")
+TIMES = 25  # at which the surviving share is told
+TITLES = {
+    "survival": "share of the runs whose stick-slip survives",
+    "kicked": "share of the runs that stick again, from steady sliding",
+    "lifetime": "mean lifetime of stick-slip in natural periods, NaN where no run ended it",
+    "waiting": "mean time from steady sliding until the mass sticks, in natural periods, NaN where it never did",
+    "survival_curve": "share of the runs whose stick-slip lasts so long",
+}
+
+
+@dataclass(frozen=True)
+class Runs:
+    """What the runs at one scatter and damping showed.
+
+    survived : (runs,) whether stick-slip lasted, from rest on the belt, as long as could be told
+    shares : (2, runs) of the second half of the run that is stick-slip, by STARTS
+    kicked : (runs,) whether the mass stuck again, from steady sliding
+    cycling : all spells of stick-slip
+    waiting : the slip, from steady sliding, until the mass sticks
+    first : the spells of stick-slip that runs from rest on the belt begin with
+    """
+
+    survived: np.ndarray
+    shares: np.ndarray
+    kicked: np.ndarray
+    cycling: Spells
+    waiting: Spells
+    first: Spells
+
+
+def joined(parts: Sequence[Spells]) -> Spells:
+    """Spells of several runs."""
+    return Spells(np.concatenate([part.duration for part in parts]), np.concatenate([part.ended for part in parts]))
+
+
+def summed_up(from_rest: Sequence[Motion], from_sliding: Sequence[Motion]) -> Runs:
+    """Runs of the same friction paths from rest on the belt and from steady sliding."""
+    begun = [spells(motion)[0] for motion in from_rest]
+    waiting = joined([first_slip(motion) for motion in from_sliding])
+    periods = from_rest[0].duration / (2 * np.pi)
+    horizon = periods - LONG_SLIP
+    return Runs(
+        survived=np.array([not np.any(sliding_intervals(motion)[:, 0] < horizon) for motion in from_rest]),
+        shares=np.array([[cycling_share(one, 0.5 * periods) for one in runs] for runs in (from_rest, from_sliding)]),
+        kicked=waiting.ended,
+        cycling=joined([*begun, *(spells(motion)[0] for motion in from_sliding)]),
+        waiting=waiting,
+        first=joined([Spells(cycling.duration[:1], cycling.ended[:1]) for cycling in begun]),
+    )
+
+
+def told(ask: Callable[[], np.ndarray], where: str) -> np.ndarray:
+    """(3,) what `ask` finds, NaN for what has no bound; all NaN, and a line in the log, where nothing is determined."""
+    try:
+        found = np.reshape(ask(), 3)
+        return np.where(np.isfinite(found), found, np.nan)
+    except IllPosedError as error:
+        print(f"survival: {where}: {error}; stored as NaN", file=sys.stderr)
+        return np.full(3, np.nan)
+
+
+def damping_ratios(limit: float, hopf: float, scatter: float, points: int) -> np.ndarray:
+    """(points,) [-] equally spaced, REACH about the limit or from the Hopf damping on, but not below 0."""
+    return np.linspace(max(min(limit - REACH * scatter, hopf), 0.0), limit + REACH * scatter, points)
+
+
+def run_all(job: Job, configuration: Any, dampings: np.ndarray, deviations: np.ndarray) -> list[list[Runs]]:
+    """Runs by scatter and damping; the same paths, scaled, serve every point."""
+    asked, numbers = configuration["survival"], mass_on_belt.friction_numbers(configuration, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
+    run = mass_on_belt.run_options(configuration)
+    in_slip: dict[str, Any] = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
+    periods, found = asked["duration_periods"], []
+    length = mass_on_belt.path_length(belt, periods, run["friction_follows"])
+    for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
+        scaled = replace(numbers, standard_deviation=float(deviation))
+        process = friction_process(configuration, scaled, job.arguments.friction)
+        paths = recursion(process, process.correlation_length_m / NODES)
+        seeds = ([configuration["seed"], geometry.STREAM_SURVIVAL, one] for one in range(asked["realisations"]))
+        nodes = [path_nodes(paths, length, seed) for seed in seeds]
+        of_scatter = []
+        for ratio in row:
+            damped = replace(belt, damping_ratio=float(ratio))
+            from_rest = [simulate(damped, law, path, paths.spacing, periods, **run) for path in nodes]
+            from_sliding = [simulate(damped, law, path, paths.spacing, periods, **run, **in_slip) for path in nodes]
+            of_scatter.append(summed_up(from_rest, from_sliding))
+        found.append(of_scatter)
+        job.usage.progress(number + 1, len(deviations))
+    return found
+
+
+def point_variables(results: list[list[Runs]], dampings: np.ndarray, horizon: float) -> dict[str, store.Variable]:
+    """Survival, kicks, lifetimes and waiting times at every point."""
+    times = np.linspace(0.0, horizon, TIMES)
+    columns: dict[str, list[Any]] = {name: [] for name in TITLES}
+    for row, of_scatter in zip(dampings, results, strict=True):
+        for ratio, runs in zip(row, of_scatter, strict=True):
+            for name, hits in (("survival", runs.survived), ("kicked", runs.kicked)):
+                low, high = wilson_interval(int(hits.sum()), hits.size)
+                columns[name].append((hits.mean(), low, high))
+            for name, part in (("lifetime", runs.cycling), ("waiting", runs.waiting)):
+                columns[name].append(told(partial(mean_lifetime, part), f"{name} at D = {ratio:.4g}"))
+            columns["survival_curve"].append(surviving_share(runs.first, times))
+    point = ("scatter", "point")
+    variables = {"survival_time": store.Variable(("time",), times, "1", "natural periods since rest on the belt")}
+    for name, title in TITLES.items():
+        values = np.moveaxis(np.reshape(columns[name], (*dampings.shape, *np.shape(columns[name][0]))), -1, 0)
+        variables |= store.with_interval(name, (*point, "time") if values.ndim == 4 else point, values, "1", title)
+    return variables
+
+
+def work(job: Job) -> None:
+    """Write survival, mean lifetimes and kicks over scatter and damping, and the band of damping against scatter."""
+    configuration = {"ensemble": {}} | job.configuration
+    asked, numbers = configuration["survival"], mass_on_belt.friction_numbers(configuration, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
+    factors = np.array(asked["scatter_factors"], dtype=np.float64)
+    deviations, horizon = numbers.standard_deviation * factors, asked["duration_periods"] - LONG_SLIP
+    generator = np.random.default_rng([configuration["seed"], geometry.STREAM_BOOTSTRAP])
+    with job.usage.core():
+        response = grazing_response(belt, law, configuration["oscillator"]["stochastic_static_limit"])
+        hopf, scatter = hopf_damping(belt, law), response.scatter(numbers.correlation_length_m)
+        dampings = np.array([damping_ratios(response.limit, hopf, scatter * s, asked["points"]) for s in deviations])
+        results = run_all(job, configuration, dampings, deviations)
+        points = point_variables(results, dampings, horizon)
+        band = np.empty((len(deviations), len(STARTS), len(LEVELS), 3))
+        for one, start, level in np.ndindex(band.shape[:3]):
+            shares = np.array([runs.shares[start] for runs in results[one]]).T
+            find = partial(damping_band, dampings[one], shares, (LEVELS[level],), generator)
+            band[one, start, level] = told(find, f"band at a deviation of {deviations[one]:.3g}, {STARTS[start]}")
+    job.usage.count(runs=2 * dampings.size * asked["realisations"])
+    row, edge = ("scatter",), ("scatter", "start", "level")
+    variables = {
+        "scatter_factor": store.Variable(row, factors, "1", "multiple of the scene's standard deviation of friction"),
+        "friction_deviation": store.Variable(row, deviations, "1", "standard deviation of friction"),
+        "survival_damping": store.Variable(("scatter", "point"), dampings, "1", "damping ratio D"),
+        "band_level": store.Variable(("level",), np.array(LEVELS), "1", "probability of stick-slip"),
+        "band_start": store.Variable(("start",), np.array(STARTS), "1", "how the runs begin"),
+        "survival_periods": store.Variable((), horizon, "1", "natural periods to survive"),
+        "survival_runs": store.Variable((), asked["realisations"], "1", "runs at a point, from each start"),
+        "survival_limit": store.Variable((), response.limit, "1", "existence limit of the cycle"),
+        "survival_hopf": store.Variable((), hopf, "1", "sliding is unstable below"),
+        "unit_scatter": store.Variable((), scatter, "1", "std of the limit over that of friction, first order"),
+    }
+    title = "damping ratio of this probability of stick-slip, the share of the second half of the runs"
+    variables |= points | store.with_interval("band", edge, np.moveaxis(band, -1, 0), "1", title)
+    store.write(job.arguments.output, variables, job.key)
+
+
+if __name__ == "__main__":
+    execute("survival", work, optional=("friction",))

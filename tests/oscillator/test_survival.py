@@ -1,0 +1,156 @@
+"""Spells by hand, censored lifetimes against textbook values, intervals that cover as often as they say."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.optimize import isotonic_regression
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.oscillator.motion import Motion
+from roughslip.oscillator.run import CROSSING, DEPARTURE, REATTACHMENT
+from roughslip.oscillator.survival import (
+    LONG_SLIP,
+    Spells,
+    crossing,
+    cycling_share,
+    damping_band,
+    falling_share,
+    mean_lifetime,
+    sliding_intervals,
+    spells,
+    surviving_share,
+)
+
+
+def motion(periods, *events):
+    """A run of so many natural periods with events (kind, natural period)."""
+    kinds, times = (
+        (np.array(column) for column in zip(*events, strict=True)) if events else (np.empty(0, int), np.empty(0))
+    )
+    nothing = np.zeros(len(kinds))
+    turns = 2 * math.pi
+    return Motion(kinds, turns * times, nothing, nothing, nothing > 0, turns * periods, 0.0, 0.0, 0)
+
+
+# Two cycles, sliding from 3 to 10, a cycle that crosses the belt's velocity, sliding from 13 to the end
+RUN = motion(
+    20,
+    *((DEPARTURE, 0.5), (REATTACHMENT, 1.5), (DEPARTURE, 2), (REATTACHMENT, 3), (DEPARTURE, 3), (REATTACHMENT, 10)),
+    *((DEPARTURE, 11), (CROSSING, 11.2), (REATTACHMENT, 12), (DEPARTURE, 13)),
+)
+
+
+def test_spells_of_a_run_by_hand():
+    np.testing.assert_allclose(sliding_intervals(RUN), [[3, 10], [13, 20]])
+    cycling, sliding = spells(RUN)
+    np.testing.assert_allclose(cycling.duration, [3, 3])
+    np.testing.assert_array_equal(cycling.ended, [True, True])
+    np.testing.assert_allclose(sliding.duration, [7, 7])
+    np.testing.assert_array_equal(sliding.ended, [True, False])
+    assert cycling_share(RUN) == pytest.approx(6 / 20)
+    assert cycling_share(RUN, 5) == pytest.approx(3 / 15)
+    assert cycling_share(RUN, 14) == 0.0
+
+
+def test_a_slip_that_the_end_cuts_off_early_is_neither():
+    """Whether it would have been long is not known; before it the mass cycled."""
+    cycling, sliding = spells(motion(6, (DEPARTURE, 1), (REATTACHMENT, 2), (DEPARTURE, 6 - 0.9 * LONG_SLIP)))
+    np.testing.assert_allclose(cycling.duration, [6 - 0.9 * LONG_SLIP])
+    assert not cycling.ended.any()
+    assert sliding.duration.size == 0
+
+
+def test_runs_of_one_spell():
+    cycling, sliding = spells(motion(10))  # sticks all along
+    assert (list(cycling.duration), list(cycling.ended), sliding.duration.size) == ([10], [False], 0)
+    cycling, sliding = spells(motion(10, (DEPARTURE, 0.0)))  # slides from the start
+    assert (cycling.duration.size, list(sliding.duration), list(sliding.ended)) == (0, [10], [False])
+
+
+def test_mean_lifetime_by_hand():
+    """Two ends in 30 periods; chi-square with 6 and 4 degrees of freedom."""
+    found = mean_lifetime(Spells(np.array([5.0, 10.0, 15.0]), np.array([True, False, True])))
+    assert found == pytest.approx([15, 60 / stats.chi2.ppf(0.975, 6), 60 / stats.chi2.ppf(0.025, 4)], rel=1e-12)
+    value, low, high = mean_lifetime(Spells(np.array([30.0]), np.array([False])))
+    assert (value, high) == (math.inf, math.inf)
+    assert low == pytest.approx(30 / -math.log(0.025), rel=1e-12)  # P(no end) = 2.5 % there
+    with pytest.raises(IllPosedError, match="no run"):
+        mean_lifetime(Spells(np.empty(0), np.empty(0, bool)))
+
+
+def test_the_interval_of_the_mean_covers_it_as_often_as_it_says():
+    """Lifetimes of mean 40 cut off at 25, 20 a trial: between exact (0.95) and conservative."""
+    rng, trials = np.random.default_rng(0), 2000
+    drawn = 40 * rng.standard_exponential((trials, 20))
+    held = 0
+    for row in drawn:
+        _, low, high = mean_lifetime(Spells(np.minimum(row, 25), row < 25))
+        held += low <= 40 <= high
+    assert held / trials >= 0.95 - 4 * math.sqrt(0.95 * 0.05 / trials)
+    assert held / trials <= 0.985
+
+
+def test_the_surviving_share_of_a_textbook():
+    """Remissions of leukaemia under 6-MP, in weeks (E. J. Freireich et al., Blood 21 (1963) 699); as texts have it."""
+    ended = [6, 6, 6, 7, 10, 13, 16, 22, 23]
+    cut_off = [6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35]
+    remissions = Spells(np.array([*ended, *cut_off], float), np.arange(21) < len(ended))
+    weeks = [5.9, 6, 7, 10, 13, 16, 22, 23, 35]
+    found = surviving_share(remissions, np.array(weeks))
+    assert found[:, 0] == pytest.approx([1, 0.8571, 0.8067, 0.7529, 0.6902, 0.6275, 0.5378, 0.4482, 0.4482], abs=5e-5)
+    # Greenwood's standard error at 10 weeks is 0.0963 there; on the scale of log(-log S) it is divided by S log S
+    spread = 1.959964 * 0.0963 / (0.7529 * -math.log(0.7529))
+    assert found[3, 1:] == pytest.approx([0.7529 ** math.exp(spread), 0.7529 ** math.exp(-spread)], abs=2e-4)
+    assert found[0, 1:] == pytest.approx([0.05 ** (1 / 21), 1])
+    with pytest.raises(IllPosedError, match="run longer"):
+        surviving_share(remissions, np.array([35.1]))
+
+
+def test_when_all_have_ended_nothing_survives():
+    value, low, high = surviving_share(Spells(np.array([2.0, 5.0]), np.array([True, True])), np.array([9.0]))[0]
+    assert (value, low) == (0, 0)
+    assert high == pytest.approx(0.95)  # one was at risk at last
+
+
+def test_falling_share_is_the_isotonic_regression():
+    assert falling_share(np.array([1, 0.5, 0.7, 0.2])) == pytest.approx([1, 0.6, 0.6, 0.2], rel=1e-15)
+    shares = np.random.default_rng(1).random((20, 9))
+    expected = [isotonic_regression(row, increasing=False).x for row in shares]
+    np.testing.assert_allclose(falling_share(shares), expected, rtol=1e-13)
+
+
+def test_crossing_by_hand():
+    damping = np.array([0.1, 0.2, 0.4])
+    shares = np.array([[1.0, 0.8, 0.0], [1.0, 0.5, 0.5], [0.4, 0.2, 0.0], [0.9, 0.9, 0.6]])
+    np.testing.assert_allclose(crossing(damping, shares, 0.5), [0.275, np.nan, np.nan, np.nan])
+    np.testing.assert_allclose(crossing(damping, shares[:2], 0.9), [0.15, 0.12])
+
+
+def test_band_of_normal_tolerances():
+    """Every run survives up to a damping of its own, normal of mean 0.3 and deviation 0.02. The quantile at a share p
+    of n runs errs by sqrt(p (1 - p) / n) / phi deviations; intervals hold the truth in 19 of 20 trials."""
+    damping, levels, runs = np.linspace(0.22, 0.38, 33), (0.9, 0.5, 0.1), 200
+    truth = 0.3 + 0.02 * stats.norm.ppf(1 - np.array(levels))
+    error = 0.02 * np.sqrt([0.09 / runs, 0.25 / runs, 0.09 / runs]) / stats.norm.pdf(stats.norm.ppf(levels))
+    trials, held = 40, 0
+    for trial in range(trials):
+        rng = np.random.default_rng([2, trial])
+        survived = damping < 0.3 + 0.02 * rng.standard_normal((runs, 1))
+        band = damping_band(damping, survived, levels, rng)
+        assert np.all(np.abs(band[:, 0] - truth) < 4.5 * error)
+        held += np.count_nonzero((band[:, 1] <= truth) & (truth <= band[:, 2]))
+    # the three levels of a trial are correlated, at most alike
+    assert held / (3 * trials) == pytest.approx(0.95, abs=4 * math.sqrt(0.95 * 0.05 / trials))
+
+
+def test_what_the_ensemble_does_not_hold_is_refused():
+    rng = np.random.default_rng(3)
+    damping, survived = np.linspace(0.1, 0.5, 5), np.ones((10, 5), bool)
+    with pytest.raises(IllPosedError, match="widen them"):
+        damping_band(damping, survived, (0.5,), rng)
+    with pytest.raises(ParameterError, match="ascend"):
+        damping_band(damping[::-1], survived, (0.5,), rng)
+    with pytest.raises(ParameterError, match="must begin within"):
+        cycling_share(RUN, 20)

@@ -30,9 +30,9 @@ BATCHED = {
 }
 
 # A scene is a target of its own name, as these are already.
-BENCHMARKS = ("surface", "contact", "chaos", "friction", "chain")
+BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
-STRESSED = ("contact", "chaos")
+STRESSED = ("contact", "chaos", "oscillator")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
 EVIDENCE = (
     "benchmark",

@@ -25,7 +25,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, ParameterError
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.system import Oscillator
 
 TOLERANCE = 1e-12  # relative, of a step
@@ -79,7 +79,7 @@ def free(oscillator: Oscillator) -> None:
         raise ParameterError("limits of the cycle are for a belt that moves: give it a velocity")
 
 
-def slip_flow(oscillator: Oscillator, law: StribeckLaw) -> SlipFlow:
+def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
     """The flow of an oscillator and its law; friction below zero is cut, as in the motion."""
     free(oscillator)
     v0, scale = oscillator.belt_velocity_m_per_s, oscillator.F / oscillator.V

@@ -12,7 +12,7 @@ from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.grazing import grazing_response
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.survival import cycling_share
@@ -24,7 +24,7 @@ from roughslip.stages.friction_paths import friction_process, path_nodes
 NODES = 4  # per correlation length: whether a mass sticks again hangs on integrals of the path over many of them
 
 
-def limits(belt: Oscillator, law: StribeckLaw, correlation_length_m: float, stochastic: bool) -> tuple[float, ...]:
+def limits(belt: Oscillator, law: FrictionLaw, correlation_length_m: float, stochastic: bool) -> tuple[float, ...]:
     """Hopf damping, existence limit, and scatter of the latter a unit of that of mu; NaN where there is no cycle."""
     hopf = hopf_damping(belt, law)
     try:
@@ -49,13 +49,9 @@ def work(job: Job) -> None:
     velocities = np.geomspace(slow, fast, asked["points"])
     dampings = np.linspace(light, heavy, asked["points"])
     periods, runs = asked["duration_periods"], asked["realisations"]
-    run = {
-        "tolerance": configuration["numerics"]["oscillator_tolerance"],
-        "stochastic_static_limit": oscillator["stochastic_static_limit"],
-        "interpolation": configuration["ensemble"].get("interpolation", "cubic"),
-    }
+    run = mass_on_belt.run_options(configuration)
     belts = [replace(belt, belt_velocity_m_per_s=float(velocity)) for velocity in velocities]
-    lengths = [mass_on_belt.path_length(one, periods) for one in belts]
+    lengths = [mass_on_belt.path_length(one, periods, run["friction_follows"]) for one in belts]
     share, steps = np.empty((runs, len(velocities), len(dampings))), 0
     with job.usage.core():
         stochastic = oscillator["stochastic_static_limit"]

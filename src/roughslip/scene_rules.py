@@ -329,21 +329,16 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from _unmet_needs(scene, sound)
     if isinstance(scene.get("friction"), dict):
         yield from _wrong_form(scene["friction"])
-    if isinstance(scene.get("square"), dict):
-        yield from (m for m in _wrong_truncation(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("expansion"), dict):
-        for of_expansion in (
-            scene_expansion.mistakes,
-            scene_expansion.field_mistakes,
-            scene_expansion.hardness_mistakes,
-        ):
-            yield from (m for m in of_expansion(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("batches"), dict):
-        yield from (m for m in scene_batches.mistakes(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("ensemble"), dict):
-        yield from (m for m in scene_ensemble.mistakes(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("roughness"), dict):
-        yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
+    of_sections: tuple[tuple[str, Callable[[Scene], Iterator[Mistake]]], ...] = (
+        ("square", _wrong_truncation),
+        ("expansion", scene_expansion.mistakes),
+        ("batches", scene_batches.mistakes),
+        ("ensemble", scene_ensemble.mistakes),
+        ("roughness", lambda scene: scene_roughness.mistakes(scene["roughness"])),
+    )
+    for section, found in of_sections:
+        if isinstance(scene.get(section), dict):
+            yield from (m for m in found(scene) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     for keys, holds, allowed in _RULES:
         if unread.intersection(key.partition(".")[0] for key in keys):
@@ -397,8 +392,8 @@ def _wrong_form(friction: Scene) -> Iterator[Mistake]:
 
 def _wrong_truncation(scene: Scene) -> Iterator[Mistake]:
     """The expansion of the square ends at an order or at a share of the variance, one of them."""
-    order, share = get(scene, ORDER), get(scene, SHARE)
-    if order is None and share is None:
+    has_order, has_share = ("modes" in scene["square"], "variance_share" in scene["square"])
+    if not has_order and not has_share:
         yield Mistake((ORDER,), f"missing; give it, or {SHARE}")
-    elif order is not None and share is not None:
-        yield Mistake((SHARE, ORDER), f"{shown(share)} is not allowed beside {ORDER}; give one")
+    elif has_order and has_share:
+        yield Mistake((SHARE, ORDER), f"{shown(get(scene, SHARE))} is not allowed beside {ORDER}; give one")

@@ -159,12 +159,14 @@ def _read_schema(file: Path) -> Scene:
 
 
 def _blanked(values: Scene, faulty: set[str]) -> Scene:
-    """The scene with None for every single value or list that the schema refused, so that rules meet no odd types."""
+    """The scene with None for every value that the schema refused, so that rules meet no odd types."""
 
     def blanked(value: Any, path: str) -> Any:
+        if path in faulty:
+            return None
         if isinstance(value, dict):
             return {key: blanked(item, f"{path}.{key}" if path else key) for key, item in value.items()}
-        return None if path in faulty else value
+        return value
 
     return cast(Scene, blanked(values, ""))
 

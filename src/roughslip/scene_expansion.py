@@ -30,6 +30,13 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {"expansion": {"samples": ("cd
 
 
 def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
+    """What does not go with the expansion; what the schema refuses is left to it."""
+    yield from _sample_mistakes(scene)
+    yield from _field_mistakes(scene)
+    yield from _hardness_mistakes(scene)
+
+
+def _sample_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     """What does not go with the samples; what the schema refuses is left to it."""
     samples, error, design = (scene["expansion"].get(key) for key in ("samples", "cdf_error", "design"))
     if samples == AUTO:
@@ -43,7 +50,7 @@ def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
         yield Mistake((ERROR, SAMPLES), text)
 
 
-def field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
+def _field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     """What does not go with the expansion at every node: a basis in all modes, and tables of all nodes."""
     samples, square, targets = scene["expansion"].get("samples"), scene.get("square"), scene.get("targets")
     asked = isinstance(targets, list) and FIELD in targets
@@ -63,7 +70,7 @@ def field_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
         yield Mistake((SAMPLES, "square.nodes"), f"{text} (1.5 GB of memory) for {FIELD}")
 
 
-def hardness_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
+def _hardness_mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
     """What does not go with a surface that yields: a target without a gap, and ranks of pressures that are equal."""
     material, targets = scene.get("material"), scene.get("targets")
     hardness = material.get("hardness_pa") if isinstance(material, dict) else None

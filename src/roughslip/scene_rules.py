@@ -326,24 +326,18 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from _unmet_needs(scene, sound)
     if isinstance(scene.get("friction"), dict):
         yield from scene_forms.friction_mistakes(scene["friction"])
-    if isinstance(scene.get("square"), dict):
-        yield from (m for m in scene_forms.square_mistakes(scene["square"]) if all(map(sound, m.keys)))
+    of_sections: tuple[tuple[str, Callable[[Scene], Iterator[Mistake]]], ...] = (
+        ("square", lambda scene: scene_forms.square_mistakes(scene["square"])),
+        ("expansion", scene_expansion.mistakes),
+        ("batches", scene_batches.mistakes),
+        ("oscillator", scene_oscillator.mistakes),
+        ("ensemble", scene_ensemble.mistakes),
+        ("roughness", lambda scene: scene_roughness.mistakes(scene["roughness"])),
+    )
+    for section, found in of_sections:
+        if isinstance(scene.get(section), dict):
+            yield from (m for m in found(scene) if all(map(sound, m.keys)))
     yield from (m for m in scene_map.mistakes(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("expansion"), dict):
-        for of_expansion in (
-            scene_expansion.mistakes,
-            scene_expansion.field_mistakes,
-            scene_expansion.hardness_mistakes,
-        ):
-            yield from (m for m in of_expansion(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("batches"), dict):
-        yield from (m for m in scene_batches.mistakes(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("oscillator"), dict):
-        yield from (m for m in scene_oscillator.mistakes(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("ensemble"), dict):
-        yield from (m for m in scene_ensemble.mistakes(scene) if all(map(sound, m.keys)))
-    if isinstance(scene.get("roughness"), dict):
-        yield from (m for m in scene_roughness.mistakes(scene["roughness"]) if all(map(sound, m.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     for keys, holds, allowed in _RULES:
         if unread.intersection(key.partition(".")[0] for key in keys):

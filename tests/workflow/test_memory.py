@@ -40,6 +40,18 @@ def test_declared_memory_holds_what_the_reference_runs_measured(name):
             assert 1.1 * peak < declared(scene, row["stage"]) < 4 * peak + 200, row["stage"]
 
 
+# Peaks [MiB] of a square of 1024 x 1024 nodes in 95 modes, measured by the stages: what grows with the mesh.
+LARGE = {"surface": 2415.6, "design": 1637.3, "contact_square": 1728.4}
+
+
+def test_declared_memory_holds_a_large_mesh():
+    scene = shipped_scene("resolved")
+    scene["square"].update(nodes=1024, modes=95, monte_carlo_samples=4000, latin_hypercube_samples=4000)
+    for stage, peak in LARGE.items():
+        needed = memory.needed_mb(scene, stage, 10 if stage == "contact_square" else 0)
+        assert 1.1 * peak * MIB < needed < 2 * peak * MIB, stage
+
+
 def test_jobs_keep_within_what_they_declare(finished):
     records = [json.loads(path.read_text()) for path in finished.path("results/tiny/usage").glob("*.json")]
     tiny = Scenes(finished.folder, ["tiny"])["tiny"]

@@ -102,13 +102,22 @@ def _surface(scene: Scene, _: int) -> float:
     return _PLAIN + 4 * _modes_mb(scene) + 3 * _megabytes(dense)
 
 
+def _read_modes(scene: Scene) -> float:
+    """Modes, read and checked."""
+    return 2.5 * _modes_mb(scene)
+
+
 def _design(scene: Scene, _: int) -> float:
-    return _PLAIN + 3 * _megabytes(_designs(scene))
+    return _PLAIN + _read_modes(scene) + 3 * _megabytes(_designs(scene))
+
+
+def _report(scene: Scene, _: int) -> float:
+    return _DRAWING + (_read_modes(scene) if "surface" in scene_rules.stages_needed(scene) else 0)
 
 
 def _solver(scene: Scene) -> float:
-    """Modes, read and checked, and the mesh in the solver with its transforms on a mesh four times as large."""
-    return _COMPILED + 2.5 * _modes_mb(scene) + _megabytes(80 * _nodes(scene))
+    """Modes, and the mesh in the solver with its transforms on a mesh four times as large."""
+    return _COMPILED + _read_modes(scene) + _megabytes(80 * _nodes(scene))
 
 
 def _contact_square(scene: Scene, count: int) -> float:
@@ -241,6 +250,7 @@ def _scan(scene: Scene, _: int) -> float:
 _STAGES = {
     "surface": _surface,
     "design": _design,
+    "report": _report,
     "contact_square": _contact_square,
     "training_square": _training_square,
     "chaos_square": _chaos_square,

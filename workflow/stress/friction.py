@@ -6,7 +6,6 @@ Of four problems one is of friction paths, the others of windows, of their stati
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable
 from functools import partial

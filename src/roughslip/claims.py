@@ -340,7 +340,7 @@ def _figure_5(oscillator: Arrays) -> dict[str, Finding | str]:
     below, above = damping < limit, damping > limit
     if below.any() and above.any():
         sharp = np.all(cycles[below] >= 0.5 * cycles[0]) and np.all(cycles[above] <= 1)
-        note = "damping ratio, by bisection to 1e-8"
+        note = "damping ratio, root of the return map of slip, to 1e-8"
         found["fig5-sharp-limit"] = Finding(limit, (limit - 1e-8, limit + 1e-8), 1 if sharp else -1, note)
     else:
         found["fig5-sharp-limit"] = ONE_SIDE.format(limit)

@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 from roughslip.figures import Arrays, head, panels, with_interval_names
 
 DRAWN = [
-    *("belt_velocity", "damping_ratio", "probability", "hopf_damping", "existence_limit", "limit_scatter"),
+    *("belt_velocity", "damping_ratio", "probability", "hopf_damping", "existence_limit"),
     *("nominal_damping", "nominal_velocity", "map_runs"),
     *("scatter_factor", "friction_deviation", "survival_damping", "survival_time"),
     *("survival_limit", "survival_hopf", "band_level", "band_start"),
@@ -20,8 +20,8 @@ DRAWN = [
 ]
 """Variables of the results that the figure draws, which are stored beside it."""
 
-CENTRAL = 1.2816  # standard deviations about the mean of a normal law that hold 80 % of it
 CURVES = 6  # of survival that the eye can part
+DECIDED = 0.05  # mean survival over the time shown, below which a curve is all fall
 OUTLINE = (withStroke(linewidth=2.6, foreground="white"),)
 
 
@@ -50,17 +50,14 @@ def _map(axes: Axes, result: Arrays) -> None:
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
     assert axes.figure is not None
     axes.figure.colorbar(mesh, ax=axes, label="probability of stick-slip", shrink=0.9)
-    limit, spread = result["existence_limit"], CENTRAL * result["limit_scatter"]
-    for curve, style, label in (
-        (limit, "-", "cycle exists, left of it"),
-        (result["hopf_damping"], "--", "sliding unstable, left of it"),
-        (limit - spread, ":", "a loop misses, 10 and 90 %"),
-        (limit + spread, ":", None),
+    for name, style, label in (
+        ("existence_limit", "-", "cycle exists, left of it"),
+        ("hopf_damping", "--", "sliding unstable, left of it"),
     ):
-        axes.plot(curve, velocity, color="0.05", lw=1.3, ls=style, label=label, path_effects=OUTLINE)
+        axes.plot(result[name], velocity, color="0.05", lw=1.3, ls=style, label=label, path_effects=OUTLINE)
     nominal = float(result["nominal_damping"]), float(result["nominal_velocity"])
     axes.plot(*nominal, "*", color="C1", mec="white", ms=12, label="the scene", clip_on=False, ls="none")
-    axes.legend(loc="upper right", fontsize="small", frameon=True, framealpha=0.9, handlelength=1.8)
+    axes.legend(loc="lower left", fontsize="small", frameon=True, framealpha=0.9, handlelength=1.8)
 
 
 def _nominal(result: Arrays) -> int:
@@ -70,9 +67,9 @@ def _nominal(result: Arrays) -> int:
 
 def _curves(axes: Axes, result: Arrays) -> None:
     row = _nominal(result)
-    final = result["survival_curve"][row, :, -1]
-    undecided = np.flatnonzero((final > 0.0) & (final < 1.0))
-    shown = undecided if undecided.size else np.arange(len(final))
+    mean = result["survival_curve"][row].mean(axis=-1)
+    undecided = np.flatnonzero((mean > DECIDED) & (mean < 1.0))
+    shown = undecided if undecided.size else np.arange(len(mean))
     shown = shown[np.unique(np.linspace(0, len(shown) - 1, min(CURVES, len(shown))).astype(int))]
     for colour, place in zip(sns.color_palette("viridis", len(shown)), shown, strict=True):
         low, value, high = (result[f"survival_curve{end}"][row, place] for end in ("_low", "", "_high"))
@@ -81,7 +78,7 @@ def _curves(axes: Axes, result: Arrays) -> None:
         axes.plot(result["survival_time"], value, color=colour, lw=1.5, label=label)
     axes.set(xlabel="natural periods", ylabel="share of the runs", ylim=(0, 1.02), xlim=(0, None))
     title = f"$D$ at std {float(result['friction_deviation'][row]):.3g}"
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small", title=title, title_fontsize="small")
+    axes.legend(loc="upper right", fontsize="small", title=title, title_fontsize="small", frameon=True, framealpha=0.8)
 
 
 def _lifetimes(axes: Axes, result: Arrays) -> None:
@@ -94,7 +91,7 @@ def _lifetimes(axes: Axes, result: Arrays) -> None:
             axes.fill_between(damping[known], low[known], high[known], color=colour, alpha=0.15, linewidth=0)
             axes.plot(damping[known], value[known], marker + style, ms=3.5, lw=1.1, color=colour)
             bound = np.isfinite(low) & ~np.isfinite(value)
-            axes.plot(damping[bound], low[bound], "^", ms=4, mfc="none", color=colour)
+            axes.plot(damping[bound], low[bound], "^", ms=3, alpha=0.5, mfc="none", color=colour)
     axes.set(yscale="log", xlabel="damping ratio $D$", ylabel="natural periods")
     low, high = axes.get_ylim()
     for name, style in (("survival_hopf", "--"), ("survival_limit", "-")):
@@ -107,7 +104,9 @@ def _lifetimes(axes: Axes, result: Arrays) -> None:
         Line2D([], [], color="0.3", marker="s", ms=3.5, lw=1.1, ls="--", label="steady sliding"),
         Line2D([], [], color="0.3", marker="^", mfc="none", ms=4, ls="none", label="more than"),
     ]
-    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
+    columns = 2
+    axes.set_ylim(low, high * (high / low) ** (0.08 * -(-len(handles) // columns)))
+    axes.legend(handles=handles, loc="upper right", ncols=columns, fontsize="small", columnspacing=1.0)
 
 
 def _band(axes: Axes, result: Arrays) -> None:

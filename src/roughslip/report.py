@@ -44,12 +44,11 @@ CAPTIONS = {
     "expansion expects at the same variables though it has not seen it, and a field drawn with the scatter that it "
     "leaves.",
     "figure_map": "Where stick-slip lives. (a) Its probability, the share of stick-slip in the second half of runs "
-    "from rest on the belt; lines: the deterministic limits, and where a loop of slip from departure misses the belt "
-    "with 10 and 90 % in first order of the scatter. (b) How long it survives, at the damping ratios named, by Kaplan "
-    "and Meier. (c) Mean lifetime of stick-slip, and of steady sliding until the mass sticks; exponential, censored at "
-    "the end of the runs. (d) The damping ratio at which stick-slip has the probability of one half, and the band from "
-    "0.1 to 0.9, by how the runs begin: where the two bands lie apart both motions last longer than the runs. Bands "
-    "around lines are 95 % intervals.",
+    "from rest on the belt, with the deterministic limits. (b) How long it survives, at the damping ratios named, by "
+    "Kaplan and Meier. (c) Mean lifetime of stick-slip, and of steady sliding until the mass sticks; exponential, "
+    "censored at the end of the runs. (d) The damping ratio at which stick-slip has the probability of one half, and "
+    "the band from 0.1 to 0.9, by how the runs begin: where the two bands lie apart both motions last longer than the "
+    "runs. Bands around lines are 95 % intervals.",
     "figure2": "Figure 2. Pressure at the centre of the square: Monte Carlo, Latin hypercube, the two polynomial chaos "
     "variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals, of sampling, and for "
     "an expansion of its fit, not of the truncation of its series.",

@@ -477,7 +477,7 @@ def test_step_limit_is_an_error(monkeypatch):
         ({"tolerance": 0.0}, "tolerance"),
         ({"tolerance": 1e-2}, "tolerance"),
         ({"tolerance": math.nan}, "tolerance"),
-        ({"start_position_m": math.inf}, "start must"),
+        ({"start_position_m": math.inf}, "start must be finite"),
         ({"path": np.zeros(9), "interpolation": "quintic"}, "cubic or linear"),
         ({"friction_follows": "load"}, "slip, belt, time"),
         ({"negative_friction": "allow"}, "clip, refuse"),
@@ -489,3 +489,26 @@ def test_refuses(function, change, message):
     valid = {"path": None, "spacing_m": 1e-4, "duration_periods": 1.0}
     with pytest.raises(ParameterError, match=message):
         function(STUDY, LAW, **(valid | change))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_motion_may_start_off_the_belt(side):
+    """Undamped slip is a rotation about F mu on the side of X' < V, about -F mu on that of X' > V; it meets the belt
+    where the circle does, from below on the left, from above on the right."""
+    x, u = side * 0.3 * F, (1 - 2.5 * side) * V
+    centre = side * 0.4 * F
+    radius = math.hypot(x - centre, u)
+    motion = simulate(UNDAMPED, COULOMB, None, 0.0, 1.5, tolerance=1e-11, start_position_m=x, start_velocity_m=u)
+    place = centre - side * math.sqrt(radius**2 - V**2)
+    angle = (math.atan2(-V, place - centre) - math.atan2(-u, x - centre)) % (2 * math.pi)
+    assert list(motion.kind[:1]) == [DEPARTURE]
+    assert motion.position[1] == pytest.approx(place, abs=1e-9 * F)
+    assert motion.time[1] == pytest.approx(angle, abs=1e-8)
+    assert motion.slipped_distance[1] == pytest.approx(side * (V * angle - (place - x)), abs=1e-9 * F)
+
+
+def test_a_start_at_the_belt_s_velocity_is_the_start_on_the_belt():
+    one, other = (simulate(STUDY, LAW, None, 0.0, 3.0, start_velocity_m=u) for u in (V, None))
+    np.testing.assert_array_equal(one.time, other.time)
+    with pytest.raises(ParameterError, match="start must be finite"):
+        simulate(STUDY, LAW, None, 0.0, 3.0, start_velocity_m=math.nan)

@@ -109,9 +109,13 @@ def test_the_surviving_share_of_a_textbook():
 
 
 def test_when_all_have_ended_nothing_survives():
+    """The upper end is that of the last share above zero, 0.5 with the variance 1 / 2 of S log S; at once, the rule of
+    three's."""
     value, low, high = surviving_share(Spells(np.array([2.0, 5.0]), np.array([True, True])), np.array([9.0]))[0]
     assert (value, low) == (0, 0)
-    assert high == pytest.approx(0.95)  # one was at risk at last
+    assert high == pytest.approx(0.5 ** math.exp(-1.959964 * math.sqrt(0.5) / math.log(2)), rel=1e-6)
+    found = surviving_share(Spells(np.full(10, 2.0), np.full(10, True)), np.array([1.0, 3.0]))
+    assert found == pytest.approx(np.array([[1, 0.05**0.1, 1], [0, 0, 1 - 0.05**0.1]]), rel=1e-12)
 
 
 def test_falling_share_is_the_isotonic_regression():

@@ -199,6 +199,7 @@ def test_an_ensemble_of_known_runs_is_summed_up(run, stored):
     assert found["cycling_share"] == pytest.approx(0.7)
     ends = wilson_interval(7, 10)
     assert (found["cycling_share_low"], found["cycling_share_high"]) == (pytest.approx(ends[0]), pytest.approx(ends[1]))
+    assert np.isnan([found["normality_jarque_bera_p"], found["normality_anderson_darling_p"]]).all()  # of 60 events
     assert (found["reattachment_mean"], found["reattachment_std"]) == (
         pytest.approx(place.mean()),
         pytest.approx(place.std()),
@@ -221,3 +222,19 @@ def test_an_ensemble_of_known_runs_is_summed_up(run, stored):
     np.testing.assert_array_equal(found["deterministic_velocity"], -np.arange(5.0))
     for name, value in scalars.items():
         assert found[f"deterministic_{name}"] == value
+
+
+def test_normality_is_judged_where_there_are_events_enough(capsys):
+    """Of 40 runs of 20 normal or exponential places; successive ones are independent."""
+    rng, owner = np.random.default_rng(8), np.repeat(np.arange(40), 20)
+    normal, skew = (
+        cycles.normality_variables(1e-3 * draw, owner, np.random.default_rng(9))
+        for draw in (3 + rng.standard_normal(800), rng.standard_exponential(800))
+    )
+    for test in ("jarque_bera_p", "anderson_darling_p"):
+        assert normal[f"normality_{test}"].values > 0.01
+        assert skew[f"normality_{test}"].values < 0.01
+    assert abs(normal["successive_correlation"].values) < 4 / np.sqrt(800)
+    few = cycles.normality_variables(np.arange(20.0), np.arange(20), rng)
+    assert np.isnan([variable.values for variable in few.values()]).all()
+    assert "too few for a test of normality" in capsys.readouterr().err

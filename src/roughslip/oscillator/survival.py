@@ -109,7 +109,8 @@ def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
     The product-limit estimator of E. L. Kaplan & P. Meier (J. Am. Stat. Assoc. 53 (1958) 457) for spells of which some
     are cut off, Greenwood's variance on the scale log(-log S) for the interval (J. D. Kalbfleisch & R. L. Prentice,
     The Statistical Analysis of Failure Time Data, 1980, 1.4). While no spell has ended the lower end is the rule of
-    three's, 0.05^(1/n); behind the longest spell nothing is known if it was cut off, and IllPosedError says so.
+    three's, 0.05^(1/n); when all have, the upper one stays where it was before the last. Behind the longest spell
+    nothing is known if it was cut off, and IllPosedError says so.
     """
     asked = np.atleast_1d(np.asarray(periods, dtype=np.float64))
     longest = float(np.max(spells.duration, initial=0.0))
@@ -118,23 +119,19 @@ def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
         raise IllPosedError("no spell lasts as long as its survival is asked for: run longer, or ask for less")
     order = np.argsort(spells.duration, kind="stable")
     duration, ended = spells.duration[order], spells.ended[order]
-    times, first = np.unique(duration[ended], return_index=True)
-    deaths = np.diff(np.append(first, np.count_nonzero(ended)))
+    times, deaths = np.unique(duration[ended], return_counts=True)
     at_risk = duration.size - np.searchsorted(duration, times, "left")
-    survival = np.cumprod(1.0 - deaths / at_risk)
-    alive = at_risk > deaths
-    greenwood = np.cumsum(np.where(alive, deaths / (at_risk * np.where(alive, at_risk - deaths, 1)), 0.0))
-    found = np.empty((asked.size, 3))
-    for row, passed in enumerate(np.searchsorted(times, asked, "right")):
-        if passed == 0:
-            found[row] = 1.0, 0.05 ** (1.0 / duration.size), 1.0
-        elif survival[passed - 1] == 0.0:
-            found[row] = 0.0, 0.0, 1.0 - 0.05 ** (1.0 / at_risk[passed - 1])
+    survival = np.cumprod((at_risk - deaths) / at_risk)
+    greenwood = np.cumsum(np.where(survival > 0.0, deaths / (at_risk * np.maximum(at_risk - deaths, 1)), 0.0))
+    steps = np.empty((times.size + 1, 3))
+    steps[0] = 1.0, 0.05 ** (1.0 / duration.size), 1.0
+    for step, value in enumerate(survival, start=1):
+        if value > 0.0:
+            spread = ndtri(TAILS[1]) * math.sqrt(greenwood[step - 1]) / abs(math.log(value))
+            steps[step] = value, value ** math.exp(spread), value ** math.exp(-spread)
         else:
-            value = survival[passed - 1]
-            spread = ndtri(TAILS[1]) * math.sqrt(greenwood[passed - 1]) / abs(math.log(value))
-            found[row] = value, value ** math.exp(spread), value ** math.exp(-spread)
-    return found
+            steps[step] = 0.0, 0.0, 1.0 - 0.05 ** (1.0 / duration.size) if step == 1 else steps[step - 1, 2]
+    return steps[np.searchsorted(times, asked, "right")]
 
 
 def falling_share(share: np.ndarray) -> np.ndarray:

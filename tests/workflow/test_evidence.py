@@ -17,7 +17,7 @@ STAGES = tuple(
 )
 PLANS = {
     "benchmark": {"benchmark": 1, **{f"benchmark_{stage}": 1 for stage in STAGES}},
-    "stress": {"stress_contact": 1, "stress_chaos": 1, "stress": 1},
+    "stress": {"stress": 1, **{f"stress_{stage}": 1 for stage in ("surface", "contact", "chaos", "friction")}},
 }
 
 # Edited files by what they belong to, and whether that is measured anew.
@@ -51,6 +51,20 @@ MEASURED = {
         "src/roughslip/chaos/sparse.py": True,
         "workflow/stress/chaos_contact_problem.py": True,
         "workflow/stress/contact_judge.py": False,
+    },
+    ("stress", "surface"): {
+        "src/roughslip/surface/translation.py": True,
+        "src/roughslip/surface/covariance_fit.py": True,
+        "src/roughslip/friction/recursion.py": False,
+        "workflow/stress/kernels.py": True,
+        "workflow/stress/friction_judge.py": False,
+    },
+    ("stress", "friction"): {
+        "src/roughslip/friction/penetration_law.py": True,
+        "src/roughslip/friction/translation.py": True,
+        "src/roughslip/surface/translation.py": False,
+        "workflow/stress/friction_lengths.py": True,
+        "workflow/stress/kernels.py": False,
     },
 }
 

@@ -23,7 +23,7 @@ DESIGNS = {
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "friction", "chain")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
-STRESSED = ("contact", "chaos")
+STRESSED = ("surface", "contact", "chaos", "friction")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
 EVIDENCE = (
     "benchmark",

@@ -1,4 +1,4 @@
-"""The stress campaign of friction: problems by number, judges against known answers, and false claims that they catch."""
+"""The stress campaign of friction: problems by number, judges against known answers, false claims that they catch."""
 
 from __future__ import annotations
 
@@ -150,12 +150,16 @@ def test_shapes_that_are_wrong_are_caught():
     assert "gamma" in names(friction_shapes.judge_candidates(PROBLEM, moved, WEIGHTS))
     scaled = scaled_beta(PROBLEM.mu, PROBLEM.valid, WEIGHTS)
     assert names(friction_shapes.judge_scaled(PROBLEM, scaled, WEIGHTS)) == set()
-    assert "a, row 0" in names(friction_shapes.judge_scaled(PROBLEM, replace(scaled, a=shifted(scaled.a, 1e-6)), WEIGHTS))
+    assert "a, row 0" in names(
+        friction_shapes.judge_scaled(PROBLEM, replace(scaled, a=shifted(scaled.a, 1e-6)), WEIGHTS)
+    )
     far = distance_to_beta(PROBLEM.mu, PROBLEM.valid, WEIGHTS, 2.0, 3.0)
     assert names(friction_shapes.judge_distance(PROBLEM, far, WEIGHTS, 2.0, 3.0)) == set()
     for by, broken in ((0.01, "too large"), (-0.01, "too small")):
         wrong = replace(far, standardised=shifted(far.standardised, by))
-        assert f"standardised, row 0, {broken}" in names(friction_shapes.judge_distance(PROBLEM, wrong, WEIGHTS, 2.0, 3.0))
+        assert f"standardised, row 0, {broken}" in names(
+            friction_shapes.judge_distance(PROBLEM, wrong, WEIGHTS, 2.0, 3.0)
+        )
 
 
 def test_members_of_families_have_the_skewness_of_their_name():

@@ -1,4 +1,4 @@
-"""The stress campaign of surfaces: problems by number, judges against known answers, and false claims that they catch."""
+"""The stress campaign of surfaces: problems by number, judges against known answers, false claims that they catch."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The judge of window statistics: textbook formulas in long doubles on the windows themselves, strips repeated as often
-as a resampled row counts them.
+"""The judge of window statistics: textbook formulas in long doubles on the windows themselves, strips repeated as
+often as a resampled row counts them.
 
-A centred moment of windows whose scatter is s and whose mean is m has lost m / s of its digits; a replicate far from the
-sample's mean loses more.
+A centred moment of windows whose scatter is s and whose mean is m has lost m / s of its digits; a replicate far from
+the sample's mean loses more.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ def interval(estimate: Estimate) -> Met:
     right = all(np.isfinite(part).all() for part in (estimate.value, estimate.low, estimate.high, estimate.replicates))
     return {
         "finite": (0.0 if right else math.inf, 0),
-        "its interval": (max(np.max(np.abs(estimate.low - ends[0])), np.max(np.abs(estimate.high - ends[1]))) / scale, 1e-12),
+        "its interval": (
+            max(np.max(np.abs(estimate.low - ends[0])), np.max(np.abs(estimate.high - ends[1]))) / scale,
+            1e-12,
+        ),
         "its ends": (np.max(estimate.low - estimate.high) / scale, 0),
         "replicates": (abs(FEWEST_REPLICATES - min(estimate.replicates.shape[-1], FEWEST_REPLICATES)), 0),
     }
@@ -114,7 +117,9 @@ def judge_autocorrelation(problem: Problem, found: Estimate, weights: np.ndarray
     met = interval(found) | {"r(0)": (np.max(np.abs(found.rows[:, 0] - 1)), 0)}
     centre = float(np.mean(mu[valid]))
     for row in rows_seen(problem, weights):
-        exact = own_autocorrelation(np.repeat(mu, weights[row], axis=0), np.repeat(valid, weights[row], axis=0), problem.lags)
+        exact = own_autocorrelation(
+            np.repeat(mu, weights[row], axis=0), np.repeat(valid, weights[row], axis=0), problem.lags
+        )
         slack = lost(counted(mu, valid, weights[row]), centre)
         met[f"r, {'sample' if row == 0 else 'replicate'}"] = (
             np.max(np.abs(found.rows[row] - exact)),
@@ -217,7 +222,9 @@ def _corrected(
     solved: Influences, same: Influences, other: Influences, k: int, excess: float, counts: np.ndarray, slack: float
 ) -> Corrected | None:
     first, second = solved.influence[k], same.influence[k]
-    cross, own, control = (float(np.sum(counts * a * b)) for a, b in ((first, second), (first, first), (second, second)))
+    cross, own, control = (
+        float(np.sum(counts * a * b)) for a, b in ((first, second), (first, first), (second, second))
+    )
     shares = own / solved.unit[k], control / same.unit[k]
     if min(shares) <= MARGIN * NO_SCATTER**2:
         return None
@@ -225,7 +232,9 @@ def _corrected(
     theta = float(solved.value[k] - alpha * (same.value[k] - other.value[k]))
     size = float(abs(alpha) * (abs(same.value[k]) + abs(other.value[k])) + abs(solved.value[k]))
     digits = 1e-9 + 1e3 * slack * sum(1 / math.sqrt(share) for share in shares)
-    return Corrected(theta, alpha, 1 - alpha * cross / own, digits * size, digits * (abs(alpha) + math.sqrt(own / control)))
+    return Corrected(
+        theta, alpha, 1 - alpha * cross / own, digits * size, digits * (abs(alpha) + math.sqrt(own / control))
+    )
 
 
 def judge_combined(problem: Problem, found: Combined, weights: np.ndarray, many: np.ndarray) -> Met:
@@ -244,6 +253,9 @@ def judge_combined(problem: Problem, found: Combined, weights: np.ndarray, many:
             met |= {
                 f"{which}, row {row}": (abs(told - exact.theta), exact.digits),
                 f"alpha of {which}, row {row}": (abs(alpha - exact.alpha), exact.limit_of_alpha),
-                f"ratio of {which}, row {row}": (abs(ratio - exact.ratio), 4 * exact.limit_of_alpha / (abs(exact.alpha) or 1)),
+                f"ratio of {which}, row {row}": (
+                    abs(ratio - exact.ratio),
+                    4 * exact.limit_of_alpha / (abs(exact.alpha) or 1),
+                ),
             }
     return met

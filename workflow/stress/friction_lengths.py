@@ -31,7 +31,10 @@ def judge(lags: np.ndarray, curve: Estimate, window: float, found: CorrelationFi
         loss = float(np.mean((np.exp(-lags / whole) - r) ** 2))
         met |= {
             f"no better length, row {row}": (_loss(lags, r, whole) - _least(lags, r), _slack(r)),
-            f"half a window, row {row}": (_loss(lags[:near], r[:near], half) - _least(lags[:near], r[:near]), _slack(r)),
+            f"half a window, row {row}": (
+                _loss(lags[:near], r[:near], half) - _least(lags[:near], r[:near]),
+                _slack(r),
+            ),
             f"1/e, row {row}": (abs(float(found.one_over_e.rows[row]) - _one_over_e(lags, r)) / lags[-1], 1e-12),
             f"integral, row {row}": (
                 abs(float(found.integral.rows[row]) - float(np.sum(0.5 * (r[1:] + r[:-1]) * np.diff(lags)))) / lags[-1],

@@ -105,7 +105,9 @@ def honest(problem: Problem, error: RoughslipError) -> bool:
     ratio = problem.spacing / problem.process.correlation_length_m
     if isinstance(error, ParameterError):
         return problem.method == "recursion" and not SPACINGS[0] <= ratio <= SPACINGS[1]
-    return isinstance(error, IllPosedError) and left_out(problem.process.marginal.centred, HERMITE_TERMS) > 0.5 * LEFT_OUT
+    return (
+        isinstance(error, IllPosedError) and left_out(problem.process.marginal.centred, HERMITE_TERMS) > 0.5 * LEFT_OUT
+    )
 
 
 def judged(problem: Problem) -> Verdict:

@@ -16,7 +16,11 @@ def judged(seed: tuple[int, ...]) -> Met:
     """Through its levels, monotone between two, its slope as differences have it, without a jump at a level."""
     generator = np.random.default_rng(seed)
     levels, shape = int(generator.integers(2, 9)), one_of(generator, SHAPES)
-    q = np.sort(generator.uniform(0.01, 99.99, levels)) if generator.random() < 0.7 else np.cumsum(np.geomspace(1e-6, 50, levels))
+    q = (
+        np.sort(generator.uniform(0.01, 99.99, levels))
+        if generator.random() < 0.7
+        else np.cumsum(np.geomspace(1e-6, 50, levels))
+    )
     rows = generator.standard_normal((1 + FEWEST_REPLICATES, levels))
     if shape == "falling":
         rows = -np.cumsum(np.abs(rows), axis=1)

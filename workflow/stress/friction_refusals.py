@@ -127,7 +127,9 @@ def _windows() -> dict[str, Callable[[], object]]:
         "other replicates of the many": partial(
             combine, (MU, VALID), (MU, VALID), (MU, VALID), WEIGHTS, np.concatenate((WEIGHTS, WEIGHTS[1:]))
         ),
-        "a control of other strips": partial(combine, (MU, VALID), (MU[:, :3], VALID[:, :3]), (MU, VALID), WEIGHTS, WEIGHTS),
+        "a control of other strips": partial(
+            combine, (MU, VALID), (MU[:, :3], VALID[:, :3]), (MU, VALID), WEIGHTS, WEIGHTS
+        ),
     }
 
 

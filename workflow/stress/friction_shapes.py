@@ -77,7 +77,10 @@ def judge_beta(problem: Problem, found: BetaFit, weights: np.ndarray) -> Met:
             f"distance, {which}": (abs(float(found.distance.rows[row]) ** 2 - misfit), 1e-9 + slack),
             f"no nearer Beta, {which}": (misfit - least, (SAMPLE_FIT if row == 0 else TABLE_FIT) + slack),
             f"its mean, {which}": (abs(fitted.mean() - float(q.mean())) / spread, slack),
-            f"its ends, {which}": (abs(np.mean(standard * (fitted - float(q.mean()))) / spread - 1 + misfit), 1e-6 + slack),
+            f"its ends, {which}": (
+                abs(np.mean(standard * (fitted - float(q.mean()))) / spread - 1 + misfit),
+                1e-6 + slack,
+            ),
             f"shapes, {which}": (max(a, b) - SHAPES[1], 1e-9 * SHAPES[1]),
             f"shapes, {which}, least": (SHAPES[0] - min(a, b), 1e-9),
         }
@@ -101,7 +104,10 @@ def judge_candidates(problem: Problem, found: dict[str, Candidate], weights: np.
             others = [_member(family, skewness + step) for step in steps if abs(skewness + step) <= 2 + 1e-9]
             least = min((_misfit(standard, other) for other in others), default=math.inf)
             met |= {
-                f"{family}: distance, row {row}": (abs(float(candidate.distance.rows[row]) ** 2 - misfit), 1e-9 + slack),
+                f"{family}: distance, row {row}": (
+                    abs(float(candidate.distance.rows[row]) ** 2 - misfit),
+                    1e-9 + slack,
+                ),
                 f"{family}: no nearer, row {row}": (misfit - least, slack),
             }
     return met

@@ -36,7 +36,9 @@ DEMANDED = 1e-10
 SEED = 20261
 CHUNK = 20  # problems that a process takes at a time
 LISTED = 50  # failures told one by one
-ADVICE = re.compile(r"\b(take|lower|use|ask|penetrate|expand|give|solve|lengthen|space|add|choose|cut)\b", re.IGNORECASE)
+ADVICE = re.compile(
+    r"\b(take|lower|use|ask|penetrate|expand|give|solve|lengthen|space|add|choose|cut)\b", re.IGNORECASE
+)
 
 Row = dict[str, Any]
 

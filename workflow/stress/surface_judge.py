@@ -59,14 +59,19 @@ def judge_modes(
         "orthonormal": (np.abs(gram - np.eye(count)).max(), 1e-10),
     }
     if complete:
-        met["the matrix from its modes"] = (np.abs((vectors.T * eigenvalues) @ vectors - matrix).max() / largest, allowed)
+        met["the matrix from its modes"] = (
+            np.abs((vectors.T * eigenvalues) @ vectors - matrix).max() / largest,
+            allowed,
+        )
     return met
 
 
 def judge_expansion(problem: Problem, found: KarhunenLoeve) -> Verdict:
     """Whether an expansion is what it claims."""
     grid, variance = problem.grid, problem.covariance.rms_height_m**2
-    shapes = found.modes.shape == (len(found.eigenvalues), *grid.shape) and found.residuals.shape == found.eigenvalues.shape
+    shapes = (
+        found.modes.shape == (len(found.eigenvalues), *grid.shape) and found.residuals.shape == found.eigenvalues.shape
+    )
     if not (shapes and all(np.isfinite(a).all() for a in (found.modes, found.eigenvalues, found.residuals))):
         return Verdict(math.inf, ("fields of another shape, or not finite",))
     eigenvalues = found.eigenvalues / variance
@@ -74,13 +79,18 @@ def judge_expansion(problem: Problem, found: KarhunenLoeve) -> Verdict:
     kept = eigenvalues > 0  # those that are rounding may be told as zero, and then have no vector
     scaled = found.modes.reshape(count, -1) / problem.covariance.rms_height_m
     vectors = scaled[kept] / np.sqrt(eigenvalues[kept])[:, None]
-    met = judge_modes(problem, eigenvalues[kept], vectors, found.residuals[kept], bool(kept.all()) and count == grid.size)
+    met = judge_modes(
+        problem, eigenvalues[kept], vectors, found.residuals[kept], bool(kept.all()) and count == grid.size
+    )
     exact = np.maximum(scipy.linalg.eigvalsh(matrix_of(problem))[::-1], 0.0)
     slack = SHARE_ROUNDING + MATRIX_ROUNDING * grid.size
     carried = np.cumsum(exact) / grid.size
     i, j = grid.centre
     met |= {
-        "modes told as zero": (np.max(exact[:count][~kept], initial=0.0), (TOLERANCE + MATRIX_ROUNDING * grid.size) * exact[0]),
+        "modes told as zero": (
+            np.max(exact[:count][~kept], initial=0.0),
+            (TOLERANCE + MATRIX_ROUNDING * grid.size) * exact[0],
+        ),
         "captured variance": (abs(found.captured_variance - carried[count - 1]), slack),
         "captured at the centre": (abs(found.captured_at((i, j)) - np.sum(scaled[:, i * grid.ny + j] ** 2)), slack),
         "variance": (np.abs(found.variance().ravel() / variance - np.sum(scaled**2, axis=0)).max(), 1e-12),

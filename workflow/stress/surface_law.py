@@ -176,7 +176,9 @@ def judge_translation(problem: Problem, translation: Translation) -> Verdict:
 
 def _refitted(marginal: Marginal) -> dict[str, tuple[float, float]]:
     """The law of the moments of a law is that law, where they tell it."""
-    if marginal.family == "gaussian" or (marginal.family == "beta" and not 0.1 < min(marginal.shapes) <= max(marginal.shapes) < 100):
+    if marginal.family == "gaussian" or (
+        marginal.family == "beta" and not 0.1 < min(marginal.shapes) <= max(marginal.shapes) < 100
+    ):
         return {}
     if marginal.family == "weibull" and abs(marginal.skewness) < 0.01:
         return {}
@@ -275,7 +277,9 @@ def judge_waves(problem: Problem) -> Verdict:
 def _roughness(law: WeierstrassMandelbrot) -> dict[str, tuple[float, float]]:
     """The roughness parameter there and back, or refused where no double holds it."""
     longest = math.log2(law.longest_wavelength_m)
-    scale = 0.5 * math.log2(law.azimuths / math.log(law.gamma)) + math.log2(law.rms_height_m * float(_amplitudes(law)[0]))
+    scale = 0.5 * math.log2(law.azimuths / math.log(law.gamma)) + math.log2(
+        law.rms_height_m * float(_amplitudes(law)[0])
+    )
     digits = abs(longest + (scale - longest) / (1 - law.hurst))
     try:
         back = rms_height(law.roughness_parameter_m, law)

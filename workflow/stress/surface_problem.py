@@ -100,6 +100,10 @@ def _mesh(generator: np.random.Generator, least: int) -> Grid:
 def _torus(covariance: Covariance, grid: Grid) -> float:
     """Nodes of the largest torus that an embedding may come to, about."""
     if covariance.kind == "self_affine":
-        return 10.0 * grid.size * max(1.0, max(covariance.rolloff_wavelengths_m) / min(grid.nx * grid.dx, grid.ny * grid.dy)) ** 2
+        return (
+            10.0
+            * grid.size
+            * max(1.0, max(covariance.rolloff_wavelengths_m) / min(grid.nx * grid.dx, grid.ny * grid.dy)) ** 2
+        )
     reach = covariance.reach_m
     return (grid.nx + 2 * reach[0] / grid.dx) * (grid.ny + 2 * reach[1] / grid.dy)

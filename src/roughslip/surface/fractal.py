@@ -96,7 +96,9 @@ class WeierstrassMandelbrot:
         scale = float(self.amplitudes[0]) * math.sqrt(self.azimuths / math.log(self.gamma)) / longest
         exponent = math.log2(longest) + math.log2(scale) / (1.0 - self.hurst)
         if not abs(exponent) < MOST_BINARY_DIGITS:
-            raise IllPosedError(f"the roughness parameter at H = {self.hurst} is near 2^{exponent:.3g} m: use the rms height")
+            raise IllPosedError(
+                f"the roughness parameter at H = {self.hurst} is near 2^{exponent:.3g} m: use the rms height"
+            )
         return longest * scale ** (1.0 / (1.0 - self.hurst))
 
     def waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -220,3 +220,12 @@ def test_whole_paths_refuse(whole, spacing, length, message):
 def test_there_are_three_ways():
     with pytest.raises(ParameterError, match="one of recursion, embedding, spectral"):
         prepare(PUBLISHED, LENGTH / 16, 0.01, "jacobi")
+
+
+def test_paths_of_a_beta_where_scipy_has_no_quantile():
+    """betaincinv of scipy 1.17 is NaN at these shapes below p = 1e-16; there x^a = a B(a, b) p, and x is the end."""
+    a, b = 1.035035428873854, 0.688317738616233
+    scores = np.array([-8.5, -8.4])
+    np.testing.assert_allclose(BetaMarginal(a, b, 0.0, 1.0).centred(scores), -a / (a + b), rtol=1e-14)
+    np.testing.assert_allclose(BetaMarginal(b, a, 0.0, 1.0).centred(-scores), a / (a + b), rtol=1e-14)
+    assert translate(BetaMarginal(a, b, 0.0, 1.0)).left_out < 1e-5

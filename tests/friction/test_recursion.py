@@ -8,7 +8,7 @@ from scipy.stats import beta as beta_distribution
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import recursion as module
-from roughslip.friction.process import BetaMarginal, FrictionProcess
+from roughslip.friction.process import BetaMarginal, EmpiricalMarginal, FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.friction.translation import Translation
 
@@ -151,6 +151,20 @@ def test_too_few_exponentials_are_refused(monkeypatch):
 def test_refuses_a_spacing(spacing):
     with pytest.raises(ParameterError, match="spacing"):
         recursion(PUBLISHED, spacing)
+
+
+@pytest.mark.parametrize("ratio", [4.0, 7.5, 10.0])
+def test_nodes_many_lengths_apart(ratio):
+    """Eight decays exp(-i ratio) are nothing beside one, and as numbers they were divided by differences of zero; at
+    the lags of the nodes few terms have the correlation within the tolerance."""
+    marginal = EmpiricalMarginal(beta_distribution(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 400)), 0.3, 0.05)
+    built = recursion(FrictionProcess(marginal, LENGTH), ratio * LENGTH)
+    lags = built.decay ** np.arange(1, 4)[:, None]
+    gaussian = lags @ state_covariance(built).sum(axis=1)
+    reached = built.translation.correlation(gaussian)
+    np.testing.assert_allclose(reached, np.exp(-ratio * np.arange(1, 4)), atol=module.CORRELATION_TOLERANCE)
+    assert len(built.decay) * ratio <= 30.0
+    assert state_covariance(built).sum() == pytest.approx(1.0, abs=1e-9)
 
 
 def test_refuses_a_piece_of_nothing():

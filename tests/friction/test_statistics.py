@@ -6,6 +6,8 @@ import pytest
 from scipy import stats
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.correlation import autocorrelation
+from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.resampling import TAILS, Estimate, strip_weights
 from roughslip.friction.statistics import PERCENTS, combine, ratio_of_sums, trend, window_statistics
 
@@ -144,6 +146,18 @@ def test_strips_too_few_or_without_scatter_are_ill_posed() -> None:
         window_statistics(mu[:1], valid[:1], np.ones((41, 1), dtype=np.int64))
     with pytest.raises(IllPosedError, match="at least 2"):
         strip_weights(1, 40, np.random.default_rng(0))
+
+
+def test_scatter_that_is_rounding_of_a_far_mean_is_none() -> None:
+    """A strip without scatter beside one that lies apart: of a replicate of the first alone, moments about the mean of
+    all leave their rounding, 1e-16 of the distance squared, and far above 1e-10 of the mean."""
+    valid, weights = np.ones((2, 28), dtype=bool), strip_weights(2, 40, np.random.default_rng(3))
+    for height, outlier in np.random.default_rng(4).uniform(1.0, 5.0, (8, 2)):  # whatever the rounding comes to
+        mu = np.full(valid.shape, height)
+        mu[1, 7] *= outlier
+        for call in (window_statistics, distance_to_beta, lambda *parts: autocorrelation(*parts[:2], 6, parts[2])):
+            with pytest.raises(IllPosedError, match="no scatter"):
+                call(mu, valid, weights)
 
 
 def test_faulty_arrays_are_refused() -> None:

@@ -42,6 +42,13 @@ def test_both_lengths_lie_on_the_axes_of_the_lay(kind):
     np.testing.assert_allclose(covariance(np.zeros(1), 0.0), 4.0, rtol=1e-13)
 
 
+@pytest.mark.parametrize("hurst", [0.01, 0.02, 0.8])
+def test_self_affine_has_its_variance_at_lag_zero(hurst):
+    """At small H the part z^2H has not vanished at any z > 0 that a double holds."""
+    covariance = Covariance("self_affine", 2.0, 1.0, hurst=hurst, bandwidth=10.0)
+    np.testing.assert_allclose(covariance(np.array([0.0, 1e-9])), 4.0, rtol=1e-13)
+
+
 def test_matern_holds_its_closed_cases():
     r = np.linspace(0.0, 6.0, 61)
     np.testing.assert_allclose(Covariance("matern", 1.0, 1.0, smoothness=0.5)(r), np.exp(-r), rtol=1e-13)

@@ -260,3 +260,23 @@ def test_meshes_samples_and_amplitudes_are_checked():
     for amplitudes in (np.array([1.0, 0.0]), np.array([]), np.array([math.inf])):
         with pytest.raises(ParameterError, match="amplitudes"):
             RandomPhaseMarginal(amplitudes)
+
+
+def test_a_roughness_parameter_that_no_double_holds_is_refused():
+    """G / L = (a_0 / L ...)^(1 / (1 - H)): with H = 0.999 the thousandth power."""
+    for rms in (1e-12, 1e3):
+        with pytest.raises(IllPosedError, match="use the rms height"):
+            _ = replace(LAW, hurst=0.999, rms_height_m=rms).roughness_parameter_m
+    law = replace(LAW, hurst=0.98)
+    assert rms_height(law.roughness_parameter_m, law) == pytest.approx(law.rms_height_m, rel=1e-11)
+
+
+def test_a_band_too_wide_for_a_search_is_refused():
+    """Twenty octaves: 2^23 steps of an eighth of the shortest wave."""
+    with pytest.raises(ParameterError, match="lengthen the shortest"):
+        replace(LAW, shortest_wavelength_m=100 * UM / 2**20).correlation_length()
+
+
+def test_half_an_azimuth_is_refused():
+    with pytest.raises(ParameterError, match="whole number"):
+        replace(LAW, azimuths=2.5)

@@ -221,3 +221,13 @@ def test_arguments_are_checked():
         EmpiricalMarginal(np.array([0.0, 1.0]), np.array([1.0, 1.0]), 0.1)
     with pytest.raises(ParameterError, match="equal length"):
         EmpiricalMarginal(np.array([0.0, 1.0]), np.array([1.0]), 0.1)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_beta_law_is_finite_where_scipy_is_not(mirrored):
+    """betaincinv of scipy 1.17 is NaN at these shapes below p = 1e-16, where the height is that of the end."""
+    a, b = 1.035035428873854, 0.688317738616233
+    law = Marginal("beta", UM, (a, b), mirrored)
+    end = UM * stats.beta(a, b).mean() / stats.beta(a, b).std()
+    outermost = law.from_gaussian(np.array([8.5, 8.4]) if mirrored else np.array([-8.5, -8.4]))
+    np.testing.assert_allclose(outermost, end if mirrored else -end, rtol=1e-14)

@@ -205,6 +205,8 @@ def test_heights_are_the_sum_of_the_modes():
 def test_impossible_orders_are_refused(order):
     with pytest.raises(ParameterError, match="20 nodes"):
         kl.karhunen_loeve(Covariance("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), order)
+    with pytest.raises(ParameterError, match="20 nodes"):
+        lanczos.leading_modes(Covariance("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), order)
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 from workflow.lib.evidence import evidence_key
-from workflow.lib.scenes import BENCHMARKS
+from workflow.lib.scenes import BENCHMARKS, STRESSED
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGES = tuple(f"{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure"))
 PLANS = {
     "benchmark": {"benchmark": 1, **{f"benchmark_{stage}": 1 for stage in STAGES}},
-    "stress": {"stress_contact": 1, "stress_chaos": 1, "stress_oscillator": 1, "stress": 1},
+    "stress": {"stress": 1, **{f"stress_{stage}": 1 for stage in STRESSED}},
 }
 
 # Edited files by what they belong to, and whether that is measured anew.
@@ -56,6 +56,20 @@ MEASURED = {
         "src/roughslip/oscillator/cycles.py": False,
         "workflow/stress/oscillator_judge.py": True,
         "workflow/stress/chaos_judge.py": False,
+    },
+    ("stress", "surface"): {
+        "src/roughslip/surface/translation.py": True,
+        "src/roughslip/surface/covariance_fit.py": True,
+        "src/roughslip/friction/recursion.py": False,
+        "workflow/stress/kernels.py": True,
+        "workflow/stress/friction_judge.py": False,
+    },
+    ("stress", "friction"): {
+        "src/roughslip/friction/penetration_law.py": True,
+        "src/roughslip/friction/translation.py": True,
+        "src/roughslip/surface/translation.py": False,
+        "workflow/stress/friction_lengths.py": True,
+        "workflow/stress/kernels.py": False,
     },
 }
 

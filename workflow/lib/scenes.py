@@ -32,7 +32,7 @@ BATCHED = {
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
-STRESSED = ("contact", "chaos", "oscillator")
+STRESSED = ("surface", "contact", "chaos", "friction", "oscillator")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
 EVIDENCE = (
     "benchmark",

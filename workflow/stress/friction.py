@@ -1,7 +1,8 @@
 """Random friction of windows, and bad input: every answer is judged, every failure is told by its number.
 
-`python -m workflow.stress.friction -j 2 --output results/stress/friction.json` runs the campaign, `--only 17` one of it.
-Of four problems one is of friction paths, the others of windows, of their statistics and of the laws fitted to them.
+`python -m workflow.stress.friction -j 2 --output results/stress/friction.json` runs the campaign, `--only 17` one of
+it. Of four problems one is of friction paths, the others of windows, of their statistics and of the laws fitted to
+them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""The judge of window statistics: textbook formulas in long doubles on the windows themselves, strips repeated as often
-as a resampled row counts them.
+"""The judge of window statistics: textbook formulas in long doubles on the windows themselves, strips repeated as
+often as a resampled row counts them.
 
-A centred moment of windows whose scatter is s and whose mean is m has lost m / s of its digits; a replicate far from the
-sample's mean loses more.
+A centred moment of windows whose scatter is s and whose mean is m has lost m / s of its digits; a replicate far from
+the sample's mean loses more.
 """
 
 from __future__ import annotations

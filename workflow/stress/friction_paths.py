@@ -201,7 +201,7 @@ def _sampled(problem: Problem, sample: np.ndarray, gaussian: np.ndarray) -> dict
     distance = max(np.max(steps[1:] - first), np.max(first - steps[:-1]))
     met = {"the marginal": (distance, math.sqrt(RISK_LOG / (2 * PATHS)) + 1e-6)}
     scores = np.clip(ndtri(probability), -4, 4)
-    lag = int(np.argmin(np.abs(gaussian[: sample.shape[1]] - 0.5)))
+    lag = int(np.argmin(np.abs(gaussian[: sample.shape[1]] - 0.8)))
     if lag and abs(gaussian[lag]) < 0.999:
         r = float(np.corrcoef(scores[:, 0], scores[:, lag])[0, 1])
         apart = abs(math.atanh(min(r, 1 - 1e-12)) - math.atanh(gaussian[lag]))

@@ -124,7 +124,7 @@ def _control(
     generator: np.random.Generator, kind: str, mu: np.ndarray, valid: np.ndarray, more: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """A model that resembles the friction of these strips to some extent, and the same model on other strips."""
-    strips, windows = mu.shape
+    strips = len(mu)
     others, others_valid = mu[generator.integers(0, strips, more)], valid[generator.integers(0, strips, more)]
     rows = np.concatenate((mu, np.where(others > 0, others, float(mu.max()) or 1.0)))
     like = generator.random() < 0.7

@@ -198,13 +198,8 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
 
 def _lags_to_three_windows(lags: np.ndarray, window: float) -> tuple[np.ndarray, int]:
     lags = reals("lags", lags)
-    if (
-        lags.ndim != 1
-        or not lags.size
-        or not np.isfinite(lags).all()
-        or lags[0] != 0.0
-        or not (np.diff(lags) > 0.0).all()
-    ):
+    finite = lags.ndim == 1 and lags.size > 0 and bool(np.isfinite(lags).all())
+    if not (finite and lags[0] == 0.0 and (np.diff(lags) > 0.0).all()):
         raise ParameterError("lags must increase from 0")
     if not (math.isfinite(real("the window", window)) and window > 0.0):
         raise ParameterError(f"the window must be positive and finite, not {window} m")

@@ -21,7 +21,7 @@ from roughslip.grid import Grid
 from roughslip.stages import elastic, expansion, geometry, surfaces
 from roughslip.stages.command import Job, execute
 
-FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see ARCHITECTURE.md
+FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see docs/decisions.md
 
 
 def work(job: Job) -> None:

@@ -23,6 +23,7 @@ from workflow.benchmarks.measure import fields
 from workflow.stress import kernels, outcomes, pairs, surface, surface_fit, surface_law
 from workflow.stress.surface_judge import judge_embedding, judge_expansion, judge_modes, response
 from workflow.stress.surface_problem import ENTRIES, Problem, random_problem
+from workflow.stress.surface_waves import judge_waves
 
 GRID = Grid(6, 5, 1e-6, 2e-6)
 FIELD = Covariance("matern", 1e-7, 4e-6, 2e-6, 0.4, smoothness=1.5)
@@ -182,7 +183,7 @@ def test_translations_that_are_right_pass_and_spoilt_ones_do_not():
 
 
 def test_waves_that_are_right_pass_and_spoilt_ones_do_not(monkeypatch):
-    assert surface_law.judge_waves(WAVES).broken == ()
+    assert judge_waves(0, WAVES.waves, WAVES.grid).broken == ()
     plain = WeierstrassMandelbrot.waves
 
     def turned(law):
@@ -190,7 +191,7 @@ def test_waves_that_are_right_pass_and_spoilt_ones_do_not(monkeypatch):
         return kx * (1 + 1e-9), ky, a
 
     monkeypatch.setattr(WeierstrassMandelbrot, "waves", turned)
-    assert {"the covariance", "the heights"} <= names(surface_law.judge_waves(WAVES))
+    assert {"the covariance", "the heights"} <= names(judge_waves(0, WAVES.waves, WAVES.grid))
 
 
 def test_errors_of_laws_that_are_no_answer():

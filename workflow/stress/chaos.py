@@ -6,7 +6,6 @@ SHARE problems one is of contact pressures, at one node or along a strip, the ot
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Callable
 
@@ -19,13 +18,12 @@ from workflow.stress import chaos_contact, chaos_strip, outcomes
 from workflow.stress.chaos_judge import judge, judge_shares, well_posed
 from workflow.stress.chaos_problem import Problem, random_problem
 from workflow.stress.chaos_refusals import REFUSED
-from workflow.stress.outcomes import Row, Verdict
+from workflow.stress.outcomes import Row, Verdict, advised
 
 STAGE = "chaos"
 SHARE = 4
 CLASSES = ("entry", "function", "copies")
 PROBLEMS = 2000
-ADVICE = re.compile(r"\b(take|lower|use|ask|penetrate|expand|give)\b")
 
 
 def rows_of(seed: int, number: int) -> list[Row]:
@@ -98,7 +96,7 @@ def solution(problem: Problem) -> Expansion:
 def honest(error: RoughslipError, solvable: Callable[[], bool]) -> bool:
     """Whether an error answers a problem: of a type that says so, with advice, and not where there is a solution."""
     typed = isinstance(error, IllPosedError | ConvergenceError)
-    return typed and ADVICE.search(str(error)) is not None and not solvable()
+    return typed and advised(error) and not solvable()
 
 
 def _row(name: str, judged_: Callable[[], Verdict], solvable: Callable[[], bool]) -> Row:

@@ -7,6 +7,7 @@ Of ten problems six are of fields on meshes, three of laws of heights, one of fi
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 
@@ -40,7 +41,7 @@ def rows_of(seed: int, number: int) -> list[Row]:
     return [_row(case_of(problem), lambda: judged(problem), lambda error: honest(problem, error))]
 
 
-def _row(name: str, judged_, honest_) -> Row:
+def _row(name: str, judged_: Callable[[], Verdict], honest_: Callable[[RoughslipError], bool]) -> Row:
     return outcomes.problem_row(STAGE, name, judged_, honest_)
 
 

@@ -9,7 +9,7 @@ import pytest
 from roughslip.oscillator import dormand_prince as dp
 from roughslip.oscillator.equation import completed, jerk
 from roughslip.oscillator.law import CoulombLaw
-from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, ORDERS, ROOM, step
+from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, ORDERS, step
 from roughslip.oscillator.path import Path, piece_at
 from roughslip.oscillator.system import Oscillator, coefficients
 from tests.oscillator.motions import LAW, equal_steps
@@ -134,7 +134,7 @@ def test_order_is_lost_where_steps_pass_over_nodes(pair):
 def test_order_of_the_error_estimate(pair, steps):
     """Fehlberg's is the local error of the fourth-order member, h^5; Dormand and Prince's goes with h^8."""
     y = completed(0.0, 0.0085, 0.5 * DRIVEN.V, 0.0, 1.0, piece_at(BUMPY, 0.0), DRIVEN)
-    estimates = [step(pair, y, h, 1.0, piece_at(BUMPY, 0.0), DRIVEN, np.empty(ROOM))[1] for h in steps]
+    estimates = [step(pair, y, h, 1.0, piece_at(BUMPY, 0.0), DRIVEN)[1] for h in steps]
     assert math.log2(estimates[0] / estimates[1]) == pytest.approx(ORDERS[pair], abs=0.3)
 
 
@@ -145,7 +145,7 @@ def test_jerk_is_the_derivative_of_acceleration(sigma, advance):
     p, piece = DRIVEN._replace(advance=advance), piece_at(BUMPY, 0.004)
     y = completed(0.7, 0.006, (0.3 if sigma > 0 else 1.7) * p.V, 0.004, sigma, piece, p)
     h = 1e-4
-    ahead, behind = (step(FEHLBERG45, y, way * h, sigma, piece, p, np.empty(ROOM))[0] for way in (1.0, -1.0))
+    ahead, behind = (step(FEHLBERG45, y, way * h, sigma, piece, p)[0] for way in (1.0, -1.0))
     assert jerk(y.tau, y.u, y.s, y.a, sigma, piece, p) == pytest.approx((ahead.a - behind.a) / (2 * h), rel=1e-6)
 
 

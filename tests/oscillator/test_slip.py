@@ -7,7 +7,7 @@ import pytest
 
 from roughslip.oscillator.equation import State, completed
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw
-from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, ROOM, step
+from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, step
 from roughslip.oscillator.path import Path, Piece
 from roughslip.oscillator.slip import (
     AT_BELT,
@@ -26,7 +26,7 @@ from tests.oscillator.motions import STUDY, F, V
 FREE = Piece(0.0, 0.0, 0.0, 0.0, 0.0, np.inf, 1.0)
 NO_PATH = Path(np.zeros(0), 0, 1.0, True, True)
 UNDAMPED = coefficients(STUDY, CoulombLaw(0.4, 0.4))._replace(D=0.0)
-NONE, WORK = np.zeros(0), np.empty(ROOM)
+NONE = np.zeros(0)
 
 
 def start(x, u, sigma=1.0):
@@ -69,16 +69,16 @@ def test_double_crossing_inside_a_step_is_seen(top, h):
     """X' rises above V and falls back within one step, early, in its middle or late: the first crossing is met."""
     excess = 0.25 * V * (1 - math.cos(min(top, h - top)))
     y = near_top(top, excess)
-    end, _ = step(DORMAND_PRINCE853, y, h, 1.0, FREE, UNDAMPED, WORK)
+    end, _ = step(DORMAND_PRINCE853, y, h, 1.0, FREE, UNDAMPED)
     assert max(y.u, end.u) < V
     late = belt_bracket(y, end, h, 1.0, UNDAMPED)
     assert 0.0 < late < h
     while late > 0.0:
-        arrived, end, *_ = meet_belt(y, end, h, late, 1.0, FREE, UNDAMPED, DORMAND_PRINCE853, WORK)
+        arrived, end, *_ = meet_belt(y, end, h, late, 1.0, FREE, UNDAMPED, DORMAND_PRINCE853)
         if arrived:
             break
         y, h = end, h - late
-        end, _ = step(DORMAND_PRINCE853, y, h, 1.0, FREE, UNDAMPED, WORK)
+        end, _ = step(DORMAND_PRINCE853, y, h, 1.0, FREE, UNDAMPED)
         late = belt_bracket(y, end, h, 1.0, UNDAMPED)
     assert arrived
     assert end.tau == pytest.approx(top - math.acos(V / (V + excess)), abs=1e-6)

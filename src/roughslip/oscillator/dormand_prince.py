@@ -63,14 +63,9 @@ E3[[0, 8, 11]] -= 0.2440944881889764, 0.7338466882816118, 0.022058823529411766
 
 
 @njit(cache=True, error_model="numpy")
-def dormand_prince_step(
-    y: State, h: float, sigma: float, piece: Piece, p: Coefficients, stages: np.ndarray
-) -> tuple[State, float]:
-    """The state of eighth order after a step h and its error [m], which goes with h^8.
-
-    stages : (2, STAGES) room for X' and X'' of the stages
-    """
-    us, accelerations = stages[0], stages[1]
+def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
+    """The state of eighth order after a step h and its error [m], which goes with h^8."""
+    us, accelerations = np.empty(STAGES), np.empty(STAGES)
     us[0], accelerations[0] = y.u, y.a
     for i in range(1, STAGES):
         x, u = 0.0, 0.0

@@ -1,8 +1,8 @@
 """Friction against relative velocity: Stribeck's curve of eq. (13), Coulomb's two values, or a measured table.
 
-Every law has a static coefficient, the limit of stick, and a sliding coefficient mu_D(|v_rel|). The compiled functions
-read all of them in one form, `SlidingLaw`: the closed form of eq. (13), of which Coulomb's law is the case without
-decay, or the cubics of a table.
+Every law has a static coefficient, the limit of stick, and a sliding coefficient mu_D(|v_rel|). Compiled functions
+read a law in one of two forms: the closed form of eq. (13), of which Coulomb's law is the case without decay, or the
+cubics of a table. They are compiled for each, so that the closed form pays nothing for the table.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numba import njit
-from numba.extending import register_jitable
+from numba.extending import overload, register_jitable
 from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ParameterError, real
@@ -21,23 +21,35 @@ from roughslip.errors import ParameterError, real
 INTERPOLATIONS = ("monotone_cubic", "linear")
 
 
-class SlidingLaw(NamedTuple):
-    """A law as the compiled functions read it: mu_D(v) = fit / (1 + decay v) + rest - fit + quadratic v^2, or a table.
+class ClosedForm(NamedTuple):
+    """mu_D(v) = fit / (1 + decay v) + rest - fit + quadratic v^2, as the compiled functions read it.
 
     static : the limit of stick, never less than rest
     rest : mu_D at vanishing speed
     least : what mu_D does not fall below at any speed
-    table : (knots, 5) speed [m/s] and the coefficients of the cubic in the distance from there; no rows for the closed
-        form
     """
 
     static: float
     rest: float
+    least: float
     fit: float
     decay: float
     quadratic: float
+
+
+class Cubics(NamedTuple):
+    """A table as the compiled functions read it; static, rest and least as in `ClosedForm`.
+
+    table : (knots, 5) speed [m/s] and the coefficients of the cubic in the distance from there
+    """
+
+    static: float
+    rest: float
     least: float
     table: np.ndarray
+
+
+SlidingLaw = ClosedForm | Cubics
 
 
 class FrictionLaw(Protocol):
@@ -100,20 +112,32 @@ def _tabulated_slope(speed: float, table: np.ndarray) -> float:
     return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
 
 
-@njit(cache=True, error_model="numpy")
 def sliding(speed: float, law: SlidingLaw) -> float:
-    """mu_D at a speed |v_rel| >= 0, continued smoothly below 0."""
-    if law.table.shape[0] > 0:
-        return _tabulated(speed, law.table)
-    return stribeck(speed, law.fit, law.rest, law.decay, law.quadratic)
+    """mu_D at a speed |v_rel| >= 0, continued smoothly below 0; in compiled code the form is known when it compiles."""
+    if isinstance(law, ClosedForm):
+        return stribeck(speed, law.fit, law.rest, law.decay, law.quadratic)
+    return _tabulated(speed, law.table)
 
 
-@njit(cache=True, error_model="numpy")
 def sliding_slope(speed: float, law: SlidingLaw) -> float:
     """d mu_D / d|v_rel| [s/m] at a speed |v_rel| >= 0."""
-    if law.table.shape[0] > 0:
-        return _tabulated_slope(speed, law.table)
-    return stribeck_slope(speed, law.fit, law.decay, law.quadratic)
+    if isinstance(law, ClosedForm):
+        return stribeck_slope(speed, law.fit, law.decay, law.quadratic)
+    return _tabulated_slope(speed, law.table)
+
+
+@overload(sliding, jit_options={"error_model": "numpy"}, strict=False)
+def _compiled_sliding(speed: Any, law: Any) -> Any:
+    if law.instance_class is ClosedForm:
+        return lambda speed, law: stribeck(speed, law.fit, law.rest, law.decay, law.quadratic)
+    return lambda speed, law: _tabulated(speed, law.table)
+
+
+@overload(sliding_slope, jit_options={"error_model": "numpy"}, strict=False)
+def _compiled_sliding_slope(speed: Any, law: Any) -> Any:
+    if law.instance_class is ClosedForm:
+        return lambda speed, law: stribeck_slope(speed, law.fit, law.decay, law.quadratic)
+    return lambda speed, law: _tabulated_slope(speed, law.table)
 
 
 def _check(law: object, *names: str) -> None:
@@ -121,9 +145,6 @@ def _check(law: object, *names: str) -> None:
         value = real(f"{type(law).__name__}.{name}", getattr(law, name))
         if not (math.isfinite(value) and value >= 0.0):
             raise ParameterError(f"{type(law).__name__}.{name} must be finite and not negative, not {value}")
-
-
-NO_TABLE = np.zeros((0, 5))
 
 
 @dataclass(frozen=True)
@@ -159,9 +180,7 @@ class StribeckLaw:
     def compiled(self) -> SlidingLaw:
         """The same law for compiled functions."""
         rest, fit = float(self.static), float(self.fit)
-        return SlidingLaw(
-            rest, rest, fit, float(self.decay_s_per_m), float(self.quadratic_s2_per_m2), rest - fit, NO_TABLE
-        )
+        return ClosedForm(rest, rest, rest - fit, fit, float(self.decay_s_per_m), float(self.quadratic_s2_per_m2))
 
 
 @dataclass(frozen=True)
@@ -191,7 +210,7 @@ class CoulombLaw:
     def compiled(self) -> SlidingLaw:
         """The same law for compiled functions."""
         kinetic = float(self.kinetic)
-        return SlidingLaw(float(self.static), kinetic, 0.0, 0.0, 0.0, kinetic, NO_TABLE)
+        return ClosedForm(float(self.static), kinetic, kinetic, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -257,4 +276,4 @@ class TableLaw:
 
     def compiled(self) -> SlidingLaw:
         """The same law for compiled functions."""
-        return SlidingLaw(float(self.static), self.values[0], 0.0, 0.0, 0.0, min(self.values), self._table())
+        return Cubics(float(self.static), self.values[0], min(self.values), self._table())

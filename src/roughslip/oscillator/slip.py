@@ -24,7 +24,7 @@ from roughslip.oscillator.dense import (
     velocity,
 )
 from roughslip.oscillator.equation import State, completed, cut, place
-from roughslip.oscillator.pairs import ORDERS, ROOM, step
+from roughslip.oscillator.pairs import ORDERS, step
 from roughslip.oscillator.path import Path, Piece, piece_at, reaches
 from roughslip.oscillator.system import Coefficients
 
@@ -116,8 +116,7 @@ def belt_bracket(y: State, end: State, h: float, sigma: float, p: Coefficients) 
 
 @njit(cache=True, error_model="numpy")
 def meet_belt(
-    y: State, end: State, h: float, late: float, sigma: float, piece: Piece, p: Coefficients, pair: int,
-    stages: np.ndarray,
+    y: State, end: State, h: float, late: float, sigma: float, piece: Piece, p: Coefficients, pair: int
 ) -> tuple[bool, State, float, float, int]:  # fmt: skip
     """Shorten a step h from y to `end` so that X' = V to rounding: Newton on re-taken steps in the bracket (0, late].
 
@@ -128,7 +127,7 @@ def meet_belt(
     trial = late if late < h else h * first_zero(gap_over(y, end, h, sigma, p))
     while taken < 100:
         h = trial
-        end, error = step(pair, y, h, sigma, piece, p, stages)
+        end, error = step(pair, y, h, sigma, piece, p)
         taken += 1
         gap = sigma * (p.V - end.u)
         if gap > 0.0 and h == late:
@@ -192,7 +191,7 @@ def slip(
     A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): error per unit step,
     so that the sum does not grow with the number of nodes that end a step.
     """
-    pair, stages = numerics.pair, np.empty(ROOM)
+    pair = numerics.pair
     slack = SLACK * path.spacing
     piece = piece_at(path, place(start.tau, start.s, p) + slack)
     y = completed(start.tau, start.x, p.V if allowed == 0.0 else start.u, start.s, sigma, piece, p)
@@ -213,7 +212,7 @@ def slip(
             h = to_node(y, h, piece.right, sigma, p)
         last, whole = h == tau_end - y.tau, h == allowed
 
-        end, error = step(pair, y, h, sigma, piece, p, stages)
+        end, error = step(pair, y, h, sigma, piece, p)
         steps += 1
         ratio = excess(error, h, end, p, numerics)
         if not ratio <= 1.0:
@@ -229,7 +228,7 @@ def slip(
         else:
             late = belt_bracket(y, end, h, sigma, p)
             if late > 0.0:
-                arrived, end, error, length, taken = meet_belt(y, end, h, late, sigma, piece, p, pair, stages)
+                arrived, end, error, length, taken = meet_belt(y, end, h, late, sigma, piece, p, pair)
                 steps += taken
                 met = excess(error, length, end, p, numerics)
                 if not met <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over

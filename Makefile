@@ -46,7 +46,7 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 beside public ones
 	$(MEASURE_VENV)/bin/python -m snakemake -j1 benchmark $(if $(filter 1,$(PEERS)),--config peers=true)
 
-stress: $(VENV)/run.stamp ## solve thousands of random problems of contact and of chaos, every answer judged apart
+stress: $(VENV)/run.stamp ## solve thousands of random problems of contact, chaos and the oscillator, every answer judged apart
 	$(RUN) snakemake -j$(JOBS) stress $(if $(SEED),--config seed=$(SEED))
 
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)

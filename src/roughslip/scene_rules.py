@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from copy import deepcopy
 from typing import Any, NamedTuple
 
-from roughslip import scene_ensemble, scene_expansion, scene_forms, scene_map, scene_roughness
+from roughslip import scene_ensemble, scene_expansion, scene_forms, scene_map, scene_oscillator, scene_roughness
 from roughslip.scene_expansion import AUTO, BEST, FEWEST, GIVEN, MOST, terms
 from roughslip.scene_forms import GIVEN_FRICTION, ORDER, SHARE
 from roughslip.scene_roughness import Mistake
@@ -20,6 +20,7 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     **scene_forms.REPLACES,
     **scene_roughness.REPLACES,
     **scene_expansion.REPLACES,
+    **scene_oscillator.REPLACES,
     **scene_ensemble.REPLACES,
 }
 
@@ -292,19 +293,6 @@ _RULES = (
     _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
     _Rule(
-        ("oscillator.excitation_frequency_rad_per_s", "oscillator.excitation_force_n"),
-        lambda frequency, force: frequency > 0 or force == 0,
-        "a number > 0 [rad/s] where oscillator.excitation_force_n is not 0",
-    ),
-    *(
-        _Rule(
-            ("oscillator.static_friction", mean),
-            lambda static, mean: static >= mean,
-            f"at least {mean} = {{1}}, or eq. (13) turns negative at high speed",
-        )
-        for mean in ("friction.mean_at_median", "friction.statistics.mean")
-    ),
-    _Rule(
         ("ensemble.discarded_periods", "ensemble.duration_periods"),
         lambda discarded, duration: discarded < duration,
         "less than ensemble.duration_periods = {1}",
@@ -339,6 +327,8 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
         yield from (m for m in scene_expansion.mistakes(scene["expansion"]) if all(map(sound, m.keys)))
         yield from (m for m in scene_expansion.field_mistakes(scene) if all(map(sound, m.keys)))
         yield from (m for m in scene_expansion.hardness_mistakes(scene) if all(map(sound, m.keys)))
+    if isinstance(scene.get("oscillator"), dict):
+        yield from (m for m in scene_oscillator.mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("ensemble"), dict):
         yield from (m for m in scene_ensemble.mistakes(scene) if all(map(sound, m.keys)))
     if isinstance(scene.get("roughness"), dict):

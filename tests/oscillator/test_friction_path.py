@@ -5,7 +5,16 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from roughslip.errors import ParameterError
-from roughslip.oscillator.path import Path, PathFeed, offset, offset_slope, piece_at, reaches
+from roughslip.oscillator.path import (
+    KeptPath,
+    Path,
+    PathFeed,
+    offset,
+    offset_curvature,
+    offset_slope,
+    piece_at,
+    reaches,
+)
 
 SPACING = 0.3
 
@@ -80,3 +89,26 @@ def test_a_path_in_pieces_is_that_path(size):
 def test_what_is_no_path_is_refused(path, spacing, interpolation, message):
     with pytest.raises(ParameterError, match=message):
         PathFeed(path, spacing, interpolation)
+
+
+def test_a_kept_path_is_drawn_once():
+    """Runs one after another, the second further than the first, read the same pieces; an end is an end for all."""
+    drawn = []
+
+    def source():
+        for k in range(5):
+            drawn.append(k)
+            yield np.full(2, float(k))
+
+    path = KeptPath(source())
+    assert [piece[0] for piece, _ in zip(path, range(3), strict=False)] == [0.0, 1.0, 2.0]
+    assert len(drawn) <= 4
+    assert [piece[0] for piece in path] == [piece[0] for piece in path] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert drawn == [0, 1, 2, 3, 4]
+
+
+def test_curvature_is_the_second_derivative():
+    nodes = np.random.default_rng(4).standard_normal(6)
+    reference = CubicHermiteSpline(SPACING * np.arange(6), nodes, np.gradient(nodes, SPACING))
+    s = np.linspace(0.01, 4.99 * SPACING, 40)
+    assert interpolate(nodes, s, offset_curvature) == pytest.approx(reference(s, 2), abs=1e-10)

@@ -331,6 +331,30 @@ def test_friction_is_never_negative():
     assert drawn.position[inside] == pytest.approx(free[inside], abs=1e-7 * F)
 
 
+def test_negative_friction_is_counted_or_refused():
+    """mu_D is 0.24 to 0.4: a path of +- 0.35 cuts it at times, one of +- 0.2 never does."""
+    wide, narrow = (size * np.sin(np.arange(4000) / 20.0) for size in (0.35, 0.2))
+    assert simulate(STUDY, LAW, narrow, 5e-5, 8.0).cuts == 0
+    assert simulate(STUDY, LAW, narrow, 5e-5, 8.0, negative_friction="refuse").cycles > 0
+    clipped = simulate(STUDY, LAW, wide, 5e-5, 8.0)
+    assert 0 < clipped.cuts < clipped.steps
+    with pytest.raises(ParameterError, match="negative after"):
+        simulate(STUDY, LAW, wide, 5e-5, 8.0, negative_friction="refuse")
+
+
+def test_slips_too_short_to_be_one_do_not_stop_the_run():
+    """A force that rises just beyond the limit and falls back, again and again: the run goes on and ends in time."""
+    top = 1.0 + 1e-15
+    q = 0.4 * F * top
+    driven = replace(
+        STUDY, belt_velocity_m_per_s=0.0, damping_ratio=0.0, excitation_force_n=q * STUDY.stiffness_n_per_m
+    )
+    driven = replace(driven, excitation_frequency_rad_per_s=2.0 * 316.0)
+    motion = simulate(driven, LAW, None, 0.0, 5.0)
+    assert motion.steps < 5000
+    assert np.abs(motion.position).max(initial=0.0) < 1e-9 * F
+
+
 @settings(derandomize=True, max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 10_000),
@@ -438,7 +462,7 @@ def test_step_limit_is_an_error(monkeypatch):
     monkeypatch.setattr(module, "STEPS_PER_PERIOD", 3)
     with pytest.raises(ConvergenceError, match="step limit") as caught:
         simulate(STUDY, LAW, None, 0.0, 50.0)
-    assert caught.value.work == 3 * 51
+    assert 3 * 51 <= caught.value.work < 3 * 51 + 10
 
 
 @pytest.mark.parametrize(
@@ -453,8 +477,11 @@ def test_step_limit_is_an_error(monkeypatch):
         ({"tolerance": 0.0}, "tolerance"),
         ({"tolerance": 1e-2}, "tolerance"),
         ({"tolerance": math.nan}, "tolerance"),
-        ({"start_position_m": math.inf}, "start must be finite"),
+        ({"start_position_m": math.inf}, "start must"),
         ({"path": np.zeros(9), "interpolation": "quintic"}, "cubic or linear"),
+        ({"friction_follows": "load"}, "slip, belt, time"),
+        ({"negative_friction": "allow"}, "clip, refuse"),
+        ({"integrator": "euler"}, "fehlberg45, dormand_prince853"),
     ],
 )
 @pytest.mark.parametrize("function", [simulate, trajectory])

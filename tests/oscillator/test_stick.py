@@ -1,6 +1,7 @@
 """Where stick ends."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import CoulombLaw, StribeckLaw
 from roughslip.oscillator.stick import HELD, LOWER, UPPER, departure, static_limit, stick_force
 from roughslip.oscillator.system import Oscillator, coefficients
 
@@ -103,3 +104,16 @@ def test_static_limit():
     assert static_limit(-0.5, True, p) == 0.0
     assert static_limit(-0.1, False, p) == pytest.approx(0.4 * p.F, rel=1e-15)
     assert static_limit(0.1, False, p) == pytest.approx(0.5 * p.F, rel=1e-15)
+
+
+def test_static_limit_of_coulomb_friction():
+    """The static value with mu_S, or the static value alone, raised where kinetic + mu_S exceeds it."""
+    p = coefficients(STUDY, CoulombLaw(0.3, 0.4))
+    assert static_limit(0.05, True, p) == pytest.approx(0.45 * p.F, rel=1e-15)
+    assert static_limit(0.05, False, p) == pytest.approx(0.4 * p.F, rel=1e-15)
+    assert static_limit(0.2, False, p) == pytest.approx(0.5 * p.F, rel=1e-15)
+
+
+def test_a_fixed_base_holds_for_ever_without_excitation():
+    p = coefficients(replace(STUDY, belt_velocity_m_per_s=0.0), StribeckLaw(0.3))
+    assert departure(2.0, 0.001, 0.4 * p.F, 50.0, p) == (HELD, 50.0, 0.001)

@@ -34,7 +34,15 @@ def test_refuses(name, value):
         Oscillator(**(VALID | {name: value}))
 
 
-@pytest.mark.parametrize("name", [name for name in VALID if name != "damping_ratio"])
+@pytest.mark.parametrize("name", ["mass_kg", "natural_frequency_rad_per_s", "normal_force_n"])
 def test_refuses_zero(name):
     with pytest.raises(ParameterError, match=name):
         Oscillator(**(VALID | {name: 0.0}))
+
+
+def test_what_friction_follows_sets_the_advance_of_its_path():
+    """Per unit of tau: nothing of its own, V of the belt, 1 / omega of time."""
+    advances = {
+        way: coefficients(Oscillator(**VALID), StribeckLaw(0.3), way).advance for way in ("slip", "belt", "time")
+    }
+    assert advances == {"slip": 0.0, "belt": pytest.approx(0.003), "time": pytest.approx(1.0 / 316.0)}

@@ -11,7 +11,10 @@ from roughslip.scene import load
 CONFIG = Path(__file__).parents[2] / "config"
 SCHEMA_PATH = CONFIG / "scene.schema.yaml"
 SCHEMA = yaml.safe_load(SCHEMA_PATH.read_text())
-SCENES = ("elastoplastic", "fractal", "given", "measured", "nongaussian", "paper", "resolved", "smoke")
+SCENES = (
+    *("coulomb", "elastoplastic", "excited", "excited_away", "fractal", "given", "measured", "nongaussian", "paper"),
+    *("resolved", "smoke"),
+)
 PAPER_TEXT = (CONFIG / "scenes" / "paper.yaml").read_text()
 PAPER = yaml.safe_load(PAPER_TEXT)
 BESIDE = ", ".join(sorted((*SCENES, "mine")))
@@ -20,6 +23,7 @@ FIGURES = "figure2, figure3, figure5, figure_scan, figure_field, figure_map"
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"
+TABLE = "{speeds_m_per_s: [0, 1], values: [0.4, 0.3]}"
 ALWAYS = {"claims", "costs", "report"}
 OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
 SCAN_STAGES = {"grinding", "scan", "twins", "figure_scan"}

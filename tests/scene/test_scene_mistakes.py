@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.scene.shipped import BESIDE, FIGURES, FRACTAL, KINDS, SCAN, STATISTICS, lines_of
+from tests.scene.shipped import BESIDE, FIGURES, FRACTAL, KINDS, SCAN, STATISTICS, TABLE, lines_of
 
 # What follows `extends: paper` in a scene file, and the line that it earns, without the name of the file.
 MISTAKES = {
@@ -43,6 +43,24 @@ MISTAKES = {
     "description: ''": "description: '' is not allowed; text on one line, 1 to 200 characters",
     "seed: -1": "seed: -1 is not allowed; a whole number >= 0 and <= 4294967295",
     "friction: {mean_at_median: 0}": "friction.mean_at_median: 0 is not allowed; a number > 0 and <= 10",
+    "oscillator: {law: coulomb, static_friction: 0.2}\nfriction: {mean_at_median: 0.3}": "oscillator.static_friction: "
+    "0.2 is not allowed; at least friction.mean_at_median = 0.3, or stick holds less than slip",
+    "oscillator: {law: dahl}": "oscillator.law: 'dahl' is not allowed; one of stribeck, coulomb, table",
+    "oscillator: {law: table}": "oscillator.friction_table: missing; oscillator.law = table needs it",
+    f"oscillator: {{friction_table: {TABLE}}}": "oscillator.friction_table: not allowed beside oscillator.law = "
+    "stribeck; only table takes it",
+    f"oscillator: {{law: table, friction_table: {TABLE.replace('0.3]', '0.3, 0.2]')}}}": "oscillator.friction_table."
+    "values: 3 values are not allowed; one for each of the 2 speeds",
+    f"oscillator: {{law: table, friction_table: {TABLE.replace('[0, 1]', '[1, 1]')}}}": "oscillator.friction_table."
+    "speeds_m_per_s: [1, 1] is not allowed; strictly increasing speeds from 0 on",
+    f"oscillator: {{law: table, static_friction: 0.35, friction_table: {TABLE}}}": "oscillator.static_friction: 0.35 "
+    "is not allowed; at least the first of oscillator.friction_table.values = 0.4, or stick holds less than slip",
+    "oscillator: {friction_follows: time}": "oscillator.correlation_time_s: missing; oscillator.friction_follows = "
+    "time needs it",
+    "oscillator: {correlation_time_s: 2.0e-4}": "oscillator.correlation_time_s: 0.0002 is not allowed beside "
+    "oscillator.friction_follows = slip; only time takes it",
+    "oscillator: {excitation_force_n: 1}\nensemble: {count_by_period: true}": "ensemble.count_by_period: true is not "
+    "allowed where oscillator.excitation_force_n is not 0; no cycle repeats the last there",
     f"targets: [figure5]\nfriction: {{statistics: {STATISTICS.replace('2.1', '0')}}}": "friction.statistics.beta_a: "
     "0 is not allowed; a number > 0 and <= 1000",
     # keys

@@ -4,7 +4,9 @@ import copy
 from pathlib import Path
 
 from roughslip.scene import load
-from tests.scene.shipped import FRACTAL, SCAN, SCHEMA_PATH, lines_of, shipped_scene
+from tests.scene.shipped import FRACTAL, SCAN, SCHEMA_PATH, TABLE, lines_of, shipped_scene
+
+TIME = "correlation_time_s: 2.6e-4"
 
 
 def test_overlays_merge_to_any_depth(mine):
@@ -57,6 +59,13 @@ def test_one_form_of_roughness_replaces_another(mine):
     }
     matern = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
     assert "smoothness" not in mine("extends: base\nroughness: {covariance: gaussian}", base=matern)["roughness"]
+
+
+def test_another_law_leaves_what_only_the_last_one_takes(mine):
+    base = f"extends: given\noscillator: {{law: table, friction_table: {TABLE}, friction_follows: time, {TIME}}}"
+    assert mine("extends: base\nseed: 4", base=base)["oscillator"]["friction_table"]["values"] == [0.4, 0.3]
+    found = mine("extends: base\noscillator: {law: coulomb, friction_follows: belt}", base=base)["oscillator"]
+    assert not {"friction_table", "correlation_time_s"} & set(found)
 
 
 def test_a_number_is_a_float_however_written(mine):

@@ -52,7 +52,16 @@ def test_schema_is_closed_and_described():
 
 
 def test_units_end_the_name_and_the_description():
-    units = {"m": "m", "pa": "Pa", "kg": "kg", "n": "N", "rad_per_s": "rad/s", "m_per_s": "m/s", "s_per_m": "s/m"}
+    units = {
+        "m": "m",
+        "s": "s",
+        "pa": "Pa",
+        "kg": "kg",
+        "n": "N",
+        "rad_per_s": "rad/s",
+        "m_per_s": "m/s",
+        "s_per_m": "s/m",
+    }
     units |= {"s2_per_m2": "s^2/m^2", "per_m2": "1/m^2", "rad": "rad", "percentile": "%"}
     for key, part in properties(SCHEMA).items():
         if part["type"] in ("number", "integer"):

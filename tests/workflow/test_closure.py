@@ -168,6 +168,7 @@ MODULES = {
     "oscillator/stick": {"deterministic", "spacing", "oscillator", "stick_slip_map", "survival"},
     "oscillator/return_map": {"deterministic", "stick_slip_map", "survival"},
     "oscillator/survival": {"stick_slip_map", "survival"},
+    "oscillator/periodic": {"deterministic"},
 }
 
 

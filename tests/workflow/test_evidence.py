@@ -10,12 +10,13 @@ from pathlib import Path
 import pytest
 
 from workflow.lib.evidence import evidence_key
+from workflow.lib.scenes import BENCHMARKS
 
 ROOT = Path(__file__).resolve().parents[2]
-STAGES = tuple(f"{stage}{part}" for stage in ("surface", "contact", "chaos", "friction") for part in ("", "_figure"))
+STAGES = tuple(f"{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure"))
 PLANS = {
     "benchmark": {"benchmark": 1, **{f"benchmark_{stage}": 1 for stage in STAGES}},
-    "stress": {"stress_contact": 1, "stress_chaos": 1, "stress": 1},
+    "stress": {"stress_contact": 1, "stress_chaos": 1, "stress_oscillator": 1, "stress": 1},
 }
 
 # Edited files by what they belong to, and whether that is measured anew.
@@ -49,6 +50,12 @@ MEASURED = {
         "src/roughslip/chaos/sparse.py": True,
         "workflow/stress/chaos_contact_problem.py": True,
         "workflow/stress/contact_judge.py": False,
+    },
+    ("stress", "oscillator"): {
+        "src/roughslip/oscillator/slip.py": True,
+        "src/roughslip/oscillator/cycles.py": False,
+        "workflow/stress/oscillator_judge.py": True,
+        "workflow/stress/chaos_judge.py": False,
     },
 }
 

@@ -20,9 +20,9 @@ DESIGNS = {
 }
 
 # A scene is a target of its own name, as these are already.
-BENCHMARKS = ("surface", "contact", "chaos", "friction")
+BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
-STRESSED = ("contact", "chaos")
+STRESSED = ("contact", "chaos", "oscillator")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
 EVIDENCE = ("benchmark", *MEASURED, *CAMPAIGNS, "pressure_solves", "pressure_reference")
 RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})

@@ -28,7 +28,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ndtr
 
 from roughslip.errors import ParameterError
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.return_map import TOLERANCE, slip_flow, turn_from
 from roughslip.oscillator.system import Oscillator
@@ -64,7 +64,7 @@ class GrazingResponse:
 
 
 def grazing_response(
-    oscillator: Oscillator, law: StribeckLaw, stochastic_static_limit: bool = True, tolerance: float = TOLERANCE
+    oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True, tolerance: float = TOLERANCE
 ) -> GrazingResponse:
     """The response of the orbit at the existence limit, whatever the oscillator's own damping ratio.
 

@@ -1,27 +1,129 @@
-"""Friction against relative velocity: the Stribeck law of eq. (13) and its derivative."""
+"""Friction against relative velocity: Stribeck's curve of eq. (13), Coulomb's two values, or a measured table.
+
+Every law has a static coefficient, the limit of stick, and a sliding coefficient mu_D(|v_rel|). The compiled functions
+read all of them in one form, `SlidingLaw`: the closed form of eq. (13), of which Coulomb's law is the case without
+decay, or the cubics of a table.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numba import njit
 from numba.extending import register_jitable
+from scipy.interpolate import PchipInterpolator
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real
+
+INTERPOLATIONS = ("monotone_cubic", "linear")
 
 
-@register_jitable
-def stribeck(speed: Any, fit: float, static: float, decay: float, quadratic: float) -> Any:
+class SlidingLaw(NamedTuple):
+    """A law as the compiled functions read it: mu_D(v) = fit / (1 + decay v) + rest - fit + quadratic v^2, or a table.
+
+    static : the limit of stick, never less than rest
+    rest : mu_D at vanishing speed
+    least : what mu_D does not fall below at any speed
+    table : (knots, 5) speed [m/s] and the coefficients of the cubic in the distance from there; no rows for the closed
+        form
+    """
+
+    static: float
+    rest: float
+    fit: float
+    decay: float
+    quadratic: float
+    least: float
+    table: np.ndarray
+
+
+class FrictionLaw(Protocol):
+    """What motion and limits ask of a law."""
+
+    @property
+    def static(self) -> float:
+        """The limit of stick [-]."""
+        ...
+
+    def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """mu_D at a relative velocity [m/s] of either sign; at 0 the limit from sliding."""
+        ...
+
+    def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign."""
+        ...
+
+    def compiled(self) -> SlidingLaw:
+        """The same law for compiled functions."""
+        ...
+
+
+@register_jitable(error_model="numpy")
+def stribeck(speed: Any, fit: float, rest: float, decay: float, quadratic: float) -> Any:
     """mu_D at a speed |v_rel| >= 0; scalars and arrays, also inside compiled code."""
-    return fit / (1.0 + decay * speed) + static - fit + quadratic * speed * speed
+    return fit / (1.0 + decay * speed) + rest - fit + quadratic * speed * speed
 
 
-@register_jitable
+@register_jitable(error_model="numpy")
 def stribeck_slope(speed: Any, fit: float, decay: float, quadratic: float) -> Any:
     """d mu_D / d|v_rel| [s/m] at a speed |v_rel| >= 0."""
     return -fit * decay / (1.0 + decay * speed) ** 2 + 2.0 * quadratic * speed
+
+
+@njit(cache=True)
+def _row_at(speed: float, table: np.ndarray) -> int:
+    """The row of a table that holds a speed; the first goes on below it, the last, a constant, above."""
+    low, high = 0, table.shape[0]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if speed >= table[middle, 0]:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@njit(cache=True)
+def _tabulated(speed: float, table: np.ndarray) -> float:
+    row = table[_row_at(speed, table)]
+    d = speed - row[0]
+    return row[1] + d * (row[2] + d * (row[3] + d * row[4]))
+
+
+@njit(cache=True)
+def _tabulated_slope(speed: float, table: np.ndarray) -> float:
+    row = table[_row_at(speed, table)]
+    d = speed - row[0]
+    return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
+
+
+@njit(cache=True, error_model="numpy")
+def sliding(speed: float, law: SlidingLaw) -> float:
+    """mu_D at a speed |v_rel| >= 0, continued smoothly below 0."""
+    if law.table.shape[0] > 0:
+        return _tabulated(speed, law.table)
+    return stribeck(speed, law.fit, law.rest, law.decay, law.quadratic)
+
+
+@njit(cache=True, error_model="numpy")
+def sliding_slope(speed: float, law: SlidingLaw) -> float:
+    """d mu_D / d|v_rel| [s/m] at a speed |v_rel| >= 0."""
+    if law.table.shape[0] > 0:
+        return _tabulated_slope(speed, law.table)
+    return stribeck_slope(speed, law.fit, law.decay, law.quadratic)
+
+
+def _check(law: object, *names: str) -> None:
+    for name in names:
+        value = real(f"{type(law).__name__}.{name}", getattr(law, name))
+        if not (math.isfinite(value) and value >= 0.0):
+            raise ParameterError(f"{type(law).__name__}.{name} must be finite and not negative, not {value}")
+
+
+NO_TABLE = np.zeros((0, 5))
 
 
 @dataclass(frozen=True)
@@ -43,10 +145,7 @@ class StribeckLaw:
     quadratic_s2_per_m2: float = 0.01
 
     def __post_init__(self) -> None:
-        for name in ("fit", "static", "decay_s_per_m", "quadratic_s2_per_m2"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ParameterError(f"StribeckLaw.{name} must be finite and not negative, not {value}")
+        _check(self, "fit", "static", "decay_s_per_m", "quadratic_s2_per_m2")
 
     def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
         """mu_D at a relative velocity [m/s] of either sign."""
@@ -56,3 +155,106 @@ class StribeckLaw:
     def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
         """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign."""
         return stribeck_slope(np.abs(velocity_m_per_s), self.fit, self.decay_s_per_m, self.quadratic_s2_per_m2)
+
+    def compiled(self) -> SlidingLaw:
+        """The same law for compiled functions."""
+        rest, fit = float(self.static), float(self.fit)
+        return SlidingLaw(
+            rest, rest, fit, float(self.decay_s_per_m), float(self.quadratic_s2_per_m2), rest - fit, NO_TABLE
+        )
+
+
+@dataclass(frozen=True)
+class CoulombLaw:
+    """One value at rest and one in slip.
+
+    kinetic : [-] mu_D at every speed
+    static : [-] limit of stick, at least kinetic
+    """
+
+    kinetic: float
+    static: float
+
+    def __post_init__(self) -> None:
+        _check(self, "kinetic", "static")
+        if self.static < self.kinetic:
+            raise ParameterError(f"CoulombLaw.static must be at least kinetic = {self.kinetic}, not {self.static}")
+
+    def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """mu_D at a relative velocity [m/s] of either sign."""
+        return np.full(np.shape(velocity_m_per_s), float(self.kinetic))
+
+    def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """d mu_D / d|v| = 0 [s/m]."""
+        return np.zeros(np.shape(velocity_m_per_s))
+
+    def compiled(self) -> SlidingLaw:
+        """The same law for compiled functions."""
+        kinetic = float(self.kinetic)
+        return SlidingLaw(float(self.static), kinetic, 0.0, 0.0, 0.0, kinetic, NO_TABLE)
+
+
+@dataclass(frozen=True)
+class TableLaw:
+    """mu_D as measured at some speeds.
+
+    speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two
+    values : (knots,) [-] mu_D there; beyond the last speed it stays
+    static : [-] limit of stick, at least the first value; the first value where not given
+    interpolation : monotone_cubic, with a continuous slope and no extremes of its own (F. N. Fritsch & R. E. Carlson,
+        SIAM J. Numer. Anal. 17 (1980) 238), or linear
+    """
+
+    speeds_m_per_s: tuple[float, ...]
+    values: tuple[float, ...]
+    static: float = math.nan
+    interpolation: str = "monotone_cubic"
+
+    def __post_init__(self) -> None:
+        speeds = tuple(real("TableLaw.speeds_m_per_s", speed) for speed in self.speeds_m_per_s)
+        values = tuple(real("TableLaw.values", value) for value in self.values)
+        if len(speeds) < 2 or len(speeds) != len(values) or not np.isfinite((speeds, values)).all():
+            raise ParameterError("TableLaw.values must be finite, one for each of at least two finite speeds")
+        if speeds[0] != 0.0 or not np.all(np.diff(speeds) > 0.0):
+            raise ParameterError(f"TableLaw.speeds_m_per_s must increase strictly from 0, not {speeds}")
+        if min(values) < 0.0:
+            raise ParameterError(f"TableLaw.values must not be negative, not {min(values)}")
+        if self.interpolation not in INTERPOLATIONS:
+            raise ParameterError(f"a table is interpolated {' or '.join(INTERPOLATIONS)}, not {self.interpolation!r}")
+        object.__setattr__(self, "speeds_m_per_s", speeds)
+        object.__setattr__(self, "values", values)
+        if math.isnan(real("TableLaw.static", self.static)):
+            object.__setattr__(self, "static", values[0])
+        if not (math.isfinite(self.static) and self.static >= values[0]):
+            raise ParameterError(f"TableLaw.static must be at least the first value, {values[0]}, not {self.static}")
+
+    def _table(self) -> np.ndarray:
+        """(knots, 5) as in SlidingLaw."""
+        speeds, values = np.array(self.speeds_m_per_s), np.array(self.values)
+        table = np.zeros((speeds.size, 5))
+        table[:, 0], table[:, 1] = speeds, values
+        if self.interpolation == "linear":
+            table[:-1, 2] = np.diff(values) / np.diff(speeds)
+        else:
+            table[:-1, 1:] = PchipInterpolator(speeds, values).c[::-1].T
+        return table
+
+    def _pieces(self, velocity: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(5, ...) rows of the table that hold the speeds, and how far beyond their knots these lie."""
+        table, speed = self._table(), np.abs(velocity)
+        rows = table[np.searchsorted(table[:, 0], speed, side="right") - 1]
+        return np.moveaxis(rows, -1, 0), speed - rows[..., 0]
+
+    def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """mu_D at a relative velocity [m/s] of either sign."""
+        (_, c0, c1, c2, c3), d = self._pieces(velocity_m_per_s)
+        return c0 + d * (c1 + d * (c2 + d * c3))
+
+    def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a knot that of the piece above it."""
+        (_, _, c1, c2, c3), d = self._pieces(velocity_m_per_s)
+        return c1 + d * (2.0 * c2 + d * 3.0 * c3)
+
+    def compiled(self) -> SlidingLaw:
+        """The same law for compiled functions."""
+        return SlidingLaw(float(self.static), self.values[0], 0.0, 0.0, 0.0, min(self.values), self._table())

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.return_map import TOLERANCE, falling_root, free, slip_flow, turn_from
@@ -40,12 +40,12 @@ class LimitCycle:
     local_error: float
 
 
-def equilibrium(oscillator: Oscillator, law: StribeckLaw) -> float:
+def equilibrium(oscillator: Oscillator, law: FrictionLaw) -> float:
     """X [m] of steady sliding: F mu_D(v0)."""
     return slip_flow(oscillator, law).steady
 
 
-def limit_cycle(oscillator: Oscillator, law: StribeckLaw, tolerance: float = 1e-11) -> LimitCycle:
+def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-11) -> LimitCycle:
     """The stick-slip cycle: one slip phase from the departure point, and the stick line back to it.
 
     Every departure is the same point (F static - 2 D V, V), so the first return is the cycle. Where the first loop of
@@ -76,7 +76,7 @@ def limit_cycle(oscillator: Oscillator, law: StribeckLaw, tolerance: float = 1e-
 
 
 def existence_limit(
-    oscillator: Oscillator, law: StribeckLaw, accuracy: float = 1e-10, tolerance: float = TOLERANCE
+    oscillator: Oscillator, law: FrictionLaw, accuracy: float = 1e-10, tolerance: float = TOLERANCE
 ) -> float:
     """The damping ratio above which the stick-slip cycle ceases to exist, whatever the oscillator's own.
 

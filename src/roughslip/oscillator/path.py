@@ -82,6 +82,13 @@ def offset_slope(piece: Piece, s: float) -> float:
     return (piece.c1 + t * (2.0 * piece.c2 + t * 3.0 * piece.c3)) / piece.spacing
 
 
+@njit(cache=True)
+def offset_curvature(piece: Piece, s: float) -> float:
+    """d^2 mu_S / ds^2 [1/m^2]."""
+    t = (s - piece.left) / piece.spacing
+    return (2.0 * piece.c2 + t * 6.0 * piece.c3) / (piece.spacing * piece.spacing)
+
+
 class PathFeed:
     """A path that arrives in pieces, of which it keeps what the motion may still read.
 
@@ -127,6 +134,28 @@ class PathFeed:
             self.received += rows[-1].size
         self.path = Path(np.concatenate(rows), first, spacing, cubic, ends)
         return self.path
+
+
+class KeptPath:
+    """An iterable path that keeps its pieces, so that a second run need not draw them anew.
+
+    path : rows of nodes, of which as many are kept as the longest run has asked for
+    """
+
+    def __init__(self, path: Iterable[np.ndarray]) -> None:
+        self._source = iter(path)
+        self._kept: list[np.ndarray] = []
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        number = 0
+        while True:
+            if number == len(self._kept):
+                piece = next(self._source, None)
+                if piece is None:
+                    return
+                self._kept.append(piece)
+            yield self._kept[number]
+            number += 1
 
 
 def _checked(piece: np.ndarray) -> np.ndarray:

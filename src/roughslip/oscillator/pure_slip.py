@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.return_map import SlipFlow, falling_root, free, growth, slip_flow, turn
 from roughslip.oscillator.system import Oscillator
 
@@ -47,7 +47,7 @@ class PureSlipCycle:
     multiplier: float
 
 
-def hopf_damping(oscillator: Oscillator, law: StribeckLaw) -> float:
+def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio below which steady sliding is unstable: -mu_D'(v0) N / (2 m omega).
 
     From X'' + (2 D + F omega mu_D'(v0)) X' + X = 0 about the equilibrium; negative where friction rises with speed.
@@ -57,7 +57,7 @@ def hopf_damping(oscillator: Oscillator, law: StribeckLaw) -> float:
     return -0.5 * oscillator.F * oscillator.natural_frequency_rad_per_s * slope
 
 
-def lyapunov_coefficient(oscillator: Oscillator, law: StribeckLaw) -> float:
+def lyapunov_coefficient(oscillator: Oscillator, law: FrictionLaw) -> float:
     """g3 / 16, the curvature of the branch at its beginning: D(a) = D_Hopf + (g3 / 16) a^2 + O(a^4).
 
     Positive where the bifurcation is subcritical. mu_D''' is the second difference of the law's slope over five
@@ -75,7 +75,7 @@ def _gain(flow: SlipFlow, peak: float) -> float:
     return turn(flow, peak).peak / peak - 1.0
 
 
-def cycle_damping(oscillator: Oscillator, law: StribeckLaw, peak: float, accuracy: float = 1e-10) -> float:
+def cycle_damping(oscillator: Oscillator, law: FrictionLaw, peak: float, accuracy: float = 1e-10) -> float:
     """D(a): the damping ratio of the cycle without stick whose X' peaks at a V, whatever the oscillator's own.
 
     peak : [-] a, in SMALLEST_PEAK to 1; at 1 the cycle grazes the belt
@@ -95,7 +95,7 @@ def cycle_damping(oscillator: Oscillator, law: StribeckLaw, peak: float, accurac
     return damping
 
 
-def pure_slip_cycles(oscillator: Oscillator, law: StribeckLaw) -> list[PureSlipCycle]:
+def pure_slip_cycles(oscillator: Oscillator, law: FrictionLaw) -> list[PureSlipCycle]:
     """The cycles without stick at the oscillator's own damping ratio, from the smallest on; none is an empty list.
 
     Peaks below SMALLEST_PEAK are left out. Two cycles with peaks closer than a third may hide from the scan: a fold
@@ -112,7 +112,7 @@ def pure_slip_cycles(oscillator: Oscillator, law: StribeckLaw) -> list[PureSlipC
     return cycles
 
 
-def separating_peak(oscillator: Oscillator, law: StribeckLaw) -> float:
+def separating_peak(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The peak of X' / V below which slip stays slip, and above which the mass sticks again.
 
     Returns the peak of the outermost repelling cycle; 1 where what parts the two is the orbit that just grazes the

@@ -7,10 +7,31 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from roughslip.oscillator.fehlberg import State, acceleration, draw
+from roughslip.oscillator.dense import draw
+from roughslip.oscillator.equation import State, place
 from roughslip.oscillator.path import Path, offset, piece_at
-from roughslip.oscillator.slip import AT_BELT, FIRST_STEP, NO_SLIP, SHORTEST_SLIP, TIME_OVER, slip
-from roughslip.oscillator.stick import HELD, LOWER, UPPER, departure, static_limit, stick_force
+from roughslip.oscillator.slip import (
+    AT_BELT,
+    FIRST_STEP,
+    NEGATIVE,
+    NO_SLIP,
+    NODES_OVER,
+    PATH_OVER,
+    SHORTEST_SLIP,
+    TIME_OVER,
+    Numerics,
+    slip,
+)
+from roughslip.oscillator.stick import (
+    HELD,
+    LOWER,
+    PAUSED,
+    UPPER,
+    departure,
+    passage,
+    static_limit,
+    stick_force,
+)
 from roughslip.oscillator.system import Coefficients
 
 DEPARTURE, REATTACHMENT, CROSSING = 0, 1, 2
@@ -24,7 +45,8 @@ class Stand(NamedTuple):
     limit : [m] static limit of stick
     since, allowed : of the slip phase, as `slip` takes them
     backwards : whether X' < 0 occurred since the departure
-    steps, error : steps tried, sum of the local errors [m]
+    steps, error : steps taken, sum of the local errors [m]
+    cuts : steps of slip and starts of stick at which friction was cut to zero
     """
 
     y: State
@@ -35,6 +57,7 @@ class Stand(NamedTuple):
     backwards: bool
     steps: int
     error: float
+    cuts: int
 
 
 class Events(NamedTuple):
@@ -69,61 +92,84 @@ def _side(tau: float, x: float, limit: float, p: Coefficients) -> int:
 @njit(cache=True)
 def begin(x: float, path: Path, stochastic: bool, p: Coefficients) -> tuple[Stand, Events]:
     """The run at X' = V and the place x [m], before anything happens."""
-    y = State(0.0, x, p.V, 0.0, 0.0)
+    y = State(0.0, x, p.V, 0.0, 0.0, 0.0)
     limit = static_limit(offset(piece_at(path, 0.0), 0.0), stochastic, p)
     sigma = _side(0.0, x, limit, p)
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = _record(events, DEPARTURE, y, False)
-    return Stand(y, sigma, limit, 0.0, 0.0, False, 0, 0.0), events
+    return Stand(y, sigma, limit, 0.0, 0.0, False, 0, 0.0, 0), events
 
 
 @njit(cache=True)
-def begin_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[Stand, Events]:
+def _leave(
+    held: State, limit: float, tau_end: float, path: Path, stochastic: bool, p: Coefficients
+) -> tuple[int, State]:
+    """The side of departure (or HELD, PAUSED), and the state at the end of stick."""
+    if p.advance > 0.0:
+        side, tau, x = passage(held.tau, held.x, tau_end, path, stochastic, p)
+    else:
+        side, tau, x = departure(held.tau, held.x, limit, tau_end, p)
+    return side, State(tau, x, p.V, held.s, 0.0, 0.0)
+
+
+@njit(cache=True)
+def begin_in_slip(x: float, u: float, p: Coefficients) -> tuple[Stand, Events]:
     """The run at the place x and the velocity u [m] off the belt's: in slip, as if it had departed just before."""
     sigma = UPPER if u < p.V else LOWER
-    y = State(0.0, x, u, 0.0, acceleration(0.0, x, u, float(sigma), offset(piece_at(path, 0.0), 0.0), p))
+    y = State(0.0, x, u, 0.0, 0.0, 0.0)
     events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    return Stand(y, sigma, 0.0, -1.0, FIRST_STEP, u < 0.0, 0, 0.0), events
+    return Stand(y, sigma, 0.0, -1.0, FIRST_STEP, u < 0.0, 0, 0.0, 0), events
 
 
 @njit(cache=True)
 def go_on(
-    stand: Stand, events: Events, tau_end: float, path: Path, p: Coefficients, tolerance: float, stochastic: bool,
+    stand: Stand, events: Events, tau_end: float, path: Path, p: Coefficients, numerics: Numerics, stochastic: bool,
     step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
 ) -> tuple[int, Stand, Events]:  # fmt: skip
     """The run from where it stands until time, steps, the path or its nodes at hand are over, and the status then."""
     status = TIME_OVER
-    y, sigma, limit, since, allowed, backwards, steps, error = stand
+    y, sigma, limit, since, allowed, backwards, steps, error, cuts = stand
     while tau_end - y.tau > SHORTEST_SLIP:
         if sigma == HELD:
             held = y
-            sigma, tau, x = departure(y.tau, y.x, limit, tau_end, p)
-            y = State(tau, x, p.V, held.s, 0.0)
-            if x_drawn.size > 0 and tau > held.tau:
+            side, y = _leave(held, limit, tau_end, path, stochastic, p)
+            if x_drawn.size > 0 and y.tau > held.tau:
                 draw(held, y, interval, x_drawn, u_drawn)
-            if sigma == HELD:
+            if side == PAUSED:
+                status = PATH_OVER if path.ends else NODES_OVER
+                break
+            if side == HELD:
                 break
             events = _record(events, DEPARTURE, y, False)
-            since, allowed, backwards = tau, 0.0, False
+            sigma, since, allowed, backwards = side, y.tau, 0.0, False
             continue
         phase = slip(
-            y, since, allowed, float(sigma), tau_end, path, p, tolerance, step_limit - steps, interval, x_drawn, u_drawn
+            y, since, allowed, float(sigma), tau_end, path, p, numerics, step_limit - steps, interval, x_drawn, u_drawn
         )
         y, allowed = phase.y, phase.allowed
         steps += phase.steps
         error += phase.error
+        cuts += phase.cuts
         backwards = backwards or phase.backwards
         if phase.status != AT_BELT and phase.status != NO_SLIP:
             status = phase.status
             break
-        y = State(y.tau, y.x, p.V, y.s, 0.0)
+        y = State(y.tau, y.x, p.V, y.s, 0.0, 0.0)
         since = y.tau
-        limit = static_limit(offset(piece_at(path, y.s), y.s), stochastic, p)
+        z = place(y.tau, y.s, p)
+        limit = static_limit(offset(piece_at(path, z), z), stochastic, p)
+        if limit == 0.0:
+            cuts += 1
+            if numerics.refuse:
+                status = NEGATIVE
+                break
         side = HELD if phase.status == NO_SLIP else _side(y.tau, y.x, limit, p)
         if side == HELD:
             events = _record(events, REATTACHMENT, y, backwards)
         elif side != sigma:
             events = _record(events, CROSSING, y, False)
         sigma = side
-    return status, Stand(y, sigma, limit, since, allowed, backwards, steps, error), events
+        if phase.status == NO_SLIP:  # stick lasts as long as no slip can, so that the run goes on
+            y = State(y.tau + SHORTEST_SLIP, y.x + p.V * SHORTEST_SLIP, p.V, y.s, 0.0, 0.0)
+    return status, Stand(y, sigma, limit, since, allowed, backwards, steps, error, cuts), events

@@ -11,22 +11,51 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from roughslip.oscillator.fehlberg import State, acceleration, draw, extreme_velocity, fehlberg_step, jerk
-from roughslip.oscillator.path import Path, Piece, offset, piece_at, reaches
+from roughslip.oscillator.dense import (
+    Quintic,
+    draw,
+    first_zero,
+    lowest,
+    quintic,
+    sign_changes,
+    slope,
+    stationary,
+    value,
+    velocity,
+)
+from roughslip.oscillator.equation import State, completed, cut, place
+from roughslip.oscillator.pairs import ORDERS, ROOM, step
+from roughslip.oscillator.path import Path, Piece, piece_at, reaches
 from roughslip.oscillator.system import Coefficients
 
-AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP, NODES_OVER = 0, 1, 2, 3, 4, 5
+AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP, NODES_OVER, NEGATIVE = 0, 1, 2, 3, 4, 5, 6
 FIRST_STEP = 1e-2  # of a slip phase, in units of 1/omega
-LONGEST_STEP = 0.25  # so that the cubic dense output sees every extreme of X'
+LONGEST_STEP = 0.5  # so that the quintic dense output sees every extreme of X'
 SHORTEST_SLIP = 1e-7  # a phase back at the belt after so short a time is none: V h^2 / 2 drowns in the rounding of V
 SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it
-GRAZING = 1e-6  # of V: an extreme of X' so close to the belt is judged by a step that ends there
+GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is judged by a step that ends there
+REACHED = 1e-15  # of V: X' is the belt's
+
+
+class Numerics(NamedTuple):
+    """How slip is integrated.
+
+    pair : of pairs.py
+    tolerance : [-] of a unit of tau
+    refuse : whether negative friction ends the run, else it is cut to zero
+    """
+
+    pair: int
+    tolerance: float
+    refuse: bool
 
 
 class Slip(NamedTuple):
-    """The end of a slip phase: why and where, whether X' < 0 occurred, steps tried, sum of the local errors [m].
+    """The end of a slip phase: why and where, whether X' < 0 occurred, steps taken, sum of the local errors [m].
 
+    steps : taken and tried, those that locate the end among them
     allowed : length of the next step, for a phase that goes on once more nodes are at hand
+    cuts : steps that ended where friction was cut to zero
     """
 
     status: int
@@ -35,9 +64,10 @@ class Slip(NamedTuple):
     steps: int
     error: float
     allowed: float
+    cuts: int
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> float:
     """The largest step up to h that slips no further than distance [m], from three derivatives of s (guarded Newton).
 
@@ -59,105 +89,164 @@ def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> 
 
 
 @njit(cache=True)
-def belt_bracket(y: State, end: State, sigma: float, p: Coefficients) -> float:
-    """A step length from y that may reach X' = V, at the end of the step or at an extreme of X' in it; else 0."""
-    if sigma * (p.V - end.u) <= 0.0:
-        return end.tau - y.tau
-    if y.a * end.a < 0.0 and sigma * y.a > 0.0:
-        step, extreme = extreme_velocity(y, end)
-        if sigma * (p.V - extreme) <= GRAZING * p.V:
-            return step
-    return 0.0
+def gap_over(y: State, end: State, h: float, sigma: float, p: Coefficients) -> Quintic:
+    """sigma (V - X') over a step h: zero at the belt."""
+    start, stop = sigma * (p.V - y.u), sigma * (p.V - end.u)
+    return quintic(h, start, -sigma * y.a, -sigma * y.j, stop, -sigma * end.a, -sigma * end.j)
 
 
 @njit(cache=True)
-def meet_belt(y: State, late: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[bool, State, float]:
-    """Shorten a step from y so that X' = V to rounding: Newton on re-taken steps in the bracket (0, late].
+def belt_bracket(y: State, end: State, h: float, sigma: float, p: Coefficients) -> float:
+    """How much of a step h from y to `end` is to be taken again to tell whether X' = V; 0 if it stays away.
 
-    Returns (False, ...) where the step that ends at late has not reached the belt.
+    Where the dense output has one root, up to the end; where it has an extreme near the belt, up to there; where it
+    is not clear, half the step. A step taken again that does not meet the belt stands, and the next begins there.
     """
-    low, high, h = 0.0, late, late
-    end, error = fehlberg_step(y, h, sigma, piece, p)
-    if sigma * (p.V - end.u) > 0.0:
-        return False, end, error
-    for _ in range(100):
+    gap = gap_over(y, end, h, sigma, p)
+    if gap.b5 <= 0.0:
+        return h if sign_changes(gap) <= 1 else 0.5 * h
+    if lowest(gap) > 0.0:
+        return 0.0
+    if slope(gap, 0.0) < 0.0 < slope(gap, 1.0):
+        t = stationary(gap)
+        margin = GRAZING * (p.V + p.F) * (4.0 * t * (1.0 - t)) ** 3  # the quintic errs as t^3 (1 - t)^3
+        return t * h if value(gap, t) <= margin else 0.0
+    return 0.5 * h
+
+
+@njit(cache=True, error_model="numpy")
+def meet_belt(
+    y: State, end: State, h: float, late: float, sigma: float, piece: Piece, p: Coefficients, pair: int,
+    stages: np.ndarray,
+) -> tuple[bool, State, float, float, int]:  # fmt: skip
+    """Shorten a step h from y to `end` so that X' = V to rounding: Newton on re-taken steps in the bracket (0, late].
+
+    Returns whether it meets the belt, else the step that ends at late and has not reached it; the end, the error and
+    the length of the step, and how many were taken.
+    """
+    low, high, taken, error = 0.0, late, 0, 0.0
+    trial = late if late < h else h * first_zero(gap_over(y, end, h, sigma, p))
+    while taken < 100:
+        h = trial
+        end, error = step(pair, y, h, sigma, piece, p, stages)
+        taken += 1
         gap = sigma * (p.V - end.u)
+        if gap > 0.0 and h == late:
+            return False, end, error, h, taken
         if gap > 0.0:
             low = h
         else:
             high = h
         rate = -sigma * end.a
         newton = h - gap / rate if rate < 0.0 else low
-        h_new = newton if low < newton < high else 0.5 * (low + high)
-        if abs(gap) <= 1e-15 * p.V or abs(h_new - h) <= 1e-15 * late:
+        trial = newton if low < newton < high else 0.5 * (low + high)
+        if abs(gap) <= REACHED * p.V or abs(trial - h) <= 1e-15 * late:
             break
-        h = h_new
-        end, error = fehlberg_step(y, h, sigma, piece, p)
-    return True, State(end.tau, end.x, p.V, end.s, end.a), error
+    return True, State(end.tau, end.x, p.V, end.s, end.a, end.j), error, h, taken
+
+
+@njit(cache=True, error_model="numpy")
+def to_node(y: State, h: float, right: float, sigma: float, p: Coefficients) -> float:
+    """The largest step up to h that passes no further along the path than to its coordinate `right`."""
+    if p.advance > 0.0:
+        return min(h, (right - p.advance * y.tau) / p.advance)
+    return step_to_node(h, right - y.s, sigma * (p.V - y.u), -sigma * y.a, -sigma * y.j)
 
 
 @njit(cache=True)
+def turns_backwards(y: State, end: State) -> bool:
+    """Whether X' < 0 in a step."""
+    if end.u < 0.0:
+        return True
+    if y.a < 0.0 < end.a:
+        u = velocity(y, end)
+        return lowest(u) < 0.0 and value(u, stationary(u)) < 0.0
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def excess(error: float, h: float, end: State, p: Coefficients, numerics: Numerics) -> float:
+    """The error of a step over what is allowed."""
+    return error / (h * numerics.tolerance * (p.F + max(abs(end.x), abs(end.u))))
+
+
+@njit(cache=True)
+def adapted(h: float, ratio: float, pair: int) -> float:
+    """The next step after one of length h whose error is `ratio` of what is allowed."""
+    if not ratio < np.inf:
+        return 0.2 * h
+    growth = 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))
+    return h * (min(5.0, growth) if ratio <= 1.0 else max(0.2, growth))
+
+
+@njit(cache=True, error_model="numpy")
 def slip(
     start: State, since: float, allowed: float, sigma: float, tau_end: float, path: Path, p: Coefficients,
-    tolerance: float, step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
+    numerics: Numerics, step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
 ) -> Slip:  # fmt: skip
     """A slip phase of sign sigma from X' = V until X' = V again, or until time, path, nodes at hand or steps are over.
 
     since : tau at which the phase began
     allowed : length of the next step, 0 at the beginning of the phase
 
-    A step is accepted when its error in X and in X' is below tolerance (F + max(|X|, |X'|)).
+    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): error per unit step,
+    so that the sum does not grow with the number of nodes that end a step.
     """
+    pair, stages = numerics.pair, np.empty(ROOM)
     slack = SLACK * path.spacing
-    piece = piece_at(path, start.s + slack)
-    y = start
-    if allowed == 0.0:
-        y = State(
-            start.tau, start.x, p.V, start.s, acceleration(start.tau, start.x, p.V, sigma, offset(piece, start.s), p)
-        )
-        allowed = FIRST_STEP
-    backwards, total = False, 0.0
-    for attempt in range(1, step_limit + 1):
+    piece = piece_at(path, place(start.tau, start.s, p) + slack)
+    y = completed(start.tau, start.x, p.V if allowed == 0.0 else start.u, start.s, sigma, piece, p)
+    allowed = allowed if allowed > 0.0 else FIRST_STEP
+    backwards, total, steps, cuts = False, 0.0, 0, 0
+    while steps < step_limit:
         first = y.tau == since
-        if y.s >= piece.right - slack:
-            if path.ends and y.s >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
-                return Slip(PATH_OVER, y, backwards, attempt, total, allowed)
-            if not reaches(path, y.s + slack):
-                return Slip(NODES_OVER, y, backwards, attempt - 1, total, allowed)
-            piece = piece_at(path, y.s + slack)
+        z = place(y.tau, y.s, p)
+        if z >= piece.right - slack:
+            if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
+                return Slip(PATH_OVER, y, backwards, steps, total, allowed, cuts)
+            if not reaches(path, z + slack):
+                return Slip(NODES_OVER, y, backwards, steps, total, allowed, cuts)
+            piece = piece_at(path, z + slack)
+            y = completed(y.tau, y.x, y.u, y.s, sigma, piece, p)
         h = min(allowed, tau_end - y.tau)
         if path.nodes.size > 0:
-            rates = sigma * (p.V - y.u), -sigma * y.a, -sigma * jerk(y, sigma, piece, p)
-            h = step_to_node(h, piece.right - y.s, *rates)
-        last = h == tau_end - y.tau
+            h = to_node(y, h, piece.right, sigma, p)
+        last, whole = h == tau_end - y.tau, h == allowed
 
-        end, error = fehlberg_step(y, h, sigma, piece, p)
-        gap = sigma * (p.V - end.u)
-        ratio = error / (tolerance * (p.F + max(abs(end.x), abs(end.u))))
+        end, error = step(pair, y, h, sigma, piece, p, stages)
+        steps += 1
+        ratio = excess(error, h, end, p, numerics)
         if not ratio <= 1.0:
-            allowed = h * (max(0.2, 0.9 * ratio**-0.2) if ratio < np.inf else 0.2)
+            allowed = adapted(h, ratio, pair)
             continue
-        if first and gap <= 0.0:
-            if h < SHORTEST_SLIP:
-                return Slip(NO_SLIP, y, False, attempt, 0.0, 0.0)
-            allowed = 0.25 * h
-            continue
-
-        late = 0.0 if first else belt_bracket(y, end, sigma, p)
         arrived = False
-        if late > 0.0:
-            arrived, met, met_error = meet_belt(y, late, sigma, piece, p)
-            if arrived:
-                end, error = met, met_error
+        if first:
+            if sigma * (p.V - end.u) <= 0.0:
+                if h < SHORTEST_SLIP:
+                    return Slip(NO_SLIP, y, False, steps, 0.0, 0.0, cuts)
+                allowed = 0.25 * h
+                continue
+        else:
+            late = belt_bracket(y, end, h, sigma, p)
+            if late > 0.0:
+                arrived, end, error, length, taken = meet_belt(y, end, h, late, sigma, piece, p, pair, stages)
+                steps += taken
+                met = excess(error, length, end, p, numerics)
+                if not met <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
+                    allowed = adapted(length, met, pair)
+                    continue
+                last, whole = last and late == h, whole and late == h
         if x_drawn.size > 0:
             draw(y, end, interval, x_drawn, u_drawn)
-        if y.a < 0.0 < end.a:
-            backwards = backwards or extreme_velocity(y, end)[1] < 0.0
-        backwards = backwards or end.u < 0.0
+        backwards = backwards or turns_backwards(y, end)
         total += error
+        if cut(end, sigma, piece, p):
+            cuts += 1
+            if numerics.refuse:
+                return Slip(NEGATIVE, end, backwards, steps, total, 0.0, cuts)
         if arrived or last:
-            return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, attempt, total, 0.0)
-        if h == allowed:
-            allowed = min(h * min(5.0, 0.9 * max(ratio, 1e-9) ** -0.2), LONGEST_STEP)
+            return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, steps, total, 0.0, cuts)
+        if whole:
+            allowed = min(adapted(h, ratio, pair), LONGEST_STEP)
         y = end
-    return Slip(STEPS_OVER, y, backwards, step_limit, total, allowed)
+    return Slip(STEPS_OVER, y, backwards, steps, total, allowed, cuts)

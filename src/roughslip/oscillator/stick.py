@@ -6,20 +6,29 @@ import math
 
 from numba import njit
 
+from roughslip.oscillator.path import Path, Piece, offset, offset_curvature, piece_at, reaches
 from roughslip.oscillator.system import Coefficients
 
-UPPER, LOWER, HELD = 1, -1, 0
+UPPER, LOWER, HELD, PAUSED = 1, -1, 0, 2
+RESOLUTION = 1e-12  # of tau, to which the first passage on a path is bracketed,
+WIDEST = 1e-6  # and up to which it widens where the force follows its limit so closely that no bound tells them apart
 
 
 @njit(cache=True)
-def static_limit(mu_s: float, stochastic: bool, p: Coefficients) -> float:
-    """The largest friction deflection F mu [m] that stick transmits.
+def levels(stochastic: bool, p: Coefficients) -> tuple[float, float]:
+    """(floor, base) of the limit of stick, max(floor, base + mu_S).
 
     It is never below the kinetic one at vanishing speed: beyond the first and within the second neither stick nor
     slip satisfies the law (Filippov's sliding mode, which is stick). So a constant limit, too, follows mu_S upwards.
     """
-    kinetic = max(p.static + mu_s, 0.0)
-    return p.F * (kinetic if stochastic else max(p.static, kinetic))
+    return (0.0, p.law.static) if stochastic else (p.law.static, p.law.rest)
+
+
+@njit(cache=True)
+def static_limit(mu_s: float, stochastic: bool, p: Coefficients) -> float:
+    """The largest friction deflection F mu [m] that stick transmits."""
+    floor, base = levels(stochastic, p)
+    return p.F * max(floor, base + mu_s)
 
 
 @njit(cache=True)
@@ -51,7 +60,8 @@ def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficient
     limits holds the only candidate, so that no short excursion is missed.
     """
     if p.q * p.r == 0.0:
-        leave = tau + max(limit - stick_force(tau, x, p), 0.0) / p.V
+        spare = max(limit - stick_force(tau, x, p), 0.0)
+        leave = tau + (spare / p.V if p.V > 0.0 else math.inf)
         if leave >= tau_end:
             return HELD, tau_end, x + p.V * (tau_end - tau)
         return UPPER, leave, x + p.V * (leave - tau)
@@ -79,3 +89,65 @@ def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficient
         rising = not rising
         stop = start + (rise if rising else fall)
     return HELD, tau_end, x + p.V * (tau_end - tau)
+
+
+@njit(cache=True)
+def passage(
+    tau: float, x: float, tau_end: float, path: Path, stochastic: bool, p: Coefficients
+) -> tuple[int, float, float]:
+    """The end of a stick phase from (tau, x) where mu_S goes with time or the belt: its first passage on the path.
+
+    Returns (UPPER, LOWER, HELD until tau_end, or PAUSED where the nodes at hand are over; tau, X). Piece by piece, from
+    the left: an interval that a bound clears is passed, another one halved. So no excursion beyond the limit is missed
+    that lasts longer than RESOLUTION, or than WIDEST where it stays within rounding of the limit.
+    """
+    floor, base = levels(stochastic, p)
+    piece = piece_at(path, p.advance * tau)
+    a, width, finest = tau, math.inf, RESOLUTION * (1.0 + 1e-3 * tau)
+    for side in (UPPER, LOWER):
+        if min(_excess(side, a, x, piece, floor, base, p)) > 0.0:
+            return side, a, x
+    while a < tau_end:
+        if p.advance * a >= piece.right * (1.0 - 1e-15):
+            inside = piece.right + 0.5 * piece.spacing
+            if not reaches(path, inside) or (path.ends and inside > (path.first + path.nodes.size - 1) * path.spacing):
+                return PAUSED, a, x + p.V * (a - tau)
+            piece = piece_at(path, inside)
+        b = min(min(a + width, piece.right / p.advance), tau_end)
+        x_a, x_b = x + p.V * (a - tau), x + p.V * (b - tau)
+        upper = _holds(UPPER, a, x_a, b, x_b, piece, floor, base, p)
+        if upper and _holds(LOWER, a, x_a, b, x_b, piece, floor, base, p):
+            a, width, finest = b, 2.0 * (b - a), RESOLUTION * (1.0 + 1e-3 * a)
+        elif b - a > finest:
+            width = 0.5 * (b - a)
+        else:
+            for side in (UPPER, LOWER):
+                if min(_excess(side, b, x_b, piece, floor, base, p)) > 0.0:
+                    return side, b, x_b
+            finest = min(2.0 * finest, max(WIDEST, finest))
+            a, width = b, finest
+    return HELD, tau_end, x + p.V * (tau_end - tau)
+
+
+@njit(cache=True)
+def _excess(
+    side: int, tau: float, x: float, piece: Piece, floor: float, base: float, p: Coefficients
+) -> tuple[float, float]:
+    """By how much [m] the force to one side exceeds F (base + mu_S) and F floor; beyond both stick is at its end."""
+    force = side * stick_force(tau, x, p)
+    return force - p.F * (base + offset(piece, p.advance * tau)), force - p.F * floor
+
+
+@njit(cache=True)
+def _holds(
+    side: int, a: float, x_a: float, b: float, x_b: float, piece: Piece, floor: float, base: float, p: Coefficients
+) -> bool:
+    """Whether stick surely holds on [a, b] within a piece: a function exceeds its chord by (b - a)^2 / 8 of the
+    largest second derivative at most, and that of a cubic is largest at an end."""
+    path_a, floor_a = _excess(side, a, x_a, piece, floor, base, p)
+    path_b, floor_b = _excess(side, b, x_b, piece, floor, base, p)
+    eighth = 0.125 * (b - a) ** 2
+    bend = eighth * p.q * p.r * p.r
+    curvature = max(abs(offset_curvature(piece, p.advance * a)), abs(offset_curvature(piece, p.advance * b)))
+    sag = eighth * p.F * p.advance * p.advance * curvature
+    return max(path_a, path_b) + bend + sag <= 0.0 or max(floor_a, floor_b) + bend <= 0.0

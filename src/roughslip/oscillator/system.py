@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from roughslip.errors import ParameterError
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.errors import ParameterError, real
+from roughslip.oscillator.law import FrictionLaw, SlidingLaw
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Oscillator:
     mass_kg : [kg] m > 0
     natural_frequency_rad_per_s : [rad/s] omega > 0
     damping_ratio : [-] D = d_k / (2 m omega) >= 0
-    belt_velocity_m_per_s : [m/s] v0 > 0
+    belt_velocity_m_per_s : [m/s] v0 >= 0; 0 is a fixed base
     normal_force_n : [N] N > 0
     excitation_force_n : [N] Q >= 0
     excitation_frequency_rad_per_s : [rad/s] Omega >= 0
@@ -37,12 +37,14 @@ class Oscillator:
     excitation_frequency_rad_per_s: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("mass_kg", "natural_frequency_rad_per_s", "belt_velocity_m_per_s", "normal_force_n"):
-            value = getattr(self, name)
+        for name in ("mass_kg", "natural_frequency_rad_per_s", "normal_force_n"):
+            value = real(f"Oscillator.{name}", getattr(self, name))
             if not (math.isfinite(value) and value > 0.0):
                 raise ParameterError(f"Oscillator.{name} must be finite and positive, not {value}")
-        for name in ("damping_ratio", "excitation_force_n", "excitation_frequency_rad_per_s"):
-            value = getattr(self, name)
+        for name in (
+            *("damping_ratio", "belt_velocity_m_per_s", "excitation_force_n", "excitation_frequency_rad_per_s"),
+        ):
+            value = real(f"Oscillator.{name}", getattr(self, name))
             if not (math.isfinite(value) and value >= 0.0):
                 raise ParameterError(f"Oscillator.{name} must be finite and not negative, not {value}")
 
@@ -73,7 +75,11 @@ class Oscillator:
 
 
 class Coefficients(NamedTuple):
-    """Oscillator and law as the compiled functions read them, in the symbols of the scaled equation."""
+    """Oscillator and law as the compiled functions read them, in the symbols of the scaled equation.
+
+    advance : [m or s] by which the coordinate of the friction path grows in a unit of tau; 0 where it is the slipped
+        distance
+    """
 
     F: float
     V: float
@@ -81,14 +87,23 @@ class Coefficients(NamedTuple):
     omega: float
     q: float
     r: float
-    fit: float
-    static: float
-    decay: float
-    quadratic: float
+    advance: float
+    law: SlidingLaw
 
 
-def coefficients(oscillator: Oscillator, law: StribeckLaw) -> Coefficients:
-    """The coefficients of the scaled equation of motion."""
+def coefficients(oscillator: Oscillator, law: FrictionLaw, friction_follows: str = "slip") -> Coefficients:
+    """The coefficients of the scaled equation of motion.
+
+    friction_follows : what mu_S is a function of: slip, the slipped distance [m]; belt, the travel v0 t of the belt
+        [m]; time [s]
+
+    Raises ParameterError for another word, and for a belt at rest that friction is to follow.
+    """
+    advances = {"slip": 0.0, "belt": oscillator.V, "time": 1.0 / oscillator.natural_frequency_rad_per_s}
+    if friction_follows not in advances:
+        raise ParameterError(f"friction follows one of {', '.join(advances)}, not {friction_follows!r}")
+    if friction_follows == "belt" and oscillator.V == 0.0:
+        raise ParameterError("friction cannot follow a belt at rest: let it follow slip or time")
     return Coefficients(
         F=float(oscillator.F),
         V=float(oscillator.V),
@@ -96,8 +111,6 @@ def coefficients(oscillator: Oscillator, law: StribeckLaw) -> Coefficients:
         omega=float(oscillator.natural_frequency_rad_per_s),
         q=float(oscillator.q),
         r=float(oscillator.r),
-        fit=float(law.fit),
-        static=float(law.static),
-        decay=float(law.decay_s_per_m),
-        quadratic=float(law.quadratic_s2_per_m2),
+        advance=float(advances[friction_follows]),
+        law=law.compiled(),
     )

@@ -10,16 +10,17 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.limits import existence_limit, limit_cycle
 from roughslip.oscillator.motion import ensemble_counts, trajectory
+from roughslip.oscillator.periodic import counts_by_period
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages import mass_on_belt
 from roughslip.stages.command import Job, execute
 
 
-def where_it_exists(find: Callable[[Oscillator, StribeckLaw], Any], belt: Oscillator, law: StribeckLaw) -> Any:
+def where_it_exists(find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw) -> Any:
     """What `find` finds; None, and a line in the log, where an oscillator has no such cycle or limit."""
     try:
         return find(belt, law)
@@ -43,11 +44,14 @@ def work(job: Job) -> None:
                 limits["existence_limit"] = limit
             if (found := where_it_exists(limit_cycle, belt, law)) is not None:
                 cycle = {name: getattr(found, name) for name in cycle}
-        counts = ensemble_counts(
-            belt, law, None, 0.0, ensemble["duration_periods"], ensemble["damping_ratios"], tolerance
-        )
+        pair = mass_on_belt.run_options(configuration)["integrator"]
+        duration, dampings = ensemble["duration_periods"], ensemble["damping_ratios"]
+        if ensemble.get("count_by_period", False):
+            counts = counts_by_period(belt, law, duration, dampings, tolerance, pair)
+        else:
+            counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, tolerance, integrator=pair)
         periods = ensemble["discarded_periods"] + mass_on_belt.DRAWN_PERIODS
-        drawn = trajectory(belt, law, None, 0.0, periods, tolerance)
+        drawn = trajectory(belt, law, None, 0.0, periods, tolerance, integrator=pair)
     kept = drawn.time >= 2 * np.pi * ensemble["discarded_periods"]
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
     titles = {

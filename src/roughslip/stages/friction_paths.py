@@ -24,7 +24,8 @@ def friction_process(
 
     The paper scales Beta(2.1, 5) by the least and the largest value of its sample, which drift apart as the sample
     grows; here it, too, has the mean and standard deviation of the windows. Where the scene lets several windows bear
-    the load in parallel, theirs is the mean of so many Beta variables.
+    the load in parallel, theirs is the mean of so many Beta variables. Where friction follows time the correlation
+    length of the process is the scene's correlation time.
     """
     moments = numbers.mean, numbers.standard_deviation
     kind = configuration["ensemble"].get("marginal", "beta")
@@ -38,14 +39,16 @@ def friction_process(
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
         one = BetaMarginal.of_moments(*shapes, *moments)
         marginal = BetaMarginal(*average_beta(one.a, one.b, one.lower, one.upper, windows))
-    return FrictionProcess(marginal, numbers.correlation_length_m)
+    correlation_time = configuration["oscillator"].get("correlation_time_s")  # where friction follows time
+    return FrictionProcess(marginal, numbers.correlation_length_m if correlation_time is None else correlation_time)
 
 
 def friction_paths(configuration: Configuration, process: FrictionProcess, nodes_per_length: int) -> Paths:
     """Realisations of the process, long enough for every run of the ensemble."""
     ensemble = configuration["ensemble"]
     periods = max(ensemble["duration_periods"], ensemble["discarded_periods"] + mass_on_belt.DRAWN_PERIODS)
-    length = mass_on_belt.path_length(mass_on_belt.oscillator(configuration), periods)
+    follows = configuration["oscillator"].get("friction_follows", "slip")
+    length = mass_on_belt.path_length(mass_on_belt.oscillator(configuration), periods, follows)
     spacing = process.correlation_length_m / nodes_per_length
     return prepare(process, spacing, length, ensemble.get("process", "recursion"))
 

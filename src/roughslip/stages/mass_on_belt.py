@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.friction.penetration_law import between
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import CoulombLaw, FrictionLaw, StribeckLaw, TableLaw
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages.geometry import Configuration
 
@@ -73,23 +74,51 @@ def oscillator(configuration: Configuration) -> Oscillator:
     )
 
 
-def law(configuration: Configuration, mean: float) -> StribeckLaw:
-    """Eq. (13) with the mean friction coefficient as mu_fit. Raises InputError where it would turn negative."""
+def law(configuration: Configuration, mean: float) -> FrictionLaw:
+    """The scene's law: eq. (13) with the mean friction coefficient as mu_fit, Coulomb's with it as kinetic value, or a
+    table, which takes its place. Raises InputError where the mean exceeds the static coefficient."""
     section = configuration["oscillator"]
-    if mean > section["static_friction"]:
-        raise InputError(
-            f"oscillator.static_friction: {section['static_friction']:g} is less than the mean friction coefficient "
-            f"{mean:.3g} at the penetration of the oscillator, so that eq. (13) turns negative at high speed: raise it"
+    kind, static = section.get("law", "stribeck"), section["static_friction"]
+    if kind == "table":
+        table = section["friction_table"]
+        return TableLaw(
+            speeds_m_per_s=tuple(table["speeds_m_per_s"]),
+            values=tuple(table["values"]),
+            static=static,
+            interpolation=table.get("interpolation", "monotone_cubic"),
         )
+    if mean > static:
+        reason = "stick holds less than slip" if kind == "coulomb" else "eq. (13) turns negative at high speed"
+        raise InputError(
+            f"oscillator.static_friction: {static:g} is less than the mean friction coefficient {mean:.3g} at the "
+            f"penetration of the oscillator, so that {reason}: raise it"
+        )
+    if kind == "coulomb":
+        return CoulombLaw(kinetic=mean, static=static)
     return StribeckLaw(
         fit=mean,
-        static=section["static_friction"],
+        static=static,
         decay_s_per_m=section["stribeck_decay_s_per_m"],
         quadratic_s2_per_m2=section["stribeck_quadratic_s2_per_m2"],
     )
 
 
-def path_length(belt: Oscillator, duration_periods: float) -> float:
-    """Slipped distance [m] that no run exceeds by far: the belt's travel, and ten spans of the friction force for slip
-    that crosses to the other sign. A run that needs more ends with an error that says so."""
+def run_options(configuration: Configuration) -> dict[str, Any]:
+    """How every run of the scene treats friction, and how it is integrated, as `simulate` takes it."""
+    section = configuration["oscillator"]
+    return {
+        "tolerance": configuration["numerics"]["oscillator_tolerance"],
+        "stochastic_static_limit": section["stochastic_static_limit"],
+        "interpolation": configuration["ensemble"].get("interpolation", "cubic"),
+        "friction_follows": section.get("friction_follows", "slip"),
+        "negative_friction": section.get("negative_friction", "clip"),
+        "integrator": section.get("integrator", "fehlberg45"),
+    }
+
+
+def path_length(belt: Oscillator, duration_periods: float, follows: str = "slip") -> float:
+    """Length of a path that no run exceeds by far: its time [s], or the belt's travel [m] and ten spans of the friction
+    force for slip that crosses to the other sign. A run that needs more ends with an error that says so."""
+    if follows == "time":
+        return 2 * np.pi * (1 + duration_periods) / belt.natural_frequency_rad_per_s
     return belt.V * 2 * np.pi * duration_periods + 10 * belt.F

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from roughslip import store
-from roughslip.oscillator.motion import Motion, simulate, trajectory
+from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
+from roughslip.oscillator.path import KeptPath
 from roughslip.stages import geometry, mass_on_belt
 from roughslip.stages.command import Job, execute
 from roughslip.stages.friction_paths import friction_paths, friction_process
 
 
-def periods_until_last_cycle(motion: Motion) -> float:
-    """Natural periods until the last reattachment that ends a cycle, 0 where there is none."""
-    return float(np.max(motion.time[motion.backwards], initial=0.0) / (2 * np.pi))
-
-
 def work(job: Job) -> None:
     """Write counts per realisation and damping, reattachment points at the scene's damping, a few trajectories."""
     configuration, arguments = job.configuration, job.arguments
-    ensemble, tolerance = configuration["ensemble"], configuration["numerics"]["oscillator_tolerance"]
-    stochastic = configuration["oscillator"]["stochastic_static_limit"]
-    interpolation = ensemble.get("interpolation", "cubic")
+    ensemble = configuration["ensemble"]
     numbers = mass_on_belt.friction_numbers(configuration, arguments.friction)
     belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
     process = friction_process(configuration, numbers, arguments.friction)
@@ -31,34 +23,44 @@ def work(job: Job) -> None:
     if nodes == "auto":  # then stage spacing found it
         nodes = int(store.read(arguments.spacing)["nodes_per_correlation_length"])
     periods, discarded = ensemble["duration_periods"], ensemble["discarded_periods"]
-    dampings = [replace(belt, damping_ratio=ratio) for ratio in ensemble["damping_ratios"]]
+    dampings = ensemble["damping_ratios"]
     count = arguments.last - arguments.first
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
     last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)
+    cuts = np.empty((count, len(dampings)), dtype=np.int64)
     reattachments, owners, drawn = [], [], []
-    run = {"tolerance": tolerance, "stochastic_static_limit": stochastic, "interpolation": interpolation}
-    steps = 0
+    options = mass_on_belt.run_options(configuration)
+    steps = evaluations = 0
     with job.usage.core():
         paths = friction_paths(configuration, process, nodes)
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            path = paths.realisation([configuration["seed"], geometry.STREAM_PROCESS, number])
-            for column, damped in enumerate(dampings):
-                motion = simulate(damped, law, path, paths.spacing, periods, **run)
-                cycles[row, column], micro_slips[row, column] = motion.cycles, motion.micro_slips
-                last_cycle[row, column] = periods_until_last_cycle(motion)
-                steps += motion.steps
-            nominal = simulate(belt, law, path, paths.spacing, periods, **run)
+            path = KeptPath(paths.realisation([configuration["seed"], geometry.STREAM_PROCESS, number]))
+            counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, **options)
+            cycles[row], micro_slips[row], cuts[row] = counts.cycles, counts.micro_slips, counts.cuts
+            last_cycle[row] = counts.last_cycle
+            steps, evaluations = steps + counts.steps, evaluations + counts.evaluations
+            nominal = simulate(belt, law, path, paths.spacing, periods, **options)
             places = nominal.reattachments(discarded)
-            nominal_last_cycle[row] = periods_until_last_cycle(nominal)
+            nominal_last_cycle[row] = nominal.last_cycle
             reattachments.append(places)
             owners.append(np.full(len(places), number))
             if number < ensemble["drawn_realisations"]:
-                drawn.append(trajectory(belt, law, path, paths.spacing, discarded + mass_on_belt.DRAWN_PERIODS, **run))
+                until = discarded + mass_on_belt.DRAWN_PERIODS
+                drawn.append(trajectory(belt, law, path, paths.spacing, until, **options))
             job.usage.progress(row + 1, count)
-    job.usage.count(runs=count * len(dampings), cycles=int(cycles.sum()), steps=steps)
+    job.usage.count(
+        runs=count * len(dampings),
+        cycles=int(cycles.sum()),
+        steps=steps,
+        evaluations=evaluations,
+        negative_friction_cut=int(cuts.sum()),
+    )
     variables = {
         "cycles": store.Variable(("realisation", "damping"), cycles, "1", "cycles M_S"),
         "micro_slips": store.Variable(("realisation", "damping"), micro_slips, "1", "reattachments without a cycle"),
+        "negative_friction": store.Variable(
+            ("realisation", "damping"), cuts, "1", "steps and sticks at which negative friction was cut to zero"
+        ),
         "last_cycle": store.Variable(
             ("realisation", "damping"), last_cycle, "1", "natural periods until the last cycle, 0 for none"
         ),

@@ -72,16 +72,15 @@ def work(job: Job) -> None:
     numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
     process = friction_process(configuration, numbers, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
+    options = mass_on_belt.run_options(configuration)
 
     def counts(nodes: int, step: int, number: int) -> np.ndarray:
         """(dampings,) cycles of a path of so many nodes a correlation length, every step-th of them read."""
         paths = recursion(process, process.correlation_length_m / nodes)
         path = Thinned(paths.realisation([configuration["seed"], geometry.STREAM_PILOT, number]), step)
         return ensemble_counts(
-            belt, law, path, step * paths.spacing, ensemble["duration_periods"], ensemble["damping_ratios"],
-            configuration["numerics"]["oscillator_tolerance"], 0.0,
-            configuration["oscillator"]["stochastic_static_limit"], ensemble.get("interpolation", "cubic"),
-        ).cycles  # fmt: skip
+            belt, law, path, step * paths.spacing, ensemble["duration_periods"], ensemble["damping_ratios"], **options
+        ).cycles
 
     tried: list[tuple[int, int, float]] = []
     nodes, lower, upper = FEWEST_NODES, 0.0, np.inf

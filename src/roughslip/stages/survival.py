@@ -107,14 +107,10 @@ def run_all(job: Job, configuration: Any, dampings: np.ndarray, deviations: np.n
     """Runs by scatter and damping; the same paths, scaled, serve every point."""
     asked, numbers = configuration["survival"], mass_on_belt.friction_numbers(configuration, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    run: dict[str, Any] = {
-        "tolerance": configuration["numerics"]["oscillator_tolerance"],
-        "stochastic_static_limit": configuration["oscillator"]["stochastic_static_limit"],
-        "interpolation": configuration["ensemble"].get("interpolation", "cubic"),
-    }
+    run = mass_on_belt.run_options(configuration)
     in_slip: dict[str, Any] = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
     periods, found = asked["duration_periods"], []
-    length = mass_on_belt.path_length(belt, periods)
+    length = mass_on_belt.path_length(belt, periods, run["friction_follows"])
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
         scaled = replace(numbers, standard_deviation=float(deviation))
         process = friction_process(configuration, scaled, job.arguments.friction)

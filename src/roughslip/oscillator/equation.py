@@ -1,0 +1,63 @@
+"""The equation of slip: the state, its acceleration and jerk for one sign of the sliding velocity."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from roughslip.oscillator.law import sliding, sliding_slope
+from roughslip.oscillator.path import Piece, offset, offset_slope
+from roughslip.oscillator.system import Coefficients
+
+
+class State(NamedTuple):
+    """tau [-], X, X', slipped distance s, X'' and X''' [m]."""
+
+    tau: float
+    x: float
+    u: float
+    s: float
+    a: float
+    j: float
+
+
+@njit(cache=True)
+def place(tau: float, s: float, p: Coefficients) -> float:
+    """The coordinate of the friction path: slipped distance s [m], or travel of the belt [m] or time [s]."""
+    return p.advance * tau if p.advance > 0.0 else s
+
+
+@njit(cache=True, error_model="numpy")
+def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: Coefficients) -> float:
+    """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0."""
+    mu = max(sliding(sigma * p.omega * (p.V - u), p.law) + mu_s, 0.0)
+    drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
+    return sigma * p.F * mu - 2.0 * p.D * u - x + drive
+
+
+@njit(cache=True, error_model="numpy")
+def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p: Coefficients) -> float:
+    """X''' [m] in slip of sign sigma."""
+    speed, z = sigma * p.omega * (p.V - u), place(tau, s, p)
+    mu_rate = 0.0
+    if p.law.least + offset(piece, z) > 0.0 or sliding(speed, p.law) + offset(piece, z) > 0.0:
+        advance = p.advance if p.advance > 0.0 else sigma * (p.V - u)
+        mu_rate = -sliding_slope(speed, p.law) * sigma * p.omega * a + offset_slope(piece, z) * advance
+    drive = p.q * p.r * math.sin(p.r * tau) if p.q > 0.0 else 0.0
+    return sigma * p.F * mu_rate - 2.0 * p.D * a - u - drive
+
+
+@njit(cache=True)
+def completed(tau: float, x: float, u: float, s: float, sigma: float, piece: Piece, p: Coefficients) -> State:
+    """The state in slip with its acceleration and jerk."""
+    a = acceleration(tau, x, u, sigma, offset(piece, place(tau, s, p)), p)
+    return State(tau, x, u, s, a, jerk(tau, u, s, a, sigma, piece, p))
+
+
+@njit(cache=True)
+def cut(y: State, sigma: float, piece: Piece, p: Coefficients) -> bool:
+    """Whether friction in slip would be negative, and is cut to zero."""
+    mu_s = offset(piece, place(y.tau, y.s, p))
+    return p.law.least + mu_s < 0.0 and sliding(sigma * p.omega * (p.V - y.u), p.law) + mu_s < 0.0

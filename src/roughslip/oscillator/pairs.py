@@ -1,0 +1,29 @@
+"""The embedded Runge-Kutta pairs that slip may be integrated with."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from roughslip.oscillator import dormand_prince, fehlberg
+from roughslip.oscillator.dormand_prince import dormand_prince_step
+from roughslip.oscillator.equation import State
+from roughslip.oscillator.fehlberg import fehlberg_step
+from roughslip.oscillator.path import Piece
+from roughslip.oscillator.system import Coefficients
+
+FEHLBERG45, DORMAND_PRINCE853 = 0, 1
+PAIRS = {"fehlberg45": FEHLBERG45, "dormand_prince853": DORMAND_PRINCE853}
+STAGES = (fehlberg.STAGES, dormand_prince.STAGES)  # evaluations of X'' in a step
+ORDERS = (fehlberg.ORDER, dormand_prince.ORDER)  # by which power of the step its error estimate goes
+ROOM = (2, max(STAGES))  # for the stages of a step
+
+
+@njit(cache=True)
+def step(
+    pair: int, y: State, h: float, sigma: float, piece: Piece, p: Coefficients, stages: np.ndarray
+) -> tuple[State, float]:
+    """The state after a step h, with its acceleration and jerk, and the estimated error [m]."""
+    if pair == FEHLBERG45:
+        return fehlberg_step(y, h, sigma, piece, p)
+    return dormand_prince_step(y, h, sigma, piece, p, stages)

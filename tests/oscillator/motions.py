@@ -1,0 +1,31 @@
+"""What tests of motions share: the oscillator of the study, Coulomb friction of a given drop, steps of equal length."""
+
+import numpy as np
+
+from roughslip.oscillator.equation import completed, place
+from roughslip.oscillator.law import CoulombLaw, StribeckLaw
+from roughslip.oscillator.pairs import ROOM, step
+from roughslip.oscillator.path import piece_at
+from roughslip.oscillator.system import Oscillator
+
+STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
+LAW = StribeckLaw(0.3)
+F, V = STUDY.F, STUDY.V
+
+
+def coulomb(ratio: float, kinetic: float = 0.3) -> CoulombLaw:
+    """Friction that drops by r = F (static - kinetic) / V on leaving stick."""
+    return CoulombLaw(kinetic, kinetic + ratio * V / F)
+
+
+def equal_steps(pair, p, path, x, u, duration, steps, sigma=1.0):
+    """The state after so many equal steps of slip from tau = 0, each on the piece of the path at its middle."""
+    room = np.empty(ROOM)
+    h = duration / steps
+    y = completed(0.0, x, u, 0.0, sigma, piece_at(path, 0.0), p)
+    for _ in range(steps):
+        ahead = place(y.tau + 0.5 * h, y.s + 0.5 * h * sigma * (p.V - y.u), p)
+        piece = piece_at(path, ahead)
+        y = completed(y.tau, y.x, y.u, y.s, sigma, piece, p)
+        y, _ = step(pair, y, h, sigma, piece, p, room)
+    return y

@@ -1,0 +1,140 @@
+"""A slip phase: where its steps end, and that it meets the belt wherever it may."""
+
+import math
+
+import numpy as np
+import pytest
+
+from roughslip.oscillator.equation import State, completed
+from roughslip.oscillator.law import CoulombLaw, StribeckLaw
+from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, ROOM, step
+from roughslip.oscillator.path import Path, Piece
+from roughslip.oscillator.slip import (
+    AT_BELT,
+    NEGATIVE,
+    NO_SLIP,
+    TIME_OVER,
+    Numerics,
+    belt_bracket,
+    meet_belt,
+    slip,
+    step_to_node,
+)
+from roughslip.oscillator.system import coefficients
+from tests.oscillator.motions import STUDY, F, V
+
+FREE = Piece(0.0, 0.0, 0.0, 0.0, 0.0, np.inf, 1.0)
+NO_PATH = Path(np.zeros(0), 0, 1.0, True, True)
+UNDAMPED = coefficients(STUDY, CoulombLaw(0.4, 0.4))._replace(D=0.0)
+NONE, WORK = np.zeros(0), np.empty(ROOM)
+
+
+def start(x, u, sigma=1.0):
+    return completed(0.0, x, u, 0.0, sigma, FREE, UNDAMPED)
+
+
+def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, numerics=None, path=NO_PATH):
+    numerics = numerics or Numerics(FEHLBERG45, 1e-9, False)
+    since = y.tau if allowed == 0.0 else -1.0
+    return slip(y, since, allowed, sigma, duration, path, p, numerics, 1000, 1.0, NONE, NONE)
+
+
+@pytest.mark.parametrize("rates", [(3.0, -20.0, 50.0), (0.0, 0.0, 40.0), (2.0, 9.0, 0.0), (1.0, -0.5, 0.0)])
+def test_step_to_node_solves_its_cubic(rates):
+    s1, s2, s3 = rates
+    h = step_to_node(0.5, 0.2, s1, s2, s3)
+    assert 0.0 < h <= 0.5
+    slipped = h * (s1 + h * (s2 / 2 + h * s3 / 6))
+    assert slipped == pytest.approx(0.2, rel=1e-5)
+    assert step_to_node(0.5, 10.0, s1, s2, s3) == 0.5
+
+
+@pytest.mark.parametrize("pair", [FEHLBERG45, DORMAND_PRINCE853])
+def test_velocity_of_the_belt_is_met_to_rounding(pair):
+    """Undamped, constant friction: X' = V at twice the angle to the bottom, and X there mirrors the start."""
+    found = phase(start(0.013, V), numerics=Numerics(pair, 1e-12, False))
+    assert (found.status, found.y.u, found.backwards) == (AT_BELT, V, True)
+    assert found.y.tau == pytest.approx(2 * math.pi - 2 * math.atan2(0.013 - 0.4 * F, V), abs=1e-10)
+    assert found.y.x == pytest.approx(0.8 * F - 0.013, abs=1e-11 * F)
+
+
+def near_top(top, excess):
+    """X' = (V + excess) cos(tau - top): above the belt by `excess` at most."""
+    radius = V + excess
+    return start(0.4 * F - radius * math.sin(top), radius * math.cos(top))
+
+
+@pytest.mark.parametrize(("top", "h"), [(0.06, 0.12), (0.2, 0.21), (0.01, 0.2), (0.25, 0.5)])
+def test_double_crossing_inside_a_step_is_seen(top, h):
+    """X' rises above V and falls back within one step, early, in its middle or late: the first crossing is met."""
+    excess = 0.25 * V * (1 - math.cos(min(top, h - top)))
+    y = near_top(top, excess)
+    end, _ = step(DORMAND_PRINCE853, y, h, 1.0, FREE, UNDAMPED, WORK)
+    assert max(y.u, end.u) < V
+    late = belt_bracket(y, end, h, 1.0, UNDAMPED)
+    assert 0.0 < late < h
+    while late > 0.0:
+        arrived, end, *_ = meet_belt(y, end, h, late, 1.0, FREE, UNDAMPED, DORMAND_PRINCE853, WORK)
+        if arrived:
+            break
+        y, h = end, h - late
+        end, _ = step(DORMAND_PRINCE853, y, h, 1.0, FREE, UNDAMPED, WORK)
+        late = belt_bracket(y, end, h, 1.0, UNDAMPED)
+    assert arrived
+    assert end.tau == pytest.approx(top - math.acos(V / (V + excess)), abs=1e-6)
+    assert phase(near_top(top, excess), allowed=0.5).y.tau == pytest.approx(end.tau, abs=1e-5)
+
+
+def test_extreme_below_the_belt_is_passed():
+    """By 1e-9 of V: the step that ends at the extreme decides, above and below it."""
+    for excess, status in ((1e-9 * V, AT_BELT), (-1e-9 * V, TIME_OVER)):
+        found = phase(near_top(0.2, excess), duration=1.0, allowed=0.5, numerics=Numerics(FEHLBERG45, 1e-13, False))
+        assert found.status == status
+        assert found.steps < 300
+
+
+def test_first_of_three_crossings():
+    """A driven X' that passes the belt three times within a step ends at the first."""
+    p = UNDAMPED._replace(q=0.02 * F, r=14.0)
+
+    def begin(x):
+        return completed(0.0, x, V - 3e-5, 0.0, 1.0, FREE, p)
+
+    y = begin(0.4 * F + 0.02 * F)
+    fine = phase(y, allowed=1e-3, p=p, duration=0.5, numerics=Numerics(FEHLBERG45, 1e-13, False))
+    for pair in (FEHLBERG45, DORMAND_PRINCE853):
+        coarse = phase(y, allowed=0.5, p=p, duration=0.5, numerics=Numerics(pair, 1e-5, False))
+        assert coarse.status == fine.status
+        assert coarse.y.tau == pytest.approx(fine.y.tau, abs=1e-3)
+
+
+@pytest.mark.parametrize("pair", [FEHLBERG45, DORMAND_PRINCE853])
+def test_steep_friction_at_the_belt_is_not_passed_over(pair):
+    """A rise by 0.1 within 1e-3 of the speeds: reattachment where the tolerance 1e-12 has it.
+
+    The step that meets the belt once counted unchecked, and erred by 0.3 of F a unit of tau where friction rises so.
+    """
+    p = coefficients(STUDY, StribeckLaw(0.1, 0.4, 1000.0 / 3.0, 0.0))._replace(D=0.0)
+    y = State(0.0, 0.5 * F, V, 0.0, 0.0, 0.0)
+    exact = phase(y, p=p, numerics=Numerics(DORMAND_PRINCE853, 1e-12, False)).y.x
+    assert phase(y, p=p, numerics=Numerics(pair, 1e-6, False)).y.x == pytest.approx(exact, abs=2e-5 * F)
+
+
+def test_no_slip_where_friction_holds():
+    """Started in slip inside the limit, the mass is pulled past X' = V at once: no phase, however short."""
+    for sigma in (1.0, -1.0):
+        found = phase(State(0.0, 0.0, V, 0.0, 0.0, 0.0), sigma, 1.0)
+        assert found.status == NO_SLIP
+        assert (found.y.tau, found.y.x, found.error) == (0.0, 0.0, 0.0)
+
+
+def test_cut_friction_is_counted_or_refused():
+    """mu_S = -0.5 at every node: each step ends where eq. (13), 0.4 at most, would be negative."""
+    p = coefficients(STUDY, StribeckLaw(0.3))
+    path = Path(np.full(60, -0.5), 0, 1e-3, True, True)
+    y = State(0.0, 1e-3, V, 0.0, 0.0, 0.0)
+    found = phase(y, duration=3.0, p=p, path=path)
+    assert (found.status, found.cuts) == (TIME_OVER, found.steps)
+    refused = phase(y, duration=3.0, p=p, path=path, numerics=Numerics(FEHLBERG45, 1e-9, True))
+    assert (refused.status, refused.steps, refused.cuts) == (NEGATIVE, 1, 1)
+    assert phase(y, duration=3.0, p=p, path=path._replace(nodes=np.full(60, -0.1))).cuts == 0

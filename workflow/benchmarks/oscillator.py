@@ -1,0 +1,229 @@
+"""The mass on the belt measured: cycles per second against the error of the reattachment point, beside scipy's solvers.
+
+One slip phase of the study's oscillator from its departure point, without scatter and on a friction path, by every
+method at several tolerances, in one process and one thread, by turns. Errors are relative to X of the reattachment by
+our pair of order 8 at 1e-13. Beside them nanoseconds of an evaluation of the right-hand side, and an ensemble with the
+time that its paths take.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numba import njit
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
+
+from roughslip.friction.process import BetaMarginal, FrictionProcess
+from roughslip.friction.recursion import recursion
+from roughslip.oscillator.equation import acceleration
+from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.pairs import PAIRS
+from roughslip.oscillator.run import REATTACHMENT
+from roughslip.oscillator.system import Coefficients, Oscillator, coefficients
+from workflow.benchmarks import measure
+from workflow.benchmarks.measure import Contender, Row, case, row
+
+PACKAGES = ("numpy", "scipy", "numba")
+STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
+PROCESS = FrictionProcess(BetaMarginal.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
+SEED = 20110914
+PEERS = ("RK45", "DOP853")
+EVALUATIONS = 1_000_000  # of the right-hand side in a measurement
+PROMISED_RATIO, PROMISED_SECONDS, PROMISED_RUNS = 500.0, 40.0, 2000  # against scipy; of an ensemble of so many runs
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What is measured.
+
+    tolerances : of every method
+    nodes : of a correlation length of the friction path
+    runs, cycles : of the ensemble that is measured; its time is told for PROMISED_RUNS
+    quick : one turn each, to show that everything works
+    """
+
+    tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10)
+    nodes: int = 8
+    runs: int = 100
+    cycles: int = 100
+    quick: bool = False
+
+
+QUICK = Campaign((1e-4, 1e-7), 4, 2, 5, True)
+
+
+@dataclass(frozen=True)
+class Slip:
+    """One slip phase from the departure point.
+
+    name : as in the case
+    path : (nodes,) mu_S over the slipped distance, or None
+    spacing : [m]
+    """
+
+    name: str
+    path: np.ndarray | None
+    spacing: float
+
+    @property
+    def start(self) -> float:
+        """[m] X at departure."""
+        static = LAW.static + (0.0 if self.path is None else float(self.path[0]))
+        return STUDY.F * static - 2 * STUDY.damping_ratio * STUDY.V
+
+
+def slips(nodes: int) -> tuple[Slip, Slip]:
+    """Without scatter, and on the first path of the process whose friction falls as slip begins and that sticks again
+    after a turn backwards, so that all methods see one slip of the ordinary kind."""
+    paths = recursion(PROCESS, PROCESS.correlation_length_m / nodes)
+    for number in range(1000):
+        pieces = iter(paths.realisation([SEED, number]))
+        path = np.concatenate([next(pieces) for _ in range(4)])
+        found = Slip(f"path-of-{nodes}-nodes", path, paths.spacing)
+        if path[1] < path[0] and run(found, "fehlberg45", 1e-6).backwards[1]:
+            return Slip("deterministic", None, 0.0), found
+    raise AssertionError("no path of a thousand has an ordinary slip")
+
+
+def run(slip: Slip, integrator: str, tolerance: float) -> Any:
+    """Our motion over the slip."""
+    return simulate(STUDY, LAW, slip.path, slip.spacing, 1.2, tolerance, slip.start, integrator=integrator)
+
+
+def ours(slip: Slip, integrator: str, tolerance: float) -> tuple[float, int]:
+    """X of the reattachment, evaluations."""
+    motion = run(slip, integrator, tolerance)
+    return float(motion.position[motion.kind == REATTACHMENT][0]), motion.evaluations
+
+
+def theirs(slip: Slip, method: str, tolerance: float) -> tuple[float, int]:
+    """The same by solve_ivp with an event at X' = V; a Taylor step leaves the belt, where the event would be met."""
+    F, V, D, omega = STUDY.F, STUDY.V, STUDY.damping_ratio, STUDY.natural_frequency_rad_per_s
+    grid = slip.spacing * np.arange(0 if slip.path is None else len(slip.path))
+    scatter = None if slip.path is None else CubicHermiteSpline(grid, slip.path, np.gradient(slip.path, slip.spacing))
+    fit, decay, quadratic, rest = LAW.fit, LAW.decay_s_per_m, LAW.quadratic_s2_per_m2, LAW.static
+
+    def slope(_: float, y: np.ndarray) -> list[float]:
+        v = omega * (V - y[1])
+        mu = fit / (1 + decay * v) + rest - fit + quadratic * v * v
+        mu_s = 0.0 if scatter is None else float(scatter(y[2]))
+        return [y[1], F * max(mu + mu_s, 0.0) - 2 * D * y[1] - y[0], V - y[1]]
+
+    def at_belt(_: float, y: np.ndarray) -> float:
+        return y[1] - V
+
+    at_belt.terminal, at_belt.direction = True, 1.0  # type: ignore[attr-defined]
+    h = 1e-3
+    y = [slip.start + V * h - V * h**3 / 6, V - V * h**2 / 2, V * h**3 / 6]
+    found = solve_ivp(slope, (h, 9.0), y, method, events=at_belt, rtol=tolerance, atol=tolerance * F)
+    return float(found.y_events[0][0][0]), found.nfev
+
+
+def phases(campaign: Campaign) -> list[Row]:
+    """Error and time of a slip phase by every method at every tolerance."""
+    rows: list[Row] = []
+    for slip in slips(campaign.nodes):
+        exact, _ = ours(slip, "dormand_prince853", 1e-13)
+        calls: dict[tuple[str, float], Callable[[], tuple[float, int]]] = {}
+        for tolerance in campaign.tolerances:
+            calls |= {(f"roughslip/{pair}", tolerance): partial(ours, slip, pair, tolerance) for pair in PAIRS}
+            calls |= {(f"scipy/{peer}", tolerance): partial(theirs, slip, peer, tolerance) for peer in PEERS}
+        found = {name: call() for name, call in calls.items()}  # and compiled
+        contenders = {}
+        for name, call in calls.items():
+            seconds, _ = measure.timed(call)
+            contenders[name] = Contender(call, seconds, 1 if campaign.quick else measure.turns(seconds))
+        for (method, tolerance), seconds in measure.race(contenders).items():
+            place, evaluations = found[method, tolerance]
+            error = abs(place / exact - 1)
+            name = case(motion=slip.name, asked=measure.power(tolerance))
+            rows.append(row(name, method, error, seconds, evaluations))
+            measure.say(f"{name} {method}: {1 / rows[-1]['seconds']:.3g} cycles/s, error {error:.1e}")
+    return rows
+
+
+@njit(cache=True)
+def _evaluate(count: int, p: Coefficients) -> float:
+    total = 0.0
+    for k in range(count):
+        total += acceleration(0.0, 0.01, p.V * (1.0 - 1e-6 * k), 1.0, 0.0, p)
+    return total
+
+
+def right_hand_side(campaign: Campaign) -> list[Row]:
+    """Seconds of EVALUATIONS of X''."""
+    p = coefficients(STUDY, LAW)
+    call = partial(_evaluate, EVALUATIONS, p)
+    call()
+    seconds, _ = measure.timed(call)
+    times = measure.race({"one": Contender(call, seconds, 1 if campaign.quick else 5)})["one"]
+    measure.say(f"right-hand side: {1e9 * min(times) / EVALUATIONS:.2f} ns")
+    return [row(case(motion="right-hand-side"), "roughslip", 0.0, times, EVALUATIONS)]
+
+
+def ensemble(campaign: Campaign) -> list[Row]:
+    """Seconds of an ensemble, paths among them, and the cycles that it counted."""
+    periods = campaign.cycles * 6.8685 / (2 * math.pi)
+    paths = recursion(PROCESS, PROCESS.correlation_length_m / campaign.nodes)
+
+    def count() -> int:
+        realisations = (paths.realisation([SEED, number]) for number in range(campaign.runs))
+        return sum(simulate(STUDY, LAW, one, paths.spacing, periods, 1e-6).cycles for one in realisations)
+
+    count()
+    seconds, cycles = measure.timed(count)
+    name = case(motion=f"ensemble-of-{campaign.nodes}-nodes", runs=campaign.runs, periods=f"{periods:.4g}")
+    measure.say(f"{name}: {seconds:.3g} s, {PROMISED_RUNS * seconds / campaign.runs:.3g} s for {PROMISED_RUNS} runs")
+    return [row(name, "roughslip/fehlberg45", 0.0, [seconds], cycles)]
+
+
+def at_error(rows: Sequence[Row], method: str, error: float) -> float | None:
+    """The least seconds of a slip phase by a method that is at least as accurate, None where it never is."""
+    return min((row["seconds"] for row in rows if row["method"] == method and row["error"] <= error), default=None)
+
+
+def summary(rows: Sequence[Row], campaign: Campaign) -> dict[str, Any]:
+    """How many times as fast as each of scipy's, at the error of each of its rows; the promises beside."""
+    ratios: dict[str, dict[str, float]] = {}
+    for motion in sorted({one["case"].split(" ")[0] for one in rows if "asked=" in one["case"]}):
+        here = [one for one in rows if one["case"].split(" ")[0] == motion]
+        for entry in here:
+            best = [at_error(here, f"roughslip/{pair}", entry["error"]) for pair in PAIRS]
+            reached = [seconds for seconds in best if seconds is not None]
+            if entry["method"].startswith("scipy") and reached:
+                ratios.setdefault(entry["method"], {})[entry["case"]] = entry["seconds"] / min(reached)
+    of_ensemble = next(row for row in rows if row["case"].startswith("motion=ensemble"))
+    seconds = of_ensemble["seconds"] * PROMISED_RUNS / campaign.runs
+    evaluation = next(row for row in rows if row["case"] == "motion=right-hand-side")
+    return {
+        "times_as_fast": ratios,
+        "promised_ratio": PROMISED_RATIO,
+        "nanoseconds_of_an_evaluation": 1e9 * evaluation["seconds"] / evaluation["work"],
+        "ensemble_seconds": seconds,
+        "promised_seconds": PROMISED_SECONDS,
+        "met": seconds <= PROMISED_SECONDS and all(min(one.values()) >= PROMISED_RATIO for one in ratios.values()),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--output", type=Path, required=True, help="the JSON file")
+    parser.add_argument("--peers", action="store_true", help="scipy, the peer, is always there")
+    parser.add_argument("--quick", action="store_true", help="few tolerances, one turn each")
+    campaign = QUICK if parser.parse_args().quick else Campaign()
+    rows = phases(campaign) + right_hand_side(campaign) + ensemble(campaign)
+    head = {"machine": measure.machine(), "versions": measure.versions(PACKAGES), "checks": {}}
+    measure.write(parser.parse_args().output, {**head, "summary": summary(rows, campaign), "rows": rows})
+
+
+if __name__ == "__main__":
+    main()

@@ -52,7 +52,8 @@ def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
 
 
 def _table_mistakes(table: dict[str, Any], static: Any) -> Iterator[Mistake]:
-    speeds, values = table.get("speeds_m_per_s"), table.get("values")
+    speeds: Any = table.get("speeds_m_per_s")
+    values: Any = table.get("values")
     if not all(isinstance(row, list) and row and all(map(_number, row)) for row in (speeds, values)):
         return
     if len(speeds) != len(values):

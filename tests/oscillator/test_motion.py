@@ -477,7 +477,7 @@ def test_step_limit_is_an_error(monkeypatch):
         ({"tolerance": 0.0}, "tolerance"),
         ({"tolerance": 1e-2}, "tolerance"),
         ({"tolerance": math.nan}, "tolerance"),
-        ({"start_position_m": math.inf}, "start must"),
+        ({"start_position_m": math.inf}, "start must be finite"),
         ({"path": np.zeros(9), "interpolation": "quintic"}, "cubic or linear"),
         ({"friction_follows": "load"}, "slip, belt, time"),
         ({"negative_friction": "allow"}, "clip, refuse"),

@@ -7,10 +7,11 @@ and its own records are gone. Nothing is lost by either, not in a dry run and no
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -60,15 +61,15 @@ def tidy(folder: Path, others: Iterable[Path] = ()) -> None:
     """
     now = time.time()
     for path in (*folder.rglob("*"), *others):
-        if path.is_file():
-            changed = path.stat().st_mtime
+        with contextlib.suppress(PermissionError, FileNotFoundError):  # of another user, or gone meanwhile
+            changed = path.stat().st_mtime if path.is_file() else now
             if _TEMPORARY.fullmatch(path.name) and changed < now - _TEMPORARY_SECONDS:
-                path.unlink(missing_ok=True)
+                path.unlink()
             elif changed > now:
                 os.utime(path, (now - 1.0, now - 1.0))
 
 
-def _touch_changed(found: Mapping[str, dict[str, str]], now) -> None:
+def _touch_changed(found: Mapping[str, dict[str, str]], now: Callable[[str], str]) -> None:
     """Make inputs that changed newer than the oldest result; those that are so already are left alone."""
     oldest = min(Path(name).stat().st_mtime for name in found["made"])
     for name, was in found["read"].items():

@@ -99,7 +99,7 @@ def _designs(scene: Scene) -> float:
 
 def _surface(scene: Scene, _: int) -> float:
     dense = min(_nodes(scene), 4096) ** 2 if _nodes(scene) <= 4096 else 0
-    return _PLAIN + 4 * _modes_mb(scene) + 3 * _megabytes(dense)
+    return _PLAIN + 80 + 4 * _modes_mb(scene) + 3 * _megabytes(dense)
 
 
 def _read_modes(scene: Scene) -> float:

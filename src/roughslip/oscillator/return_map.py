@@ -83,7 +83,8 @@ def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
     """The flow of an oscillator and its law; friction below zero is cut, as in the motion."""
     free(oscillator)
     v0, scale, compiled = oscillator.belt_velocity_m_per_s, oscillator.F / oscillator.V, law.compiled()
-    mu, mu_slope = sliding.py_func, sliding_slope.py_func  # to unpack a law takes compiled functions longer than to run
+    # As plain Python: to unpack a law takes a compiled function longer than to run.
+    mu, mu_slope = sliding.py_func, sliding_slope.py_func  # type: ignore[attr-defined]
     mean = max(mu(v0, compiled), 0.0)
 
     def force(w: float) -> float:

@@ -1,22 +1,10 @@
-"""Laws of friction with closed-form or published cycles, in the words of StribeckLaw."""
+"""A law of friction with a published cycle."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Coulomb:
-    """A kinetic coefficient whatever the speed, and a static one."""
-
-    kinetic: float
-    static: float
-
-    def mu(self, velocity):
-        return np.float64(self.kinetic)
-
-    def slope(self, velocity):
-        return np.float64(0.0)
+from roughslip.oscillator.law import SlidingLaw
 
 
 @dataclass(frozen=True)
@@ -39,3 +27,9 @@ class Cubic:
     def slope(self, velocity):
         t = 1.0 - np.abs(velocity) / self.belt
         return -(self.first + 3.0 * self.third * t**2) / self.belt
+
+    def compiled(self):
+        """A table of one row, which goes on for ever."""
+        first, second, third = -(self.first + 3 * self.third), 3 * self.third, -self.third
+        row = [0.0, self.static, first / self.belt, second / self.belt**2, third / self.belt**3]
+        return SlidingLaw(self.static, self.static, 0.0, 0.0, 0.0, 0.0, np.array([row]))

@@ -8,12 +8,11 @@ from scipy.optimize import brentq
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.oscillator.fehlberg import acceleration
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import equilibrium, existence_limit, limit_cycle
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator, coefficients
-from tests.oscillator.laws import Coulomb
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 LAW = StribeckLaw(0.3)
@@ -39,7 +38,7 @@ def test_equilibrium_and_hopf_from_the_right_hand_side():
 @pytest.mark.parametrize(("jump", "limit"), [(0.5, 0.017938), (1.0, 0.057829), (2.0, 0.145359), (5.0, 0.322719)])
 def test_coulomb_s_cycle_dies_at_the_published_damping(jump, limit):
     """Jump of the friction deflection over V: departure at y = jump, then linear slip about F kinetic."""
-    law = Coulomb(0.3, 0.3 + jump * STUDY.V / STUDY.F)
+    law = CoulombLaw(0.3, 0.3 + jump * STUDY.V / STUDY.F)
     assert existence_limit(STUDY, law) == pytest.approx(limit, abs=5e-7)
 
 
@@ -57,7 +56,7 @@ def test_coulomb_s_limit_in_closed_form(jump):
         return math.exp(-d * rise[0]) * (math.cos(b * rise[0]) - c * math.sin(b * rise[0]))
 
     root = brentq(lambda d: next_peak(d) - 1, 1e-3, 0.9, xtol=1e-14)
-    law = Coulomb(0.3, 0.3 + jump * STUDY.V / STUDY.F)
+    law = CoulombLaw(0.3, 0.3 + jump * STUDY.V / STUDY.F)
     assert existence_limit(STUDY, law) == pytest.approx(root, abs=2e-10)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.law import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import existence_limit, limit_cycle
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import (
@@ -18,7 +18,7 @@ from roughslip.oscillator.pure_slip import (
 )
 from roughslip.oscillator.return_map import slip_flow
 from roughslip.oscillator.system import Oscillator
-from tests.oscillator.laws import Coulomb, Cubic
+from tests.oscillator.laws import Cubic
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 LAW = StribeckLaw(0.3)
@@ -97,7 +97,7 @@ def test_beyond_either_end_there_is_no_cycle():
 
 def test_a_jump_of_friction_leaves_the_grazing_orbit_between():
     """With Coulomb friction slip only decays: no cycle without stick, and the orbit that grazes the belt parts."""
-    law = Coulomb(0.3, 0.4)
+    law = CoulombLaw(0.3, 0.4)
     assert pure_slip_cycles(STUDY, law) == []
     assert separating_peak(STUDY, law) == 1.0
     assert cycle_damping(STUDY, law, 0.5) == pytest.approx(0.0, abs=1e-10)  # a centre, of every peak

@@ -8,14 +8,14 @@ import pytest
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator import return_map as module
-from roughslip.oscillator.fehlberg import acceleration
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.equation import acceleration
+from roughslip.oscillator.law import CoulombLaw, StribeckLaw, TableLaw
 from roughslip.oscillator.return_map import falling_root, growth, slip_flow, turn, turn_from
 from roughslip.oscillator.system import Oscillator, coefficients
-from tests.oscillator.laws import Coulomb
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 LAW = StribeckLaw(0.3)
+TABLE = TableLaw((0.0, 0.4, 1.0, 2.0, 4.0), (0.4, 0.3, 0.24, 0.25, 0.27))
 ACCURACY = 1e-10  # some 60 steps of 1e-12, and dense output of one order less
 
 
@@ -23,7 +23,7 @@ ACCURACY = 1e-10  # some 60 steps of 1e-12, and dense output of one order less
 @pytest.mark.parametrize("peak", [1e-3, 1.0])
 def test_constant_friction_is_a_damped_oscillation(damping, peak):
     """X' falls by exp(-2 pi D / sqrt(1 - D^2)) a turn, in the damped period."""
-    around = turn(slip_flow(replace(STUDY, damping_ratio=damping), Coulomb(0.3, 0.3)), peak)
+    around = turn(slip_flow(replace(STUDY, damping_ratio=damping), CoulombLaw(0.3, 0.3)), peak)
     root = math.sqrt(1 - damping**2)
     assert around.peak == pytest.approx(peak * math.exp(-2 * math.pi * damping / root), rel=ACCURACY)
     assert around.duration == pytest.approx(2 * math.pi / root, rel=1e-9)  # roots of w' lose a digit to its own error
@@ -31,20 +31,22 @@ def test_constant_friction_is_a_damped_oscillation(damping, peak):
 
 @pytest.mark.parametrize("damping", [1.0, 1.7])
 def test_an_overdamped_mass_comes_to_rest(damping):
-    assert turn(slip_flow(replace(STUDY, damping_ratio=damping), Coulomb(0.3, 0.3)), 0.5).peak == 0.0
+    assert turn(slip_flow(replace(STUDY, damping_ratio=damping), CoulombLaw(0.3, 0.3)), 0.5).peak == 0.0
 
 
-def test_the_flow_is_the_motion_s_right_hand_side():
+@pytest.mark.parametrize("law", [LAW, CoulombLaw(0.3, 0.4), TABLE])
+def test_the_flow_is_the_motion_s_right_hand_side(law):
     """X'' of the compiled motion, in units of V, on a grid of states; rounding of X / V, some 4, alone."""
-    p, flow = coefficients(STUDY, LAW), slip_flow(STUDY, LAW)
+    p, flow = coefficients(STUDY, law), slip_flow(STUDY, law)
     for w in (-3.0, -0.5, 0.0, 0.7, 1.0):
         for y in (-2.0, 0.3, 1.5):
             expected = acceleration(0.0, flow.position(y), w * p.V, 1.0, 0.0, p) / p.V
             assert flow.at_peak(w) - y == pytest.approx(expected, abs=1e-13)
 
 
-def test_slope_is_the_derivative_of_the_force():
-    flow, h = slip_flow(STUDY, LAW), 1e-5
+@pytest.mark.parametrize("law", [LAW, TABLE])
+def test_slope_is_the_derivative_of_the_force(law):
+    flow, h = slip_flow(STUDY, law), 1e-5
     for w in (-2.0, 0.0, 0.6):
         assert flow.slope(w) == pytest.approx((flow.force(w + h) - flow.force(w - h)) / (2 * h), rel=1e-7)
 

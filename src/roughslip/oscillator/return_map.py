@@ -25,7 +25,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, ParameterError
-from roughslip.oscillator.law import FrictionLaw
+from roughslip.oscillator.law import FrictionLaw, sliding, sliding_slope
 from roughslip.oscillator.system import Oscillator
 
 TOLERANCE = 1e-12  # relative, of a step
@@ -82,15 +82,18 @@ def free(oscillator: Oscillator) -> None:
 def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
     """The flow of an oscillator and its law; friction below zero is cut, as in the motion."""
     free(oscillator)
-    v0, scale = oscillator.belt_velocity_m_per_s, oscillator.F / oscillator.V
-    mean = max(float(law.mu(v0)), 0.0)
+    v0, scale, compiled = oscillator.belt_velocity_m_per_s, oscillator.F / oscillator.V, law.compiled()
+    mu, mu_slope = sliding.py_func, sliding_slope.py_func  # to unpack a law takes compiled functions longer than to run
+    mean = max(mu(v0, compiled), 0.0)
 
     def force(w: float) -> float:
-        return scale * (max(float(law.mu(v0 * (1.0 - w))), 0.0) - mean)
+        return scale * (max(mu(abs(v0 * (1.0 - w)), compiled), 0.0) - mean)
 
     def slope(w: float) -> float:
         speed = v0 * (1.0 - w)
-        return -scale * v0 * float(law.slope(speed)) * math.copysign(float(law.mu(speed) > 0.0), speed)
+        if mu(abs(speed), compiled) <= 0.0:
+            return 0.0
+        return -scale * v0 * math.copysign(1.0, speed) * mu_slope(abs(speed), compiled)
 
     return SlipFlow(oscillator.damping_ratio, force, slope, oscillator.F * mean, oscillator.V)
 

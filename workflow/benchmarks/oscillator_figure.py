@@ -32,7 +32,7 @@ def figure(rows: Sequence[Row]) -> Figure:
             ]  # fmt: skip
             errors = [max(row["error"], FLOOR) for row in found]
             axis.plot([row["seconds"] for row in found], errors, color=colour, marker=marker, label=method)
-        axis.set(xscale="log", yscale="log", xlabel="time of a slip phase [s]", ylabel="relative error of X")
+        axis.set(xscale="log", yscale="log", xlabel="time of a cycle [s]", ylabel="relative error of X")
         head(axis, letter, motion.replace("-", " "))
     axes[0].legend(fontsize="x-small")
     sns.despine(canvas)

@@ -83,18 +83,16 @@ def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
     """The flow of an oscillator and its law; friction below zero is cut, as in the motion."""
     free(oscillator)
     v0, scale, compiled = oscillator.belt_velocity_m_per_s, oscillator.F / oscillator.V, law.compiled()
-    # As plain Python: to unpack a law takes a compiled function longer than to run.
-    mu, mu_slope = sliding.py_func, sliding_slope.py_func  # type: ignore[attr-defined]
-    mean = max(mu(v0, compiled), 0.0)
+    mean = max(sliding(v0, compiled), 0.0)
 
     def force(w: float) -> float:
-        return scale * (max(mu(abs(v0 * (1.0 - w)), compiled), 0.0) - mean)
+        return scale * (max(sliding(abs(v0 * (1.0 - w)), compiled), 0.0) - mean)
 
     def slope(w: float) -> float:
         speed = v0 * (1.0 - w)
-        if mu(abs(speed), compiled) <= 0.0:
+        if sliding(abs(speed), compiled) <= 0.0:
             return 0.0
-        return -scale * v0 * math.copysign(1.0, speed) * mu_slope(abs(speed), compiled)
+        return -scale * v0 * math.copysign(1.0, speed) * sliding_slope(abs(speed), compiled)
 
     return SlipFlow(oscillator.damping_ratio, force, slope, oscillator.F * mean, oscillator.V)
 

@@ -13,14 +13,17 @@ import pytest
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.scene import load
-from workflow.lib.references import SURFACES, reference_file, solves, solves_key
-from workflow.references import pressure, pressure_solves
+from workflow.lib.references import STRIPS, SURFACES, reference_file, solves, solves_key
+from workflow.references import friction, friction_solves, pressure, pressure_solves
 
 ROOT = Path(__file__).resolve().parents[2]
 
 # Of the first 300 surfaces that the kept reference of `paper` was made of: contacts, mean pressures [Pa].
 CONTACTS = [116, 185, 251]
 MEANS = [8.089286e6, 1.568353e7, 2.378430e7]
+# Of the first strip of the reference of friction of `resolved`, over its windows: area [m2], force [N].
+AREAS = [3.38609375e-08, 2.27795313e-07, 4.955e-07]
+FORCES = [24.8589997, 179.103733, 444.411693]
 
 
 def scene(name):
@@ -189,3 +192,43 @@ def test_references_are_made_where_they_are_missing_and_never_again(empty, tmp_p
     os.utime(kept, (1e9, 1e9))  # older than its key, as in a fresh copy of the repository
     assert not {"pressure_solves", "pressure_reference"} & set(project.plan("reference"))
     assert set(project.plan("benchmark_chaos")) == {"benchmark_chaos"}
+
+
+# The friction of windows, solved directly.
+
+
+def test_windows_of_independent_strips_have_the_errors_of_their_means():
+    """Strips of one window each: the standard error of the mean is that of independent draws, known to some 4 %."""
+    area = np.random.default_rng(5).uniform(1.0, 2.0, (300, 2, 1))
+    configuration = {
+        "strip": {"window_m": 1.0, "width_m": 1.0, "penetration_percentiles": [20, 50]},
+        "friction": {"least_contact_fraction": 1e-3},
+    }
+    kept = friction.gathered(area, np.full_like(area, 0.5), configuration)
+    np.testing.assert_allclose(kept["mean"].values, 2 * area.mean(axis=(0, 2)), rtol=1e-12)
+    np.testing.assert_allclose(kept["std"].values, 2 * area.std(axis=(0, 2)), rtol=1e-12)
+    np.testing.assert_allclose(
+        kept["mean_standard_error"].values, 2 * area.std(axis=(0, 2)) / math.sqrt(300), rtol=0.15
+    )
+    assert int(kept["strips"].values) == 300
+
+
+def test_the_kept_friction_is_of_the_scene_of_today_and_falls_with_penetration(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, (strips, _) in STRIPS.items():
+        found = store.read(ROOT / reference_file(name, "friction"))
+        key = store.read_key(Path(solves_key(name, scene(name), "friction")))
+        assert json.loads(found.attributes["configuration"]) == key.configuration
+        assert 1000 <= int(found["strips"]) <= strips
+        assert np.all(np.diff(found["mean"]) < 0)
+        assert np.all(np.diff(found["std"]) < 0)
+        assert np.all(found["mean_standard_error"] < 5e-3 * found["mean"])  # Student's interval of a run has as much
+        assert np.all(found["missing_share"][1:] == 0)
+
+
+def test_the_solver_of_today_gives_the_windows_of_the_reference():
+    """Sums of area [m2] and force [N] over the windows of the first strip that the kept reference was made of, at the
+    first, the middle and the last penetration, to what the tolerance of a solve leaves."""
+    area, force = friction_solves.solves(scene("resolved"), 0, 1)
+    np.testing.assert_allclose(area[0, [0, 5, 10]].sum(axis=1), AREAS, rtol=1e-6)
+    np.testing.assert_allclose(force[0, [0, 5, 10]].sum(axis=1), FORCES, rtol=1e-5)

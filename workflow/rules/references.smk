@@ -2,11 +2,12 @@
 # study never makes them.
 # In:  key files without a hash of the code (workflow/lib/references.py says why).
 # Out: results/<scene>/<kind>_solves/<first>-<last>.nc, results/reference/<scene>/<kind>.nc. `make reference` makes it
-#      where it is missing, as `--config reference_surfaces=40000` of fewer surfaces. An interrupted run is resumed, and
-#      batches made elsewhere count, if they are younger than their key.
+#      where it is missing, as `--config reference_surfaces=40000 reference_strips=1000` of fewer samples. An interrupted
+#      run is resumed, and batches made elsewhere count, if they are younger than their key.
 from workflow.lib.references import SAMPLES, missing, solves, solves_key
 
-REFERENCE_SAMPLES = {"pressure": int(config["reference_surfaces"])} if "reference_surfaces" in config else {}
+FEWER = {"pressure": "reference_surfaces", "friction": "reference_strips"}
+REFERENCE_SAMPLES = {kind: int(config[option]) for kind, option in FEWER.items() if option in config}
 
 
 for kind in SAMPLES:

@@ -66,7 +66,7 @@ faults: $(VENV)/run.stamp ## kill runs, fill the disk, damage results, 200 times
 	$(RUN) workflow.faults --count $(or $(COUNT),200) --seed $(or $(SEED),1)
 
 fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a line a mistake
-	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_scene_fuzz.py
+	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_fuzzed_plans.py
 
 cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile workflow/profiles/slurm

@@ -36,11 +36,11 @@ def test_what_was_made_is_kept_and_what_was_not_stays(tmp_path, monkeypatch):
         folder.mkdir(parents=True)
     (kept / "surface.json").write_text("old")
     (kept / "contact.json").write_text("old")
-    (tmp_path / "results/benchmarks/surface.json").write_text("new")
+    (tmp_path / "results/benchmarks/surface.json").write_text('{\n "rows": [1, 2]\n}')
     (tmp_path / "results/stress.json").write_text(json.dumps({"seeds": {"a": 1}, "summary": [], "rows": []}))
     evidence.main()
     assert {path.name: path.read_text() for path in kept.iterdir() if path.name != "stress.json"} == {
-        "surface.json": "new",
+        "surface.json": '{"rows":[1,2]}\n',
         "contact.json": "old",
     }
     assert json.loads((kept / "stress.json").read_text()) == {"seeds": {"a": 1}, "stages": []}

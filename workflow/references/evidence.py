@@ -43,7 +43,8 @@ def main() -> None:
     for stage in BENCHMARKS:
         made = RESULTS / "benchmarks" / f"{stage}.json"
         if made.is_file():
-            store.write_text(KEPT / f"{stage}.json", made.read_text(encoding="utf-8"))
+            benchmark = json.loads(made.read_text(encoding="utf-8"))
+            store.write_text(KEPT / f"{stage}.json", json.dumps(benchmark, separators=(",", ":")) + "\n")
             print(f"kept {made}")
     made = RESULTS / "stress.json"
     if made.is_file():

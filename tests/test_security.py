@@ -65,7 +65,7 @@ def test_shell_lines_quote_every_path(file):
     text = file.read_text(encoding="utf-8")
     assert [use for use in re.findall(r"\{((?:input|output|log)[^}]*)\}", text) if not use.endswith(":q")] == []
     for use in re.findall(r"\{((?:wildcards)[^}]*)\}", text):
-        assert use in ("wildcards.scene", "wildcards.design", "wildcards.first", "wildcards.last")
+        assert use in ("wildcards.scene", "wildcards.design", "wildcards.first", "wildcards.last", "wildcards.stage")
 
 
 def test_parameters_that_hold_paths_are_quoted():

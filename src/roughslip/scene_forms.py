@@ -35,8 +35,8 @@ def friction_mistakes(friction: dict[str, Any]) -> Iterator[Mistake]:
 
 def square_mistakes(square: dict[str, Any]) -> Iterator[Mistake]:
     """The expansion of the square ends at an order or at a share of the variance, one of them."""
-    order, share = square.get("modes"), square.get("variance_share")
-    if order is None and share is None:
+    has_order, has_share = "modes" in square, "variance_share" in square  # also where the schema refuses the value
+    if not has_order and not has_share:
         yield Mistake((ORDER,), f"missing; give it, or {SHARE}")
-    elif order is not None and share is not None:
-        yield Mistake((SHARE, ORDER), f"{shown(share)} is not allowed beside {ORDER}; give one")
+    elif has_order and has_share:
+        yield Mistake((SHARE, ORDER), f"{shown(square['variance_share'])} is not allowed beside {ORDER}; give one")

@@ -25,4 +25,4 @@ def draw_and_save(
     for path in (job.arguments.png, job.arguments.svg):
         with store.replacing(path) as temporary:
             save(figure, temporary)
-    store.write(job.arguments.output, {name: owner[name].variable(name) for name in drawn}, job.key)
+    store.write(job.arguments.output, {name: owner.get(name, results[0]).variable(name) for name in drawn}, job.key)

@@ -50,19 +50,14 @@ def counts(
     scene: dict[str, Any], friction: Friction, paths: int, nodes: int, step: int = 1, tolerance: float | None = None
 ) -> np.ndarray:
     """(paths, dampings) cycles of paths of so many nodes a correlation length, every `step`-th of them read."""
-    ensemble = scene["ensemble"]
     law = BetaMarginal.of_moments(friction.a, friction.b, 0.0, friction.std)
     drawn = recursion(FrictionProcess(law, friction.length_m), friction.length_m / nodes)
-    belt, found = mass_on_belt.oscillator(scene), []
+    belt, periods, found = mass_on_belt.oscillator(scene), scene["ensemble"]["duration_periods"], []
+    options = mass_on_belt.run_options(scene) | ({} if tolerance is None else {"tolerance": tolerance})
     for number in range(paths):
         path = Thinned(drawn.realisation([scene["seed"], STREAM, number]), step)
-        found.append(
-            ensemble_counts(
-                belt, mass_on_belt.law(scene, friction.mean), path, step * drawn.spacing, ensemble["duration_periods"],
-                DAMPING, tolerance or scene["numerics"]["oscillator_tolerance"], 0.0,
-                scene["oscillator"]["stochastic_static_limit"], ensemble.get("interpolation", "cubic"),
-            ).cycles
-        )  # fmt: skip
+        mean = mass_on_belt.law(scene, friction.mean)
+        found.append(ensemble_counts(belt, mean, path, step * drawn.spacing, periods, DAMPING, **options).cycles)
     return np.array(found)
 
 

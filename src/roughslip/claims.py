@@ -26,6 +26,7 @@ SAME_SKEWNESS = 0.5  # relative; the normal law, 0.05 from Beta(2.1, 5) in Kolmo
 NON_NORMAL = 0.1  # skewness or excess kurtosis
 CYCLING = 0.95  # share of the runs
 CAN_CYCLE = 0.05  # share of the runs
+LEAST_P = 1e-16  # that is told: whatever is below is as good as none
 PAPER_LENGTH = 250e-6  # m
 PAPER_BETA = (2.1, 5.0)
 _, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
@@ -386,7 +387,8 @@ def _reattachment(oscillator: Arrays) -> Finding:
     skewness, kurtosis = (_number(oscillator, f"reattachment_{moment}") for moment in ("skewness", "kurtosis"))
     beyond = (max(inside(m, low=NON_NORMAL), inside(m, high=-NON_NORMAL)) for _, m in (skewness, kurtosis))
     moments_p, anderson_p = (float(oscillator[f"normality_{test}_p"]) for test in ("jarque_bera", "anderson_darling"))
-    note = f"skewness; excess kurtosis {_shown(kurtosis)}; p of normality {moments_p:.1g} by these two and "
+    note = f"skewness; excess kurtosis {_shown(kurtosis)}; "
+    note += f"p of normality {max(moments_p, LEAST_P):.1g} by these two and "
     note += f"{anderson_p:.1g} by Anderson and Darling, of cycles as dependent as those of a run; "
     note += f"Kolmogorov distance to the normal {distance:.3f} "
     note += f"({interval[0]:.3f} to {interval[1]:.3f}), less than an eye sees in a histogram"

@@ -15,7 +15,7 @@ from roughslip.chaos.designs import design
 from roughslip.chaos.distribution import cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.expansion import expand, expand_adaptively
-from roughslip.chaos.functionals import Stencil, local_functionals, whitening
+from roughslip.chaos.functionals import NO_SYMMETRY, Stencil, local_functionals, whitening
 from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
@@ -123,7 +123,7 @@ def _arrays() -> dict[str, Callable[[], object]]:
             f"functionals of heights {name}": partial(
                 local_functionals, _not_an_array(heights)[name], Stencil((1, 1), (2, 2))
             ),
-            f"whitening of samples {name}": partial(whitening, _not_an_array(functionals[:, 0])[name]),
+            f"whitening of samples {name}": partial(whitening, _not_an_array(functionals[:, 0])[name], NO_SYMMETRY),
         }
     return calls
 

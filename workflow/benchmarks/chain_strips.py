@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from roughslip.contact.solve import sweep
-from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
-from roughslip.stages import elastic, geometry, surfaces
+from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.stages import geometry, surfaces
 from workflow.benchmarks.chain_problem import FIRST_ORDER, Change, Numbers, Statistic, jackknifed, rows
 from workflow.benchmarks.measure import Row, say
+from workflow.references.friction_solves import windows
 
 PERCENTILES = (20.0, 50.0, 80.0)
 STREAM = 27  # the second entry of every seed
@@ -28,20 +28,6 @@ def with_cell(scene: dict[str, Any], factor: float) -> dict[str, Any]:
     changed = copy.deepcopy(scene)
     changed["strip"]["cell_m"] *= factor
     return changed
-
-
-def windows(scene: dict[str, Any], fields: list[np.ndarray], tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Area [m2] and force [N] : (strips, penetrations, windows) of fields on the strip of the scene."""
-    grid, model, lie = geometry.strip_grid(scene), surfaces.surface_model(scene), geometry.windows(scene)
-    influence, planes = elastic.influence(scene, grid), model.plane_height(np.array(PERCENTILES)).tolist()
-    area, force = np.empty((2, len(fields), len(planes), lie.count))
-    for row, field in enumerate(fields):
-        solutions = sweep(influence, model.heights(field), planes, tolerance, hardness_pa=elastic.hardness_pa(scene))
-        for level, solution in enumerate(solutions):
-            pressure = solution.pressure[lie.middle]
-            for total, columns in ((area, np.count_nonzero(pressure, axis=1)), (force, pressure.sum(axis=1))):
-                total[row, level] = grid.cell_area * window_sums(columns, lie.length, lie.spacing)
-    return area, force
 
 
 def statistic(scene: dict[str, Any], area: np.ndarray, force: np.ndarray) -> Statistic:
@@ -75,7 +61,9 @@ def budget(name: str, scene: dict[str, Any], strips: int) -> Iterator[Row]:
     for factor, step in ((0.5, 1), (1.0, 2), (2.0, 4)):
         part = with_cell(scene, factor)
         start = time.perf_counter()
-        solved[factor] = statistic(part, *windows(part, [field[::step, ::step] for field in fields], tolerance))
+        solved[factor] = statistic(
+            part, *windows(part, [field[::step, ::step] for field in fields], PERCENTILES, tolerance)
+        )
         seconds[factor] = time.perf_counter() - start
         say(f"{name}: {strips} strips of {part['strip']['cell_m']:.3g} m cells")
     changes = jackknifed(strips, solved[1.0], solved[0.5])
@@ -86,7 +74,8 @@ def budget(name: str, scene: dict[str, Any], strips: int) -> Iterator[Row]:
         yield one | {"order": math.log2(ratio) if ratio > 0 else None}
     few = fields[: max(2, strips // 4)]
     tight, rough = (
-        statistic(scene, *windows(scene, [field[::2, ::2] for field in few], limit)) for limit in (TIGHT, tolerance)
+        statistic(scene, *windows(scene, [field[::2, ::2] for field in few], PERCENTILES, limit))
+        for limit in (TIGHT, tolerance)
     )
     yield from rows(name, "solver tolerance", jackknifed(len(few), rough, tight), [seconds[1.0]], len(few))
 

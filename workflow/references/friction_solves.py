@@ -7,6 +7,7 @@ contact_strip does; none of them is a strip of the study.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,21 +21,34 @@ TOLERANCE = 1e-6  # moves area over force by 3e-6 at most, and takes 0.6 of the 
 STREAM = 25  # the second entry of every seed; 20 is the reference of the pressure, 21 to 23 are benchmarks
 
 
+def windows(
+    configuration: geometry.Configuration,
+    fields: Iterable[np.ndarray],
+    percentiles: Sequence[float],
+    tolerance: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Area [m2] and force [N] : (strips, penetrations, windows) of fields : (nx, ny) [m] on the strip of the scene."""
+    grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration)
+    influence, lie = elastic.influence(configuration, grid), geometry.windows(configuration)
+    planes = model.plane_height(np.array(percentiles, dtype=float)).tolist()
+    hardness, found = elastic.hardness_pa(configuration), []
+    for field in fields:
+        of_strip = np.empty((2, len(planes), lie.count))
+        solutions = sweep(influence, model.heights(field), planes, tolerance, hardness_pa=hardness)
+        for level, solution in enumerate(solutions):
+            pressure = solution.pressure[lie.middle]
+            columns = np.stack([np.count_nonzero(pressure, axis=1), pressure.sum(axis=1)])
+            of_strip[:, level] = grid.cell_area * window_sums(columns, lie.length, lie.spacing)
+        found.append(of_strip)
+    area, force = np.stack(found, axis=1)
+    return area, force
+
+
 def solves(configuration: geometry.Configuration, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
     """Area [m2] and force [N] : (strips, penetrations, windows) of strips first ... last - 1."""
-    grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration)
-    sample, influence = model.sampler(grid), elastic.influence(configuration, grid)
-    planes = model.plane_height(np.array(configuration["strip"]["penetration_percentiles"], dtype=float)).tolist()
-    hardness, windows = elastic.hardness_pa(configuration), geometry.windows(configuration)
-    found = np.empty((2, last - first, len(planes), windows.count))
-    for row, number in enumerate(range(first, last)):
-        heights = model.heights(sample(np.random.default_rng([configuration["seed"], STREAM, number])))
-        for level, solution in enumerate(sweep(influence, heights, planes, TOLERANCE, hardness_pa=hardness)):
-            pressure = solution.pressure[windows.middle]
-            columns = np.stack([np.count_nonzero(pressure, axis=1), pressure.sum(axis=1)])
-            for total, column in zip(found, columns, strict=True):
-                total[row, level] = grid.cell_area * window_sums(column, windows.length, windows.spacing)
-    return found[0], found[1]
+    sample = surfaces.surface_model(configuration).sampler(geometry.strip_grid(configuration))
+    fields = (sample(np.random.default_rng([configuration["seed"], STREAM, number])) for number in range(first, last))
+    return windows(configuration, fields, configuration["strip"]["penetration_percentiles"], TOLERANCE)
 
 
 def main() -> None:

@@ -87,6 +87,15 @@ def test_the_distribution_is_recovered(fitted, true, kind):
     assert np.max(np.abs(curves[0] - curves[1])) < 4 * 0.5 / np.sqrt(SURFACES)
 
 
+def test_draws_are_spread_so_evenly_that_their_mean_scatters_a_fifth_of_independent_ones(fitted):
+    """20 standard deviations are known to 16 %; independent draws would scatter as their own deviation says."""
+    one = fitted["squared_pressure"]
+    drawn = np.array([one.draw(np.random.default_rng([9, n]), 2**14) for n in range(20)])
+    assert drawn.mean(axis=1).std(ddof=1) < 0.2 * drawn[0].std() / 2**7
+    longer = one.draw(np.random.default_rng([9, 0]), 2**14 + 30_000)
+    np.testing.assert_array_equal(longer[: 2**14], drawn[0])
+
+
 @pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])
 def test_predictions_of_left_out_surfaces_miss_the_scatter_and_no_more(fitted, kind):
     """The share of noise in the variance, and some 166 / (800 nodes at one to three independent each) more."""

@@ -14,7 +14,7 @@ from roughslip import store
 from roughslip.errors import InputError
 from roughslip.scene import load
 from workflow.lib.references import STRIPS, SURFACES, reference_file, solves, solves_key
-from workflow.references import friction, friction_solves, pressure, pressure_solves
+from workflow.references import control, friction, friction_solves, pressure, pressure_solves
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -69,6 +69,27 @@ def test_a_reference_without_contact_is_refused():
         pressure.gathered(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1), np.array([20.0, 50.0]))
 
 
+def test_a_mean_under_control_is_unbiased_and_has_the_error_that_it_tells():
+    """p = c + e with var e = 0.1 var c: the variance falls to 1/11, and by that of E c. 2000 means of 200 pairs scatter
+    by 1.6 % of their standard deviation; a bias of three standard errors would show."""
+    generator, expected = np.random.default_rng(8), 0.02
+    found = []
+    for _ in range(2000):
+        c = generator.standard_normal(200)
+        p = 5.0 + c + math.sqrt(0.1) * generator.standard_normal(200)
+        found.append(control.controlled_mean(p, c, expected * generator.standard_normal(16)))
+    mean, error = np.array(found).T
+    scatter = math.sqrt(0.1 / 200 + expected**2 / 16)
+    assert abs(mean.mean() - 5.0) < 3 * scatter / math.sqrt(2000)
+    assert mean.std() == pytest.approx(scatter, rel=0.05)
+    assert error.mean() == pytest.approx(scatter, rel=0.05)
+
+
+def test_too_few_surfaces_for_a_control_are_refused():
+    with pytest.raises(InputError, match="gather 20000 at least"):
+        control.controlled_means(scene("paper"), np.ones((19_999, 1, 4)), np.ones((19_999, 1, 4)))
+
+
 # The kept files.
 
 
@@ -103,6 +124,15 @@ def test_the_kept_numbers_follow_from_the_kept_distribution(kept):
         contact = kept["contact_probability"][row]
         at = np.interp(kept["quantile"][row], level, share)
         np.testing.assert_allclose((at - share[0]) / contact, kept["probability"], atol=5e-4)
+
+
+def test_the_kept_mean_under_control_is_the_same_and_better_known(kept):
+    """What control takes off is the part that the expansion follows, so the two means differ by the root of what their
+    variances do: by chance three such deviations in one of 370, and here are six."""
+    plain, error = kept["mean_pressure"], kept["mean_pressure_standard_error"]
+    better, rest = kept["controlled_mean_pressure"], kept["controlled_mean_pressure_standard_error"]
+    assert np.all(np.abs(better - plain) < 3 * np.sqrt(error**2 - rest**2))
+    assert np.all(rest < 0.5 * error)
 
 
 def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):

@@ -9,7 +9,7 @@ import numpy as np
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.stages import geometry
-from roughslip.stages.centre_distribution import Expansion, draw, draw_local
+from roughslip.stages.centre_distribution import Expansion, draw
 from workflow.benchmarks.chaos_problem import Solved, Square
 from workflow.benchmarks.measure import OURS
 
@@ -43,7 +43,7 @@ def ours(square: Square, solved: Solved, level: int) -> Drawn:
     variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
     samples = Samples(variables, square.nodes.distance2, solved.pressure[:, level], solved.gap[:, level], square.odd)
     found = fit_local(samples, int(square.indices.sum(axis=1).max()), square.target)
-    return lambda count, stream: draw_local(found, count, [square.seed, geometry.STREAM_DRAWS, stream])
+    return lambda count, stream: found.draw(np.random.default_rng([square.seed, geometry.STREAM_DRAWS, stream]), count)
 
 
 # By the design of the solves: the paper's fits and ours take Latin hypercubes, as in the study.

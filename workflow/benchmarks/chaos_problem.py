@@ -99,8 +99,8 @@ def references(path: Path) -> list[Reference]:
     found = []
     for row in range(len(PERCENTILES)):
         numbers = {
-            name: (float(kept[name][row]), float(kept[f"{name}_standard_error"][row]))
-            for name in ("contact_probability", "mean_pressure")
+            name: (float(kept[best][row]), float(kept[f"{best}_standard_error"][row]))
+            for name, best in (("contact_probability",) * 2, ("mean_pressure", "controlled_mean_pressure"))
         }
         for name, place in zip(QUANTILES, places, strict=True):
             numbers[name] = float(kept["quantile"][row, place]), float(kept["quantile_standard_error"][row, place])

@@ -3,7 +3,8 @@
 The four central nodes of a surface are alike but not independent. So every standard error takes the sum over a surface
 as one observation (clusters), a share given contact as the ratio of two such sums (W. G. Cochran, Sampling
 Techniques, 1977, section 2.11), and a quantile gets half of what lies between the quantiles at its probability less and
-plus the standard error there (R. S. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635).
+plus the standard error there (R. S. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635). The mean pressure is kept twice, as
+the mean of the solves and better known by `control`.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
+from workflow.references.control import controlled_means
 
 PROBABILITIES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999)  # of the quantiles given contact
 STEPS = 380  # of the table of the distribution, equal in the probability given contact; the first and last are parted
@@ -111,7 +113,15 @@ def main() -> None:
     arguments = parser.parse_args()
     batches = store.read_all(arguments.solves)
     pressure = np.concatenate([batch["pressure"] for batch in batches])
-    store.write(arguments.output, gathered(pressure, batches[0]["percentile"]), store.read_key(arguments.key))
+    gap = np.concatenate([batch["gap"] for batch in batches])
+    key = store.read_key(arguments.key)
+    found = gathered(pressure, batches[0]["percentile"])
+    mean, error = controlled_means(key.configuration, pressure, gap)
+    title = "mean pressure, zeros included, with an expansion of it as control variate"
+    found["controlled_mean_pressure"] = store.Variable(("penetration",), mean, "Pa", title)
+    title = "standard error of the " + title
+    found["controlled_mean_pressure_standard_error"] = store.Variable(("penetration",), error, "Pa", title)
+    store.write(arguments.output, found, key)
 
 
 if __name__ == "__main__":

@@ -34,16 +34,14 @@ def latin_hypercube(generator: np.random.Generator, samples: int, variables: int
     return ndtri((strata + place) / samples)
 
 
-def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
-    """Standard normals at a scrambled Sobol sequence, which can be extended.
+def sobol_places(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
+    """The first places of a scrambled Sobol sequence, in its order.
 
     generator : in the same state it gives the same sequence, whatever its length
     samples : from 1 to 2^30; a power of two is best, as then every variable has one sample in each of as many strata
     variables : from 1 to MOST_SOBOL_VARIABLES
 
-    Returns xi : (samples, variables) [-]. The first 2^m rows are those of the design with 2^m samples. Within each
-    doubling the rows come in random order: in that of the sequence every so-many-th row would lie in one corner, and
-    groups of rows taken in turn must be alike. Raises ParameterError.
+    Returns places : (samples, variables) in (0, 1), each by itself uniform. Raises ParameterError.
 
     Method: I. M. Sobol', USSR Comput. Math. Math. Phys. 7 (1967) 86; scrambled after Owen by random linear maps of the
     digits and a digital shift, Matousek, J. Complexity 14 (1998) 527.
@@ -57,10 +55,22 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
         )
     if samples > 2**_SOBOL_BITS:
         raise ParameterError(f"a Sobol sequence has at most 2^{_SOBOL_BITS} samples, not {samples}")
-    doublings = (samples - 1).bit_length()
     sequence = qmc.Sobol(variables, scramble=True, bits=_SOBOL_BITS, rng=generator)
     # In the middle of the finest cells, of side 2^-bits: never 0 or 1, where a normal is infinite.
-    places = sequence.random_base2(doublings) + 0.5 ** (_SOBOL_BITS + 1)
+    return sequence.random_base2((samples - 1).bit_length())[:samples] + 0.5 ** (_SOBOL_BITS + 1)
+
+
+def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
+    """Standard normals at a scrambled Sobol sequence, which can be extended.
+
+    generator, samples, variables : as of `sobol_places`
+
+    Returns xi : (samples, variables) [-]. The first 2^m rows are those of the design with 2^m samples. Within each
+    doubling the rows come in random order: in that of the sequence every so-many-th row would lie in one corner, and
+    groups of rows taken in turn must be alike. Raises ParameterError.
+    """
+    doublings = (whole("number of samples", samples, 1) - 1).bit_length()
+    places = sobol_places(generator, 2**doublings, variables)
     rows = [np.arange(1)]
     rows += [2**m + generator.permutation(2**m) for m in range(doublings)]
     return ndtri(places[np.concatenate(rows)[:samples]])

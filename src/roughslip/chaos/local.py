@@ -19,9 +19,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.special import ndtri
 
 from roughslip.chaos.censored import censored_regression, completed, derivatives, expected
 from roughslip.chaos.checks import finite
+from roughslip.chaos.designs import sobol_places
 from roughslip.chaos.groups import group_sums, left_out_predictions, numbered, without_one, without_two
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import even_terms, multi_indices
@@ -34,6 +36,7 @@ GROUPS = 20  # of surfaces, left out in turn
 REACH = 1.5  # times the mean target in contact: predictions further below than this are out of contact for certain,
 # unless a sample in contact was predicted further below still
 SCORED = 32  # quantiles by which a predicted distribution is scored
+BLOCK = 20_000  # draws evaluated at a time
 
 
 @dataclass(frozen=True)
@@ -114,20 +117,24 @@ class LocalExpansion:
         return self.target.pressure(self.scatters[0].centre(predicted))
 
     def draw(self, generator: np.random.Generator, count: int, *, left_out: bool = False) -> np.ndarray:
-        """Pressures of independent surfaces.
+        """Pressures of random surfaces, which together are spread evenly: not independent.
 
         Returns p : (count,) [Pa], or with `left_out` (1 + groups, count): the same draws for every group left out.
+
+        Method: a scrambled Sobol sequence of the variables and the scatter. Measured with 8 variables, 400 000 draws
+        and 5 % contact: their mean has a standard error of 0.06 %, of independent draws 1.1 %.
         """
-        variables = generator.standard_normal((count, self.indices.shape[1]))
-        uniform = generator.random(count)
+        places = sobol_places(generator, count, 1 + self.indices.shape[1])
         members = range(1 + self.groups) if left_out else range(1)
-        basis = hermite_basis(variables, self.indices)
         pressure = np.zeros((len(members), count))
-        for member in members:
-            predicted = basis @ self.coefficients[member]
-            near = predicted > self.lowest
-            drawn = self.scatters[member].draw(predicted[near], uniform[near])
-            pressure[member, near] = self.balance[member] * self.target.pressure(drawn)
+        for first in range(0, count, BLOCK):
+            block = places[first : first + BLOCK]
+            basis = hermite_basis(ndtri(block[:, 1:]), self.indices)
+            for member in members:
+                predicted = basis @ self.coefficients[member]
+                near = np.flatnonzero(predicted > self.lowest)
+                drawn = self.scatters[member].draw(predicted[near], block[near, 0])
+                pressure[member, first + near] = self.balance[member] * self.target.pressure(drawn)
         return pressure if left_out else pressure[0]
 
 

@@ -110,12 +110,6 @@ def refits(expansion: Expansion, fit: Fit, levels: np.ndarray, seed: list[int], 
     return curves[1:] - curves[0]
 
 
-def draw_local(expansion: LocalExpansion, count: int, seed: list[int]) -> np.ndarray:
-    """p : (count,) [Pa] of the local expansion, block by block."""
-    blocks = range(-(-count // BLOCK))
-    return np.concatenate([expansion.draw(np.random.default_rng([*seed, n]), BLOCK) for n in blocks])[:count]
-
-
 def moved_local(expansion: LocalExpansion, levels: np.ndarray, seed: list[int]) -> tuple[np.ndarray, float]:
     """What the scatter of its samples does to the local expansion.
 
@@ -124,12 +118,7 @@ def moved_local(expansion: LocalExpansion, levels: np.ndarray, seed: list[int]) 
     Santos, J. Econom. Methods 1 (2012) 23).
     Raises IllPosedError where it is never in contact without one of the groups.
     """
-    pressures = np.hstack(
-        [
-            expansion.draw(np.random.default_rng([*seed, block]), BLOCK, left_out=True)[1:]
-            for block in range(REFIT_BLOCKS)
-        ]
-    )
+    pressures = expansion.draw(np.random.default_rng(seed), REFIT_BLOCKS * BLOCK, left_out=True)[1:]
     curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
     multipliers = np.random.default_rng([*seed, REFIT_BLOCKS]).standard_normal((REPLICATES, len(pressures)))
     shares = jackknife_deviations(np.mean(pressures > 0, axis=1))

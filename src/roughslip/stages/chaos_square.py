@@ -27,7 +27,6 @@ from roughslip.stages.centre_distribution import (
     Row,
     apart,
     draw,
-    draw_local,
     expanded_rows,
     moved_local,
     refits,
@@ -127,7 +126,7 @@ def work(job: Job) -> None:
             probability = rows["latin_hypercube"]["contact_probability"]
             rows[method] = expanded_rows(pressure[method], moved[method], probability, reference)
         at_contact["roughslip"] = reference.distance(local.mean_pressure_at(known))
-        pressure["roughslip"] = draw_local(local, draws, drawing)
+        pressure["roughslip"] = local.draw(np.random.default_rng(drawing), draws)
         moved["roughslip"], error = moved_local(local, reference.levels, drawing)
         share = float(np.mean(pressure["roughslip"] > 0))
         probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)

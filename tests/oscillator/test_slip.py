@@ -15,6 +15,7 @@ from roughslip.oscillator.slip import (
     NO_SLIP,
     TIME_OVER,
     Numerics,
+    Pace,
     belt_bracket,
     meet_belt,
     slip,
@@ -36,7 +37,7 @@ def start(x, u, sigma=1.0):
 def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, numerics=None, path=NO_PATH):
     numerics = numerics or Numerics(FEHLBERG45, 1e-9, False)
     since = y.tau if allowed == 0.0 else -1.0
-    return slip(y, since, allowed, sigma, duration, path, p, numerics, 1000, 1.0, NONE, NONE)
+    return slip(y, since, Pace(allowed, 0.0, 0.0), sigma, duration, path, p, numerics, 1000, 1.0, NONE, NONE)
 
 
 @pytest.mark.parametrize("rates", [(3.0, -20.0, 50.0), (0.0, 0.0, 40.0), (2.0, 9.0, 0.0), (1.0, -0.5, 0.0)])

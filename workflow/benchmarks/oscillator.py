@@ -36,7 +36,8 @@ PACKAGES = ("numpy", "scipy", "numba")
 STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
 PROCESS = FrictionProcess(BetaMarginal.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
 SEED = 20110914
-PERIODS = 20.0  # of our motions, so that what a call costs does not count; scipy's calls are one cycle each
+PERIODS = 1000.0, 20.0  # of our motions without scatter and on a path, so that what a call costs does not count; of
+# scipy's solvers a call is a cycle
 PEERS = ("RK45", "DOP853")
 EVALUATIONS = 1_000_000  # of the right-hand side in a measurement
 PROMISED_RATIO, PROMISED_SECONDS, PROMISED_RUNS = 500.0, 40.0, 2000  # against scipy; of an ensemble of so many runs
@@ -69,11 +70,13 @@ class Slip:
     name : as in the case
     path : (nodes,) mu_S over the slipped distance, or None
     spacing : [m]
+    periods : of our motion
     """
 
     name: str
     path: np.ndarray | None
     spacing: float
+    periods: float
 
     @property
     def start(self) -> float:
@@ -89,15 +92,15 @@ def slips(nodes: int) -> tuple[Slip, Slip]:
     for number in range(1000):
         pieces = iter(paths.realisation([SEED, number]))
         path = np.concatenate([next(pieces) for _ in range(4)])
-        found = Slip(f"path-of-{nodes}-nodes", path, paths.spacing)
+        found = Slip(f"path-of-{nodes}-nodes", path, paths.spacing, PERIODS[1])
         if path[1] < path[0] and run(found, "fehlberg45", 1e-6).backwards[1]:
-            return Slip("deterministic", None, 0.0), found
+            return Slip("deterministic", None, 0.0, PERIODS[0]), found
     raise AssertionError("no path of a thousand has an ordinary slip")
 
 
 def run(slip: Slip, integrator: str, tolerance: float) -> Any:
     """Our motion over the slip and the cycles that follow."""
-    return simulate(STUDY, LAW, slip.path, slip.spacing, PERIODS, tolerance, slip.start, integrator=integrator)
+    return simulate(STUDY, LAW, slip.path, slip.spacing, slip.periods, tolerance, slip.start, integrator=integrator)
 
 
 def ours(slip: Slip, integrator: str, tolerance: float) -> tuple[float, int, int]:

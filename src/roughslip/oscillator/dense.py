@@ -16,6 +16,7 @@ from numba import njit
 from roughslip.oscillator.equation import State
 
 HALVINGS = 52
+SETTLED = 1e-15  # of a step, between two iterates of a root
 
 
 class Quintic(NamedTuple):
@@ -32,7 +33,7 @@ class Quintic(NamedTuple):
 @njit(cache=True)
 def quintic(h: float, y0: float, d0: float, e0: float, y1: float, d1: float, e1: float) -> Quintic:
     """The quintic with value y, slope d and second derivative e at the two ends of a step h."""
-    w, v = h / 5.0, h * h / 20.0
+    w, v = 0.2 * h, 0.05 * h * h
     return Quintic(y0, y0 + w * d0, y0 + 2.0 * w * d0 + v * e0, y1 - 2.0 * w * d1 + v * e1, y1 - w * d1, y1)
 
 
@@ -85,15 +86,20 @@ def sign_changes(b: Quintic) -> int:
 
 @njit(cache=True)
 def first_zero(b: Quintic) -> float:
-    """The fraction where a quintic that begins above zero and has one root meets it, by bisection."""
-    low, high = 0.0, 1.0
+    """The fraction where a quintic that begins above zero and has one root meets it, by guarded Newton steps."""
+    low, high, t = 0.0, 1.0, b.b0 / (b.b0 - b.b5) if b.b5 < 0.0 < b.b0 else 0.5
     for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if value(b, middle) > 0.0:
-            low = middle
+        gap = value(b, t)
+        if gap > 0.0:
+            low = t
         else:
-            high = middle
-    return high
+            high = t
+        rate = slope(b, t)
+        newton = t - gap / rate if rate < 0.0 else low
+        last, t = t, newton if low < newton < high else 0.5 * (low + high)
+        if abs(t - last) <= SETTLED:
+            break
+    return t
 
 
 @njit(cache=True)

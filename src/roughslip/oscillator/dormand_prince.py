@@ -62,31 +62,67 @@ E3 = B.copy()
 E3[[0, 8, 11]] -= 0.2440944881889764, 0.7338466882816118, 0.022058823529411766
 
 
+# Without their zeros, as the step reads them: sums of constant length, which the compiler writes out.
+ROWS = tuple(tuple(value for value in row if value != 0.0) for row in _ROWS)
+WEIGHTS, ERROR5, ERROR3 = (tuple(map(float, row[[0, *range(5, STAGES)]])) for row in (B, E5, E3))
+NODES = tuple(map(float, C))
+
+
+@njit(cache=True, error_model="numpy")
+def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
+    """The sum of products of two tuples of the same length."""
+    total = row[0] * values[0]
+    for i in range(1, len(row)):
+        total += row[i] * values[i]
+    return total
+
+
 @njit(cache=True, error_model="numpy")
 def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
     """The state of eighth order after a step h and its error [m], which goes with h^8."""
-    us, accelerations = np.empty(STAGES), np.empty(STAGES)
-    us[0], accelerations[0] = y.u, y.a
-    for i in range(1, STAGES):
-        x, u = 0.0, 0.0
-        for k in range(i):
-            x += A[i, k] * us[k]
-            u += A[i, k] * accelerations[k]
-        x, u, step = y.x + h * x, y.u + h * u, C[i] * h
-        us[i] = u
-        z = place(y.tau + step, y.s + sigma * (p.V * step - (x - y.x)), p)
-        accelerations[i] = acceleration(y.tau + step, x, u, sigma, offset(piece, z), p)
-    dx, du, x5, u5, x3, u3 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(STAGES):
-        dx += B[k] * us[k]
-        du += B[k] * accelerations[k]
-        x5 += E5[k] * us[k]
-        u5 += E5[k] * accelerations[k]
-        x3 += E3[k] * us[k]
-        u3 += E3[k] * accelerations[k]
-    s = y.s + sigma * (p.V * h - h * dx)
-    end = completed(y.tau + h, y.x + h * dx, y.u + h * du, s, sigma, piece, p)
-    return end, h * max(_estimate(x5, x3), _estimate(u5, u3))
+    tau, x, u, a = y.tau, y.x, y.u, y.a
+
+    def slope(c: float, x_then: float, u_then: float) -> float:
+        z = place(tau + c * h, y.s + sigma * (p.V * (c * h) - (x_then - x)), p)
+        return acceleration(tau + c * h, x_then, u_then, sigma, offset(piece, z), p)
+
+    x2, u2 = x + h * weighted(ROWS[0], (u,)), u + h * weighted(ROWS[0], (a,))
+    a2 = slope(NODES[1], x2, u2)
+    x3, u3 = x + h * weighted(ROWS[1], (u, u2)), u + h * weighted(ROWS[1], (a, a2))
+    a3 = slope(NODES[2], x3, u3)
+    x4, u4 = x + h * weighted(ROWS[2], (u, u3)), u + h * weighted(ROWS[2], (a, a3))
+    a4 = slope(NODES[3], x4, u4)
+    x5, u5 = x + h * weighted(ROWS[3], (u, u3, u4)), u + h * weighted(ROWS[3], (a, a3, a4))
+    a5 = slope(NODES[4], x5, u5)
+    x6, u6 = x + h * weighted(ROWS[4], (u, u4, u5)), u + h * weighted(ROWS[4], (a, a4, a5))
+    a6 = slope(NODES[5], x6, u6)
+    x7, u7 = x + h * weighted(ROWS[5], (u, u4, u5, u6)), u + h * weighted(ROWS[5], (a, a4, a5, a6))
+    a7 = slope(NODES[6], x7, u7)
+    x8, u8 = x + h * weighted(ROWS[6], (u, u4, u5, u6, u7)), u + h * weighted(ROWS[6], (a, a4, a5, a6, a7))
+    a8 = slope(NODES[7], x8, u8)
+    x9, u9 = x + h * weighted(ROWS[7], (u, u4, u5, u6, u7, u8)), u + h * weighted(ROWS[7], (a, a4, a5, a6, a7, a8))
+    a9 = slope(NODES[8], x9, u9)
+    x10, u10 = (
+        x + h * weighted(ROWS[8], (u, u4, u5, u6, u7, u8, u9)),
+        u + h * weighted(ROWS[8], (a, a4, a5, a6, a7, a8, a9)),
+    )
+    a10 = slope(NODES[9], x10, u10)
+    x11, u11 = (
+        x + h * weighted(ROWS[9], (u, u4, u5, u6, u7, u8, u9, u10)),
+        u + h * weighted(ROWS[9], (a, a4, a5, a6, a7, a8, a9, a10)),
+    )
+    a11 = slope(NODES[10], x11, u11)
+    x12, u12 = (
+        x + h * weighted(ROWS[10], (u, u4, u5, u6, u7, u8, u9, u10, u11)),
+        u + h * weighted(ROWS[10], (a, a4, a5, a6, a7, a8, a9, a10, a11)),
+    )
+    a12 = slope(NODES[11], x12, u12)
+    us, accelerations = (u, u6, u7, u8, u9, u10, u11, u12), (a, a6, a7, a8, a9, a10, a11, a12)
+    dx, du = h * weighted(WEIGHTS, us), h * weighted(WEIGHTS, accelerations)
+    end = completed(tau + h, x + dx, u + du, y.s + sigma * (p.V * h - dx), sigma, piece, p)
+    x_error = _estimate(weighted(ERROR5, us), weighted(ERROR3, us))
+    u_error = _estimate(weighted(ERROR5, accelerations), weighted(ERROR3, accelerations))
+    return end, h * max(x_error, u_error)
 
 
 @njit(cache=True, error_model="numpy")

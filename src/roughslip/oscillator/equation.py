@@ -34,7 +34,7 @@ def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: C
     """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0."""
     mu = max(sliding(sigma * p.omega * (p.V - u), p.law) + mu_s, 0.0)
     drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
-    return sigma * p.F * mu - 2.0 * p.D * u - x + drive
+    return sigma * p.F * mu - (2.0 * p.D * u + x - drive)
 
 
 @njit(cache=True, error_model="numpy")

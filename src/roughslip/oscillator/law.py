@@ -76,7 +76,7 @@ class FrictionLaw(Protocol):
 @register_jitable(error_model="numpy")
 def stribeck(speed: Any, fit: float, rest: float, decay: float, quadratic: float) -> Any:
     """mu_D at a speed |v_rel| >= 0; scalars and arrays, also inside compiled code."""
-    return fit / (1.0 + decay * speed) + rest - fit + quadratic * speed * speed
+    return fit / (1.0 + decay * speed) + (rest - fit + quadratic * speed * speed)  # the quotient comes last
 
 
 @register_jitable(error_model="numpy")

@@ -32,7 +32,7 @@ class Path(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """mu_S = c0 + c1 t + c2 t^2 + c3 t^3 with t = (s - left) / spacing, between left and right [m]."""
+    """mu_S = c0 + c1 t + c2 t^2 + c3 t^3 with t = (s - left) per_spacing, between left and right [m]."""
 
     c0: float
     c1: float
@@ -40,7 +40,7 @@ class Piece(NamedTuple):
     c3: float
     left: float
     right: float
-    spacing: float
+    per_spacing: float
 
 
 @njit(cache=True)
@@ -55,10 +55,10 @@ def piece_at(path: Path, s: float) -> Piece:
     rise = end - start
     left, right = k * path.spacing, (k + 1) * path.spacing
     if not path.cubic:
-        return Piece(start, rise, 0.0, 0.0, left, right, path.spacing)
+        return Piece(start, rise, 0.0, 0.0, left, right, 1.0 / path.spacing)
     out = 0.5 * (end - nodes[j - 1]) if k > 0 else rise
     into = 0.5 * (nodes[j + 2] - start) if j + 2 < nodes.size else rise
-    return Piece(start, out, 3.0 * rise - 2.0 * out - into, out + into - 2.0 * rise, left, right, path.spacing)
+    return Piece(start, out, 3.0 * rise - 2.0 * out - into, out + into - 2.0 * rise, left, right, 1.0 / path.spacing)
 
 
 @njit(cache=True)
@@ -71,22 +71,22 @@ def reaches(path: Path, s: float) -> bool:
 @njit(cache=True)
 def offset(piece: Piece, s: float) -> float:
     """mu_S at the slipped distance s [m]."""
-    t = (s - piece.left) / piece.spacing
+    t = (s - piece.left) * piece.per_spacing
     return piece.c0 + t * (piece.c1 + t * (piece.c2 + t * piece.c3))
 
 
 @njit(cache=True)
 def offset_slope(piece: Piece, s: float) -> float:
     """d mu_S / ds [1/m]."""
-    t = (s - piece.left) / piece.spacing
-    return (piece.c1 + t * (2.0 * piece.c2 + t * 3.0 * piece.c3)) / piece.spacing
+    t = (s - piece.left) * piece.per_spacing
+    return (piece.c1 + t * (2.0 * piece.c2 + t * 3.0 * piece.c3)) * piece.per_spacing
 
 
 @njit(cache=True)
 def offset_curvature(piece: Piece, s: float) -> float:
     """d^2 mu_S / ds^2 [1/m^2]."""
-    t = (s - piece.left) / piece.spacing
-    return (2.0 * piece.c2 + t * 6.0 * piece.c3) / (piece.spacing * piece.spacing)
+    t = (s - piece.left) * piece.per_spacing
+    return (2.0 * piece.c2 + t * 6.0 * piece.c3) * (piece.per_spacing * piece.per_spacing)
 
 
 class PathFeed:

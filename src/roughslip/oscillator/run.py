@@ -18,8 +18,10 @@ from roughslip.oscillator.slip import (
     NODES_OVER,
     PATH_OVER,
     SHORTEST_SLIP,
+    START,
     TIME_OVER,
     Numerics,
+    Pace,
     slip,
 )
 from roughslip.oscillator.stick import (
@@ -43,7 +45,7 @@ class Stand(NamedTuple):
     y : the motion
     sigma : HELD in stick, else the sign of slip
     limit : [m] static limit of stick
-    since, allowed : of the slip phase, as `slip` takes them
+    since, pace : of the slip phase, as `slip` takes them
     backwards : whether X' < 0 occurred since the departure
     steps, error : steps taken, sum of the local errors [m]
     cuts : steps of slip and starts of stick at which friction was cut to zero
@@ -53,7 +55,7 @@ class Stand(NamedTuple):
     sigma: int
     limit: float
     since: float
-    allowed: float
+    pace: Pace
     backwards: bool
     steps: int
     error: float
@@ -98,7 +100,7 @@ def begin(x: float, path: Path, stochastic: bool, p: Coefficients) -> tuple[Stan
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = _record(events, DEPARTURE, y, False)
-    return Stand(y, sigma, limit, 0.0, 0.0, False, 0, 0.0, 0), events
+    return Stand(y, sigma, limit, 0.0, START, False, 0, 0.0, 0), events
 
 
 @njit(cache=True)
@@ -119,7 +121,7 @@ def begin_in_slip(x: float, u: float, p: Coefficients) -> tuple[Stand, Events]:
     sigma = UPPER if u < p.V else LOWER
     y = State(0.0, x, u, 0.0, 0.0, 0.0)
     events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    return Stand(y, sigma, 0.0, -1.0, FIRST_STEP, u < 0.0, 0, 0.0, 0), events
+    return Stand(y, sigma, 0.0, -1.0, Pace(FIRST_STEP, 0.0, 0.0), u < 0.0, 0, 0.0, 0), events
 
 
 @njit(cache=True)
@@ -129,7 +131,7 @@ def go_on(
 ) -> tuple[int, Stand, Events]:  # fmt: skip
     """The run from where it stands until time, steps, the path or its nodes at hand are over, and the status then."""
     status = TIME_OVER
-    y, sigma, limit, since, allowed, backwards, steps, error, cuts = stand
+    y, sigma, limit, since, pace, backwards, steps, error, cuts = stand
     while tau_end - y.tau > SHORTEST_SLIP:
         if sigma == HELD:
             held = y
@@ -142,12 +144,12 @@ def go_on(
             if side == HELD:
                 break
             events = _record(events, DEPARTURE, y, False)
-            sigma, since, allowed, backwards = side, y.tau, 0.0, False
+            sigma, since, pace, backwards = side, y.tau, START, False
             continue
         phase = slip(
-            y, since, allowed, float(sigma), tau_end, path, p, numerics, step_limit - steps, interval, x_drawn, u_drawn
+            y, since, pace, float(sigma), tau_end, path, p, numerics, step_limit - steps, interval, x_drawn, u_drawn
         )
-        y, allowed = phase.y, phase.allowed
+        y, pace = phase.y, phase.pace
         steps += phase.steps
         error += phase.error
         cuts += phase.cuts
@@ -156,7 +158,7 @@ def go_on(
             status = phase.status
             break
         y = State(y.tau, y.x, p.V, y.s, 0.0, 0.0)
-        since = y.tau
+        since, pace = y.tau, START
         z = place(y.tau, y.s, p)
         limit = static_limit(offset(piece_at(path, z), z), stochastic, p)
         if limit == 0.0:
@@ -172,4 +174,4 @@ def go_on(
         sigma = side
         if phase.status == NO_SLIP:  # stick lasts as long as no slip can, so that the run goes on
             y = State(y.tau + SHORTEST_SLIP, y.x + p.V * SHORTEST_SLIP, p.V, y.s, 0.0, 0.0)
-    return status, Stand(y, sigma, limit, since, allowed, backwards, steps, error, cuts), events
+    return status, Stand(y, sigma, limit, since, pace, backwards, steps, error, cuts), events

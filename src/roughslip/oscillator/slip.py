@@ -6,6 +6,7 @@ regularised. Steps end at the nodes of the friction path, where its second deriv
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,7 @@ SHORTEST_SLIP = 1e-7  # a phase back at the belt after so short a time is none: 
 SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it
 GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is judged by a step that ends there
 REACHED = 1e-15  # of V: X' is the belt's
+NEAR = 1e-5  # of a step: from so close the series of X' to the jerk meets the belt, to 1e-15 of what the step does
 
 
 class Numerics(NamedTuple):
@@ -50,11 +52,26 @@ class Numerics(NamedTuple):
     refuse: bool
 
 
+class Pace(NamedTuple):
+    """How long the next step of a slip phase may be, all zero before the first one.
+
+    allowed : its length
+    grown, length : what the error of the last step that was no shorter than allowed let it grow by, and its length
+    """
+
+    allowed: float
+    grown: float
+    length: float
+
+
+START = Pace(0.0, 0.0, 0.0)
+
+
 class Slip(NamedTuple):
     """The end of a slip phase: why and where, whether X' < 0 occurred, steps taken, sum of the local errors [m].
 
     steps : taken and tried, those that locate the end among them
-    allowed : length of the next step, for a phase that goes on once more nodes are at hand
+    pace : for a phase that goes on once more nodes are at hand
     cuts : steps that ended where friction was cut to zero
     """
 
@@ -63,7 +80,7 @@ class Slip(NamedTuple):
     backwards: bool
     steps: int
     error: float
-    allowed: float
+    pace: Pace
     cuts: int
 
 
@@ -73,7 +90,10 @@ def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> 
 
     The next term of the series is left out; it moves the end by some 1e-4 of the distance at a tolerance of 1e-9.
     """
-    low, high, step = 0.0, h, min(h, distance / s1) if s1 > 0.0 else h
+    low, high, step = 0.0, h, h
+    if s1 > 0.0:  # the reverted series, which mostly is near enough
+        e, c2, c3 = distance / s1, 0.5 * s2 / s1, s3 / (6.0 * s1)
+        step = min(h, e * max(0.0, 1.0 - e * (c2 - e * (2.0 * c2 * c2 - c3))))
     for _ in range(60):
         excess = step * (s1 + step * (s2 / 2 + step * s3 / 6)) - distance
         if (excess <= 0.0 and step == h) or abs(excess) <= 1e-2 * SLACK * distance:
@@ -115,6 +135,21 @@ def belt_bracket(y: State, end: State, h: float, sigma: float, p: Coefficients) 
 
 
 @njit(cache=True, error_model="numpy")
+def to_belt(y: State, sigma: float, p: Coefficients) -> float:
+    """The time from near the belt until X' = V by the series of X' to the jerk; infinite where it turns away."""
+    gap, rate = sigma * (p.V - y.u), sigma * y.a
+    root = rate * rate + 2.0 * sigma * y.j * gap
+    return 2.0 * gap / (rate + math.sqrt(root)) if rate > 0.0 and root > 0.0 else np.inf
+
+
+@njit(cache=True)
+def arrival(y: State, dt: float, sigma: float, p: Coefficients) -> State:
+    """The state at the belt a short time dt after, or before, y."""
+    dx = dt * (y.u + dt * (y.a / 2 + dt * y.j / 6))
+    return State(y.tau + dt, y.x + dx, p.V, y.s + sigma * (p.V * dt - dx), y.a + dt * y.j, y.j)
+
+
+@njit(cache=True, error_model="numpy")
 def meet_belt(
     y: State, end: State, h: float, late: float, sigma: float, piece: Piece, p: Coefficients, pair: int
 ) -> tuple[bool, State, float, float, int]:  # fmt: skip
@@ -132,13 +167,14 @@ def meet_belt(
         gap = sigma * (p.V - end.u)
         if gap > 0.0 and h == late:
             return False, end, error, h, taken
+        left = to_belt(end, sigma, p)
+        if abs(left) <= NEAR * h and h + left <= late:
+            return True, arrival(end, left, sigma, p), error, h + left, taken
         if gap > 0.0:
             low = h
         else:
             high = h
-        rate = -sigma * end.a
-        newton = h - gap / rate if rate < 0.0 else low
-        trial = newton if low < newton < high else 0.5 * (low + high)
+        trial = h + left if low < h + left < high else 0.5 * (low + high)
         if abs(gap) <= REACHED * p.V or abs(trial - h) <= 1e-15 * late:
             break
     return True, State(end.tau, end.x, p.V, end.s, end.a, end.j), error, h, taken
@@ -170,23 +206,40 @@ def excess(error: float, h: float, end: State, p: Coefficients, numerics: Numeri
 
 
 @njit(cache=True)
-def adapted(h: float, ratio: float, pair: int) -> float:
-    """The next step after one of length h whose error is `ratio` of what is allowed."""
+def growth(ratio: float, pair: int) -> float:
+    """How many times as long a step may be whose error is `ratio` of what is allowed, 0.2 to 5."""
     if not ratio < np.inf:
-        return 0.2 * h
-    growth = 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))
-    return h * (min(5.0, growth) if ratio <= 1.0 else max(0.2, growth))
+        return 0.2
+    return min(5.0, max(0.2, 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))))
+
+
+@njit(cache=True)
+def shorter(pace: Pace, h: float) -> Pace:
+    """The pace after a step that was too long: the next one has the length h."""
+    return Pace(h, pace.grown, pace.length)
+
+
+@njit(cache=True, error_model="numpy")
+def next_pace(pace: Pace, h: float, ratio: float, pair: int) -> Pace:
+    """The pace after a step of length h whose error is `ratio` of what is allowed.
+
+    Where steps shrink from one to the next, as before the belt, the one to come is to shrink likewise, or every other
+    one would be refused (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496).
+    """
+    grown = growth(ratio, pair)
+    trend = grown / pace.grown * (h / pace.length) if pace.grown > 0.0 else 1.0
+    return Pace(min(h * grown * min(1.0, trend), LONGEST_STEP), grown, h)
 
 
 @njit(cache=True, error_model="numpy")
 def slip(
-    start: State, since: float, allowed: float, sigma: float, tau_end: float, path: Path, p: Coefficients,
+    start: State, since: float, pace: Pace, sigma: float, tau_end: float, path: Path, p: Coefficients,
     numerics: Numerics, step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
 ) -> Slip:  # fmt: skip
     """A slip phase of sign sigma from X' = V until X' = V again, or until time, path, nodes at hand or steps are over.
 
     since : tau at which the phase began
-    allowed : length of the next step, 0 at the beginning of the phase
+    pace : of the phase, all zero at its beginning
 
     A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): error per unit step,
     so that the sum does not grow with the number of nodes that end a step.
@@ -194,36 +247,37 @@ def slip(
     pair = numerics.pair
     slack = SLACK * path.spacing
     piece = piece_at(path, place(start.tau, start.s, p) + slack)
-    y = completed(start.tau, start.x, p.V if allowed == 0.0 else start.u, start.s, sigma, piece, p)
-    allowed = allowed if allowed > 0.0 else FIRST_STEP
+    y = completed(start.tau, start.x, p.V if pace.allowed == 0.0 else start.u, start.s, sigma, piece, p)
+    if pace.allowed == 0.0:
+        pace = Pace(FIRST_STEP, 0.0, 0.0)
     backwards, total, steps, cuts = False, 0.0, 0, 0
     while steps < step_limit:
         first = y.tau == since
         z = place(y.tau, y.s, p)
         if z >= piece.right - slack:
             if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
-                return Slip(PATH_OVER, y, backwards, steps, total, allowed, cuts)
+                return Slip(PATH_OVER, y, backwards, steps, total, pace, cuts)
             if not reaches(path, z + slack):
-                return Slip(NODES_OVER, y, backwards, steps, total, allowed, cuts)
+                return Slip(NODES_OVER, y, backwards, steps, total, pace, cuts)
             piece = piece_at(path, z + slack)
             y = completed(y.tau, y.x, y.u, y.s, sigma, piece, p)
-        h = min(allowed, tau_end - y.tau)
+        h = min(pace.allowed, tau_end - y.tau)
         if path.nodes.size > 0:
             h = to_node(y, h, piece.right, sigma, p)
-        last, whole = h == tau_end - y.tau, h == allowed
+        last, whole = h == tau_end - y.tau, h == pace.allowed
 
         end, error = step(pair, y, h, sigma, piece, p)
         steps += 1
         ratio = excess(error, h, end, p, numerics)
         if not ratio <= 1.0:
-            allowed = adapted(h, ratio, pair)
+            pace = shorter(pace, h * growth(ratio, pair))
             continue
         arrived = False
         if first:
             if sigma * (p.V - end.u) <= 0.0:
                 if h < SHORTEST_SLIP:
-                    return Slip(NO_SLIP, y, False, steps, 0.0, 0.0, cuts)
-                allowed = 0.25 * h
+                    return Slip(NO_SLIP, y, False, steps, 0.0, pace, cuts)
+                pace = shorter(pace, 0.25 * h)
                 continue
         else:
             late = belt_bracket(y, end, h, sigma, p)
@@ -232,7 +286,7 @@ def slip(
                 steps += taken
                 met = excess(error, length, end, p, numerics)
                 if not met <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
-                    allowed = adapted(length, met, pair)
+                    pace = shorter(pace, length * growth(met, pair))
                     continue
                 last, whole = last and late == h, whole and late == h
         if x_drawn.size > 0:
@@ -242,10 +296,10 @@ def slip(
         if cut(end, sigma, piece, p):
             cuts += 1
             if numerics.refuse:
-                return Slip(NEGATIVE, end, backwards, steps, total, 0.0, cuts)
+                return Slip(NEGATIVE, end, backwards, steps, total, pace, cuts)
         if arrived or last:
-            return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, steps, total, 0.0, cuts)
+            return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, steps, total, pace, cuts)
         if whole:
-            allowed = min(adapted(h, ratio, pair), LONGEST_STEP)
+            pace = next_pace(pace, h, ratio, pair)
         y = end
-    return Slip(STEPS_OVER, y, backwards, steps, total, allowed, cuts)
+    return Slip(STEPS_OVER, y, backwards, steps, total, pace, cuts)

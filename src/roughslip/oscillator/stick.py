@@ -109,7 +109,7 @@ def passage(
             return side, a, x
     while a < tau_end:
         if p.advance * a >= piece.right * (1.0 - 1e-15):
-            inside = piece.right + 0.5 * piece.spacing
+            inside = piece.right + 0.5 / piece.per_spacing
             if not reaches(path, inside) or (path.ends and inside > (path.first + path.nodes.size - 1) * path.spacing):
                 return PAUSED, a, x + p.V * (a - tau)
             piece = piece_at(path, inside)

@@ -7,6 +7,7 @@
 #   make stress SEED=today               other random problems than the usual ones, the same all day
 #   make reference JOBS=8                with results/reference/<scene>/pressure.nc deleted, 75 minutes on one core are solved
 #                                        anew; it may be interrupted, what is solved stays under results/<scene>/pressure_solves
+#                                        and, whatever became of the rules since, is not solved again
 
 PYTHON ?= python3
 JOBS ?= 2
@@ -72,7 +73,7 @@ cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile workflow/profiles/slurm
 
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)
-	$(RUN) snakemake -j$(JOBS) reference
+	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input
 	$(RUN) workflow.references.evidence
 
 clean: ## remove all that was generated, .venv too; results/reference stays

@@ -8,7 +8,7 @@ from scipy import stats
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
-from roughslip.friction.resampling import TAILS, Estimate, strip_weights
+from roughslip.friction.resampling import TAILS, Estimate, resampled_extremes, resampled_quantiles, strip_weights
 from roughslip.friction.statistics import PERCENTS, combine, ratio_of_sums, trend, window_statistics
 
 
@@ -47,6 +47,18 @@ def test_values_are_the_textbook_statistics_of_the_valid_windows() -> None:
     assert result.windows == mu.size
     assert result.missing == np.sum(~valid) > 0
     assert result.missing_share.value == pytest.approx(np.mean(~valid), rel=1e-14)
+
+
+def test_extremes_are_the_quantiles_at_both_ends() -> None:
+    """Also where a strip has no window with mu, and where a replicate leaves out the strips with the extremes."""
+    mu, valid = skewed_windows(6)
+    valid[3] = False
+    weights = strip_weights(len(mu), 200, np.random.default_rng(6))
+    least, most = resampled_extremes(mu, valid, weights)
+    expected = resampled_quantiles(mu, valid, weights, np.array([0, 1]), 1)
+    np.testing.assert_array_equal(np.stack([least, most], axis=1), expected)
+    assert len(np.unique(least)) > 3
+    assert len(np.unique(most)) > 3
 
 
 def test_every_replicate_is_the_statistic_of_the_strips_it_counts() -> None:

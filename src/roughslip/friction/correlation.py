@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.checks import reals
@@ -94,17 +95,24 @@ def autocorrelation(mu: np.ndarray, valid: np.ndarray, lags: int, weights: np.nd
 def pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Per strip and lag the number of pairs of valid windows, and the sums of their products and of their ends.
 
-    x : (..., W) windows less their common mean, 0 where not valid : (..., W)
+    x : (S, W) windows less their common mean, 0 where not valid : (S, W)
 
-    Returns three arrays (..., lags).
+    Returns three arrays (S, lags).
     """
-    exists = valid.astype(np.float64)
-    pairs, products, ends = np.empty((3, *x.shape[:-1], lags))
-    for k in range(lags):
-        near, far = (..., slice(0, x.shape[-1] - k)), (..., slice(k, None))
-        pairs[..., k] = np.sum(exists[near] * exists[far], axis=-1)
-        products[..., k] = np.sum(x[near] * x[far], axis=-1)
-        ends[..., k] = np.sum(x[near] * exists[far] + exists[near] * x[far], axis=-1)
+    return _pair_sums(np.ascontiguousarray(x), np.ascontiguousarray(valid), lags)
+
+
+@njit(cache=True)
+def _pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    strips, windows = x.shape
+    pairs, products, ends = np.zeros((strips, lags)), np.zeros((strips, lags)), np.zeros((strips, lags))
+    for s in range(strips):
+        for k in range(lags):
+            for i in range(windows - k):
+                if valid[s, i] and valid[s, i + k]:
+                    pairs[s, k] += 1.0
+                    products[s, k] += x[s, i] * x[s, i + k]
+                    ends[s, k] += x[s, i] + x[s, i + k]
     return pairs, products, ends
 
 

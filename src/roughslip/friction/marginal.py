@@ -20,6 +20,7 @@ from roughslip.friction.resampling import (
     require_scatter,
     resampled,
     resampled_distribution,
+    resampled_extremes,
     resampled_quantiles,
 )
 
@@ -154,7 +155,7 @@ def scaled_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Scale
     """
     mu, valid = check_windows(mu, valid, weights)
     mean, std = _mean_and_std(mu, valid, weights)
-    lower, upper = resampled_quantiles(mu, valid, weights, np.array([0, 1]), 1).T
+    lower, upper = resampled_extremes(mu, valid, weights)
     m, v = (mean - lower) / (upper - lower), (std / (upper - lower)) ** 2
     total = m * (1.0 - m) / v - 1.0
     if (total <= 1e-12).any():
@@ -178,7 +179,7 @@ def distance_to_beta(
         raise ParameterError(f"shapes of a Beta distribution must be positive and finite, not {a} and {b}")
     mu, valid = check_windows(mu, valid, weights)
     mean, std = _mean_and_std(mu, valid, weights)
-    lower, upper = resampled_quantiles(mu, valid, weights, np.array([0, 1]), 1).T
+    lower, upper = resampled_extremes(mu, valid, weights)
     probability = np.arange(_DISTANCE_NODES + 1) / _DISTANCE_NODES
     node = special.betaincinv(a, b, probability)
     beta_mean, beta_std, _, _ = beta_moments(a, b)

@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.friction.checks import reals
@@ -123,7 +124,7 @@ def resampled_quantiles(
     values, strip = _sorted_windows(mu, valid)
     quantiles = np.empty((len(weights), len(numerators)))
     for row, counts in zip(quantiles, weights, strict=True):
-        reached = np.cumsum(counts[strip])
+        reached = _reached(counts, strip)[1:]
         rank = np.maximum(-(-numerators * reached[-1] // denominator), 1)
         row[:] = values[np.searchsorted(reached, rank)]
     return quantiles
@@ -134,9 +135,26 @@ def resampled_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarra
     values, strip = _sorted_windows(mu, valid)
     shares = np.empty(points.shape)
     for row, counts, at in zip(shares, weights, points, strict=True):
-        reached = np.concatenate(([0], np.cumsum(counts[strip])))
+        reached = _reached(counts, strip)
         row[:] = reached[np.searchsorted(values, at, side="right")] / reached[-1]
     return shares
+
+
+def resampled_extremes(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least and the largest mu (1 + R,) of every replicate: those of the strips that it counts."""
+    least, most = np.min(mu, axis=1, where=valid, initial=np.inf), np.max(mu, axis=1, where=valid, initial=-np.inf)
+    counted = weights > 0
+    return np.min(np.where(counted, least, np.inf), axis=1), np.max(np.where(counted, most, -np.inf), axis=1)
+
+
+@njit(cache=True)
+def _reached(counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
+    """(1 + n,) how often a replicate counts the first 0 ... n windows, from the strip of each."""
+    reached = np.empty(strip.size + 1, np.int64)
+    reached[0] = 0
+    for window in range(strip.size):
+        reached[window + 1] = reached[window] + counts[strip[window]]
+    return reached
 
 
 def _sorted_windows(mu: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,8 @@ import pytest
 
 from roughslip.figures import save
 from workflow.benchmarks import oscillator, oscillator_figure
-from workflow.benchmarks.oscillator import at_error, ours, slips, summary, theirs
+from workflow.benchmarks.oscillator import LAW, STUDY, at_error, ours, slips, summary, theirs
+from workflow.benchmarks.oscillator_peers import SOLVERS, slips_by_diffrax
 
 
 @pytest.mark.parametrize("which", [0, 1])
@@ -17,6 +18,18 @@ def test_all_methods_meet_one_point(which):
     exact, *_ = ours(slip, "dormand_prince853", 1e-13)
     assert ours(slip, "fehlberg45", 1e-11)[0] == pytest.approx(exact, rel=1e-9)
     assert theirs(slip, "DOP853", 1e-11)[0] == pytest.approx(exact, rel=1e-5 if which else 1e-8)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_diffrax_meets_the_same_point(solver):
+    """Without scatter, at 1e-9: two solvers that know nothing of each other agree to what they were asked for."""
+    pytest.importorskip("diffrax", reason="diffrax is not installed: make benchmark PEERS=1 sets it up")
+    slip, _ = slips(8)
+    exact, *_ = ours(slip, "dormand_prince853", 1e-13)
+    place, evaluations, count = slips_by_diffrax(STUDY, LAW, None, 0.0, slip.start, solver, 3)(1e-9)
+    assert place == pytest.approx(exact, rel=1e-7)
+    assert count == 3
+    assert evaluations > 3 * 100
 
 
 def test_ratios_are_at_equal_error():
@@ -46,8 +59,12 @@ def test_a_small_run_measures_and_draws(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["oscillator", "--quick", "--output", str(tmp_path / "oscillator.json")])
     oscillator.main()
     rows = json.loads((tmp_path / "oscillator.json").read_text())["rows"]
-    assert {row["method"] for row in rows if "asked" in row["case"]} == set(oscillator_figure.LOOKS)
-    assert len(rows) == 2 * 2 * 4 + 2
+    methods = {row["method"] for row in rows if "asked" in row["case"]}
+    assert methods == {name for name in oscillator_figure.LOOKS if not name.startswith("diffrax")}
+    assert len(rows) == 2 * 2 * 4 + 1 + 2 + 1
+    steady = [row for row in rows if row["case"] == "motion=long-run"]
+    assert all(row["work"] == 2000 for row in steady)
+    assert all(row["error"] < 1e-6 for row in steady)  # two cycles a block
     assert all(row["error"] < 0.1 for row in rows)
     save(oscillator_figure.figure(rows), tmp_path / "oscillator.png")
     assert (tmp_path / "oscillator.png").stat().st_size > 10_000

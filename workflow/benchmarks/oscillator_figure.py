@@ -16,6 +16,8 @@ LOOKS = {
     "roughslip/dormand_prince853": ("C1", "s"),
     "scipy/RK45": ("C2", "^"),
     "scipy/DOP853": ("C3", "v"),
+    "diffrax/Tsit5": ("C4", "D"),
+    "diffrax/Dopri8": ("C5", "X"),
 }
 FLOOR = 1e-16  # where an error is less than can be told
 
@@ -30,6 +32,8 @@ def figure(rows: Sequence[Row]) -> Figure:
                 row for row in rows if row["method"] == method and fields(row["case"])["motion"] == motion
                 and "asked" in fields(row["case"])
             ]  # fmt: skip
+            if not found:  # a peer that was not there
+                continue
             errors = [max(row["error"], FLOOR) for row in found]
             axis.plot([row["seconds"] for row in found], errors, color=colour, marker=marker, label=method)
         axis.set(xscale="log", yscale="log", xlabel="time of a cycle [s]", ylabel="relative error of X")

@@ -45,7 +45,7 @@ smoke: $(VENV)/run.stamp ## run every stage on a tiny scene
 	$(RUN) snakemake -j$(JOBS) smoke
 
 test: $(VENV)/dev.stamp ## run the tests
-	$(RUN) pytest
+	$(RUN) pytest -n $(JOBS) --dist loadfile
 
 lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) ruff check .

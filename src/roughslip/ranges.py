@@ -37,7 +37,7 @@ SHAPE = ("roughness.covariance", LENGTH, "roughness.marginal", "roughness.fracta
 STRIP = tuple(
     f"strip.{key}" for key in ("length_m", "margin_m", "cell_m", "window_spacing_m", "penetration_percentiles")
 )
-SQUARE = ("square.nodes", "number of modes", "numbers of samples")
+SQUARE = ("square.nodes", "square.modes or variance_share", "square.latin_hypercube_samples", "expansion.samples")
 STRIPS, WINDOW = "strip.samples", "strip.window_m"
 LEAST_CONTACT = "friction.least_contact_fraction"
 ROOT_N = "interval over sqrt(n)"

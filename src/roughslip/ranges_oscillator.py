@@ -102,10 +102,9 @@ def _of_the_surface(name: str, scenes: Mapping[str, Scene]) -> tuple[tuple[str, 
     """Inputs of the surface that may have any value, and those that need solves."""
     if "friction" not in scenes:
         return (), ()
-    section = scenes["deterministic"]["oscillator"]
+    section, (scale, solves) = scenes["deterministic"]["oscillator"], surface_inputs(scenes, "friction")
     if name == SHARP and (section.get("penetration_percentile", MEDIAN) == MEDIAN or section.get("law") == "table"):
-        return ("all of material, roughness and strip, as no scatter enters and the mean friction is calibrated",), ()
-    scale, solves = surface_inputs(scenes, "friction")
+        return (*scale, "surface, as no scatter enters and the mean friction is calibrated"), ()
     return scale, (*solves, *present(scenes["friction"], STRIP))
 
 

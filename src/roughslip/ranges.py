@@ -45,6 +45,7 @@ PROPORTION = "all lengths of roughness and strip in proportion"
 IN_METRES = "mu-correlation-250um"
 AT_MEDIAN = ("mu-correlation-exponential", IN_METRES, "mu-right-skewed", "mu-beta-2.1-5")  # alone
 ACCURACY = 1e-4  # relative, of the ends of a range
+FEWEST = 8  # samples or runs that a scene may have
 
 
 @dataclass(frozen=True)
@@ -84,15 +85,16 @@ class Standing:
     new_solves: tuple[str, ...] = ()
 
 
-def range_of(name: str, value: float, verdict: str, at: At, by: str) -> Range | None:
+def range_of(name: str, value: float, verdict: str, at: At, by: str, least: float = 0.0) -> Range | None:
     """The range of an input from the verdicts at factors of its value; None where nothing is known beside it.
 
     value : of the scene, positive; the ends of a whole number are whole
+    least : value below which the input is not allowed
     """
-    low, high = [
+    low, high = (
         end(lambda factor: verdict if factor == 1.0 else at(factor), 1.0, reach, ACCURACY)
-        for reach in (1.0 / REACH, REACH)
-    ]
+        for reach in (max(1.0 / REACH, least / value), REACH)
+    )
     if low.stands == high.stands and low.changes is None and high.changes is None:
         return None
     up, down = (math.ceil, math.floor) if isinstance(value, int) else (float, float)
@@ -173,7 +175,7 @@ def of_friction(tested: Mapping[str, str], friction: Arrays, scenes: Mapping[str
     for name, verdict in tested.items():
         if not name.startswith(("fig3-", "mu-")):
             continue
-        found = [range_of(STRIPS, strip["samples"], verdict, more(name), ROOT_N)]
+        found = [range_of(STRIPS, strip["samples"], verdict, more(name), ROOT_N, FEWEST)]
         if name == IN_METRES:
             found.append(range_of(WINDOW, strip["window_m"], verdict, longer(name), f"with {PROPORTION}"))
         levels = friction["percentile"] == 50.0 if name in AT_MEDIAN else slice(None)

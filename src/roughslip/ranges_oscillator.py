@@ -16,6 +16,7 @@ import numpy as np
 from roughslip.chaos.distribution import wilson_interval
 from roughslip.claims import CYCLING, NOT_REPRODUCED, NOT_TESTED, REPRODUCED, Arrays, claims
 from roughslip.ranges import (
+    FEWEST,
     ROOT_N,
     STRIP,
     At,
@@ -67,7 +68,7 @@ def of_the_oscillator(
             continue
         found = list(_ranges(name, verdict, oscillator, skeleton, scenes["deterministic"]))
         if RUNS not in NOT_READ[name]:
-            found.append(range_of(RUNS, int(oscillator["realisations"]), verdict, more(name), ROOT_N))
+            found.append(range_of(RUNS, int(oscillator["realisations"]), verdict, more(name), ROOT_N, FEWEST))
         ranges = tuple(one for one in found if one is not None)
         by_surface, solves = _of_the_surface(name, scenes)
         free = (*(key for key in NOT_READ[name] if key in inputs), *_scales(scenes["deterministic"]), *by_surface)

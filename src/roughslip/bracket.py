@@ -52,8 +52,7 @@ def end(answer: Answer, start: float, reach: float, accuracy: float = ACCURACY) 
             stands, _ = _bisected(lambda trial: answer(trial) == own, before, value, accuracy)
             left = False
         if found not in (None, own):
-            nearest = max(stands, before) if value > start else min(stands, before)
-            return End(stands, _bisected(lambda trial: answer(trial) in (None, own), nearest, value, accuracy)[1])
+            return End(stands, _bisected(lambda trial: answer(trial) in (None, own), before, value, accuracy)[1])
     return End(values[-1] if left else stands, None)
 
 

@@ -53,12 +53,12 @@ def test_what_hangs_on_nothing_or_was_not_tested():
 
 def test_what_no_verdict_hangs_on_is_told_once():
     text = legend(ALL, "mine")
-    assert text.startswith("No verdict depends on young modulus, rms height. ")
+    assert text.startswith("No verdict depends on Young's modulus, rms height. ")
     assert text.endswith("change mine.yaml and run snakemake -j2 mine")
-    assert "young" not in standing_line(CYCLE, ALL)
+    assert "Young" not in standing_line(CYCLE, ALL)
     with_one_more = [*ALL, standing() | {"stands": standing()["stands"] | {"any_value": []}}]
     assert legend(with_one_more, "mine").startswith("A verdict stands")
-    assert "any young modulus" in standing_line(CYCLE, with_one_more)
+    assert "any Young's modulus" in standing_line(CYCLE, with_one_more)
 
 
 @pytest.mark.parametrize("words", ["the paper", NASTY])
@@ -73,5 +73,5 @@ def test_the_page_has_a_line_a_claim_as_text(words):
     text = " ".join(content.text)
     assert "mass 0.1* to 1.36 (1.958) kg; runs 73 to 4000*" in text
     assert f"Stands in any case: {words}." in text
-    assert "No verdict depends on young modulus, rms height, normal force with mass in proportion." in text
+    assert "No verdict depends on Young's modulus, rms height, normal force with mass in proportion." in text
     assert content.all("script") == []

@@ -105,7 +105,7 @@ def _of_the_surface(name: str, scenes: Mapping[str, Scene]) -> tuple[tuple[str, 
         return (), ()
     section, (scale, solves) = scenes["deterministic"]["oscillator"], surface_inputs(scenes, "friction")
     if name == SHARP and (section.get("penetration_percentile", MEDIAN) == MEDIAN or section.get("law") == "table"):
-        return (*scale, "surface, as no scatter enters and the mean friction is calibrated"), ()
+        return (*scale, "the whole surface (no scatter enters, and the mean friction is calibrated)"), ()
     return scale, (*solves, *present(scenes["friction"], STRIP))
 
 

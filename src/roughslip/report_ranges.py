@@ -7,6 +7,8 @@ from typing import Any
 
 UNITS = {"_rad_per_s": "rad/s", "_m_per_s": "m/s", "_kg": "kg", "_pa": "Pa", "_n": "N", "_m": "m"}
 NAMES = {
+    "material.young_modulus_pa": "Young's modulus",
+    "material.poisson_ratio": "Poisson's ratio",
     "strip.samples": "strips",
     "ensemble.realisations": "runs",
     "ensemble.damping_ratios": "list of damping ratios",

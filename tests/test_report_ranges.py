@@ -54,10 +54,10 @@ def test_what_hangs_on_nothing_or_was_not_tested():
 def test_what_no_verdict_hangs_on_is_told_once():
     text = legend(ALL, "mine")
     assert text.startswith("No verdict depends on Young's modulus, rms height. ")
-    assert text.endswith("change mine.yaml and run snakemake -j2 mine")
+    assert text.endswith("edit mine.yaml and run snakemake -j2 mine")
     assert "Young" not in standing_line(CYCLE, ALL)
     with_one_more = [*ALL, standing() | {"stands": standing()["stands"] | {"any_value": []}}]
-    assert legend(with_one_more, "mine").startswith("A verdict stands")
+    assert legend(with_one_more, "mine").startswith("Notes end in")
     assert "any Young's modulus" in standing_line(CYCLE, with_one_more)
 
 

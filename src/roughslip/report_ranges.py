@@ -24,10 +24,9 @@ def legend(claims: Iterable[Mapping[str, Any]], scene: str) -> str:
     common = _common(claims)
     told = f"No verdict depends on {', '.join(map(_name, common))}. " if common else ""
     return (
-        f"{told}A verdict stands over the ranges told with it, all else being as it is. Up to an end with a "
-        "star it is known to stand, and no change was found within a factor of ten, or none can be told without a run; "
-        "in brackets is from where on it is known to be another. Where a run or contact solves are needed, change "
-        f"{scene}.yaml and run snakemake -j2 {scene}"
+        f"{told}Notes end in the ranges over which the verdict stands, all else being as it is: beyond a starred end no "
+        "change was found within a factor of ten, or nothing is known; from a number in brackets on it is known to be "
+        f"another. The remaining inputs need a run, or contact solves: edit {scene}.yaml and run snakemake -j2 {scene}"
     )
 
 

@@ -24,9 +24,10 @@ def legend(claims: Iterable[Mapping[str, Any]], scene: str) -> str:
     common = _common(claims)
     told = f"No verdict depends on {', '.join(map(_name, common))}. " if common else ""
     return (
-        f"{told}Notes end in the ranges over which the verdict stands, all else being as it is: beyond a starred end no "
-        "change was found within a factor of ten, or nothing is known; from a number in brackets on it is known to be "
-        f"another. The remaining inputs need a run, or contact solves: edit {scene}.yaml and run snakemake -j2 {scene}"
+        f"{told}Notes end in the ranges over which the verdict stands, all else being as it is: beyond a starred end "
+        "no change was found within a factor of ten, or nothing is known; from a number in brackets on it is known to "
+        f"be another. The remaining inputs need a run, or contact solves: edit {scene}.yaml and run "
+        f"snakemake -j2 {scene}"
     )
 
 

@@ -10,6 +10,7 @@ from html import escape
 from typing import Any
 
 from roughslip.report_evidence import Evidence, evidence_section
+from roughslip.report_ranges import legend, standing_line
 from roughslip.report_table import table
 
 STYLE = """
@@ -143,11 +144,19 @@ def _claims(scene: SceneReport) -> str:
                 ("number", "" if claim["ours"] is None else f"{claim['ours']:.3g}"),
                 ("number", "" if claim["interval"] is None else " to ".join(f"{end:.3g}" for end in claim["interval"])),
                 (f"verdict {verdict.replace(' ', '-')}", escape(verdict)),
-                ("note", f"{escape(claim['note'])}. <em>Rule: {escape(claim['rule'])}.</em>"),
+                ("note", _note(claim, claims)),
             )
         )
     heads = ("Statement", "Paper", "Ours", "95 % interval", "Verdict", "Note")
-    return f"<p>{len(claims)} statements: {counts}.</p>{table(heads, rows)}"
+    how_far = escape(legend(claims, scene.name))
+    return f"<p>{len(claims)} statements: {counts}. {how_far}.</p>{table(heads, rows)}"
+
+
+def _note(claim: Mapping[str, Any], claims: Sequence[Mapping[str, Any]]) -> str:
+    """What the number is, the rule of the verdict, and how far it stands."""
+    stands = standing_line(claim, claims)
+    told = f" {escape(stands)}." if stands else ""
+    return f"{escape(claim['note'])}. <em>Rule: {escape(claim['rule'])}.</em>{told}"
 
 
 def _costs(costs: Sequence[Mapping[str, Any]]) -> str:

@@ -65,7 +65,7 @@ SLICES = {
         "survival": f"seed oscillator survival {_PROCESS}",
         **dict.fromkeys(("figure2", "figure3", "figure3_law", "figure5"), "description"),
         **dict.fromkeys(("figure_scan", "figure_field", "figure_map"), "description"),
-        "claims": "description targets",
+        "claims": "description targets material.hardness_pa",
         **dict.fromkeys(("costs", "report", "reference", "comparison", "verify"), "description"),
     }.items()
 }

@@ -164,6 +164,8 @@ MODULES = {
     "figures_map": {"figure_map"},
     "report": {"report"},
     "claims": {"claims"},
+    "ranges": {"claims"},
+    "bracket": {"deterministic", "claims"},
     "surface/karhunen_loeve": {"surface", "contact_square", "training_square", "field_square", "report"},
     "surface/embedding": {*SAMPLING, "grinding"},
     "surface/model": SAMPLING,

@@ -199,11 +199,12 @@ class Scenes:
         ]
 
     def results(self, name: str) -> dict[str, str]:
-        """The result that sums up each branch that the scene's targets need, by the option that takes it."""
+        """The results that sum up each branch that the scene's targets need, by the options that take them."""
         found = {
             "square": ("chaos_square", "chaos/square.nc"),
             "friction": ("friction", "friction/statistics.nc"),
             "oscillator": ("cycles", "oscillator/statistics.nc"),
+            "deterministic": ("deterministic", "oscillator/deterministic.nc"),
         }
         return {
             option: f"results/{name}/{path}" for option, (stage, path) in found.items() if stage in self.stages(name)

@@ -1,5 +1,6 @@
 # What a scene is for.
-# In:  surface/twins.nc, chaos/square.nc, chaos/field.nc, friction/statistics.nc, oscillator/statistics.nc, as far as the scene's targets need them.
+# In:  surface/twins.nc, chaos/square.nc, chaos/field.nc, friction/statistics.nc, oscillator/statistics.nc and deterministic.nc,
+#      as far as the scene's targets need them.
 # Out: figure2|3|3_law|5|_scan|_field.png|svg|nc, claims.json, costs.json, report.html; for the default scenes together
 #      results/report.html. `comparison` draws Figure 3 of several scenes in one picture, results/comparison.png|svg|nc;
 #      `--config compare=resolved,mine` says of which.

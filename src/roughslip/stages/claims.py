@@ -1,21 +1,36 @@
-"""Stage claims: the verdict on each statement of the paper, from what the scene found."""
+"""Stage claims: the verdict on each statement of the paper, from what the scene found, and how far it stands."""
 
 from __future__ import annotations
 
+import json
+
 from roughslip import store
-from roughslip.claims import claims
+from roughslip.claims import CONTRADICTS, NOT_TESTED, claims
+from roughslip.ranges import of_friction, of_the_square, with_standings
+from roughslip.ranges_oscillator import of_the_oscillator
 from roughslip.stages.command import Job, execute
+
+BRANCHES = ("square", "friction", "oscillator")
 
 
 def work(job: Job) -> None:
     """Write claims.json."""
-    paths = {name: getattr(job.arguments, name) for name in ("square", "friction", "oscillator")}
-    results = {name: None if path is None else store.read(path) for name, path in paths.items()}
+    paths = {name: getattr(job.arguments, name) for name in (*BRANCHES, "deterministic")}
+    results = {name: store.read(path) for name, path in paths.items() if path is not None}
+    scenes = {name: json.loads(result.attributes["configuration"]) for name, result in results.items()}
+    scenes["claims"] = job.configuration
     with job.usage.core():
-        found = claims(**results)
+        found = claims(*(results.get(name) for name in BRANCHES))
+        told = {claim["id"]: claim["verdict"] for claim in found}
+        tested = {name: verdict for name, verdict in told.items() if verdict not in (NOT_TESTED, CONTRADICTS)}
+        standings = of_the_square(tested, scenes) if "square" in results else {}
+        if "friction" in results:
+            standings |= of_friction(tested, results["friction"], scenes)
+        if "oscillator" in results:
+            standings |= of_the_oscillator(tested, results["oscillator"], results["deterministic"], scenes)
     job.usage.count(claims=len(found))
-    store.write_json(job.arguments.output, found)
+    store.write_json(job.arguments.output, with_standings(found, standings))
 
 
 if __name__ == "__main__":
-    execute("claims", work, optional=("square", "friction", "oscillator"))
+    execute("claims", work, optional=(*BRANCHES, "deterministic"))

@@ -1,4 +1,7 @@
-"""Stage deterministic: limits, limit cycle and counts of the oscillator without scatter (mu_S = 0)."""
+"""Stage deterministic: limits, limit cycle and counts of the oscillator without scatter (mu_S = 0).
+
+And how far mass and belt velocity may move until cycle or stability are others.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator
 from roughslip.stages import mass_on_belt
 from roughslip.stages.command import Job, execute
+from roughslip.stages.oscillator_ranges import range_variables
 
 
 def where_it_exists(find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw) -> Any:
@@ -52,6 +56,7 @@ def work(job: Job) -> None:
             counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, tolerance, integrator=pair)
         periods = ensemble["discarded_periods"] + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, tolerance, integrator=pair)
+        ranges = range_variables(belt, law, dampings)
     kept = drawn.time >= 2 * np.pi * ensemble["discarded_periods"]
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
     titles = {
@@ -63,7 +68,7 @@ def work(job: Job) -> None:
         "slipped_distance": ("m", "slipped distance of a cycle"),
     }
     variables = {name: store.Variable((), value, *titles[name]) for name, value in {**limits, **cycle}.items()}
-    variables |= {
+    variables |= ranges | {
         "damping_ratio": store.Variable(("damping",), counts.damping_ratios, "1", "damping ratio D"),
         "cycles": store.Variable(("damping",), counts.cycles, "1", "cycles M_d"),
         "time": store.Variable(("time",), drawn.time[kept], "1", "tau = omega t"),

@@ -1,0 +1,64 @@
+"""How far a number may move until an answer changes: walked outwards in steps, then bisected."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from roughslip.errors import ParameterError, real
+
+REACH = 10.0
+STEPS = 24  # to REACH: 10 % apart
+ACCURACY = 1e-6  # relative, of an end
+
+Answer = Callable[[float], Hashable | None]
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of a range.
+
+    stands : the farthest value up to which the answer is known to stay
+    changes : the nearest one beyond whose answer is known to be another; None where there is none within reach
+    """
+
+    stands: float
+    changes: float | None
+
+
+def end(answer: Answer, start: float, reach: float, accuracy: float = ACCURACY) -> End:
+    """The end of the range around `start` towards `reach`, both positive.
+
+    answer : of a value; None where it cannot be told
+    accuracy : relative, of both numbers of the end
+
+    Between two steps an answer is taken to change once at most. Raises ParameterError where the answer at the start
+    cannot be told, or where start and reach are not finite and positive.
+    """
+    if not all(math.isfinite(value) and value > 0.0 for value in (real("start", start), real("reach", reach))):
+        raise ParameterError(f"a range is searched between finite positive numbers, not from {start} to {reach}")
+    own = answer(start)
+    if own is None:
+        raise ParameterError(f"what the answer is at {start:g} itself cannot be told: no range begins there")
+    values = [start, *(float(value) for value in np.geomspace(start, reach, STEPS + 1)[1:])]
+    stands, left = start, True
+    for before, value in pairwise(values):
+        found = answer(value)
+        if left and found != own:
+            stands, _ = _bisected(lambda trial: answer(trial) == own, before, value, accuracy)
+            left = False
+        if found not in (None, own):
+            return End(stands, _bisected(lambda trial: answer(trial) in (None, own), before, value, accuracy)[1])
+    return End(values[-1] if left else stands, None)
+
+
+def _bisected(holds: Callable[[float], bool], inside: float, outside: float, accuracy: float) -> tuple[float, float]:
+    """Two numbers next to each other, of which the first holds and the second does not, as `inside` and `outside`."""
+    while abs(outside / inside - 1.0) > accuracy:
+        middle = math.sqrt(inside * outside)
+        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
+    return inside, outside

@@ -64,7 +64,8 @@ def cost(**changes):
         "core_cpu_seconds": 9.0,
         "core_share": 0.84,
         "peak_memory_mib": 284.1,
-        "did": {"convolutions": 80400, "solves_without_contact": 3},
+        "did": {"convolutions": 80400, "field_fits": 3},
+        "skipped": {"nodes: below <the> plane": 1234, "solves: no contact": 0},
     } | changes
 
 
@@ -145,8 +146,20 @@ def test_numbers_verdicts_and_what_has_none():
 def test_costs_and_the_platform_that_does_not_tell_its_memory():
     content = parsed(scene(costs=[cost(peak_memory_mib=None), cost(stage="all", did={"everything": 1})]))
     text = " ".join(content.text)
-    assert "80,400 convolutions, 3 solves without contact" in text
+    assert "80,400 convolutions, 3 field fits" in text
     assert "None" not in text
+
+
+def test_what_was_not_computed_stands_beside_the_costs_with_its_reason():
+    """Skips that never occurred take no room; kept costs of before skips were counted can be shown too."""
+    not_needed = {"contact_strip": "given & done", "friction": "given & done", "spacing": "a number"}
+    content = parsed(scene(costs=[cost(), cost(stage="all", not_needed=not_needed)]))
+    text = " ".join(content.text)
+    assert "1,234 nodes: below <the> plane" in text
+    assert "no contact" not in text
+    assert "contact_strip, friction (given & done); spacing (a number)." in text
+    older = {name: value for name, value in cost().items() if name != "skipped"}
+    assert "Stages that did not run" not in " ".join(parsed(scene(costs=[older])).text)
     assert "everything" not in text
 
 

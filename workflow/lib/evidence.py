@@ -11,7 +11,11 @@ from workflow.lib.keys import write_key
 from workflow.lib.references import SURFACES, reference_file
 
 # By benchmark the kept files of a scene that it reads.
-KEPT = {"chaos": {"reference": "pressure.nc"}, "chain": {"reference": "pressure.nc", "summary": "summary.csv"}}
+KEPT = {
+    "chaos": {"reference": "pressure.nc"},
+    "chain": {"reference": "pressure.nc", "summary": "summary.csv", "costs": "costs.json"},
+    "skips": {"costs": "costs.json"},
+}
 
 
 def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: object) -> str:

@@ -181,9 +181,33 @@ def test_every_scene_its_targets():
     assert len(parsed(scene(figures={"figure5": PICTURE})).all("img")) == 1
 
 
+COST = {
+    "stages": [
+        {
+            "scene": "mine",
+            "stage": "contact_strip",
+            "unit": "strips",
+            "ours": {"units": 240.0, "seconds": 321.0},
+            "plain": {"units": 2400.0, "seconds": 65432.0},
+            "ratio": 203.8,
+            "ratio_at_the_tolerance_asked": 101.9,
+            "how": "counted <so>",
+        }
+    ],
+    "chain": [
+        {
+            "scene": "mine",
+            "ours_seconds": 321.0,
+            "plain_seconds": 65432.0,
+            "ratio": 203.8,
+            "ratio_at_the_tolerance_asked": 101.9,
+        }
+    ],
+}
 EVIDENCE = Evidence(
     pictures=dict.fromkeys(MEASURED, PICTURE),
     budget={"scene=mine number=mu_std_50": {"value": 0.1234, "error": 0.0123, "largest": "mesh"}},
+    cost=COST,
     stress=[
         {
             "stage": "contact",
@@ -201,11 +225,13 @@ def test_evidence_is_shown_on_the_same_page():
     text = page([scene()], {"numpy": "2.0"}, EVIDENCE)
     content = Page(text)
     assert content.mistakes == content.open == []
-    assert {"budget", "speed", "stress"} < {attrs["id"] for _, attrs in content.elements if "id" in attrs}
+    assert {"budget", "cost", "speed", "stress"} < {attrs["id"] for _, attrs in content.elements if "id" in attrs}
     alts = [attrs["alt"] for attrs in content.all("img")]
     assert [f"Benchmark {name}" in alts for name in MEASURED] == [True] * len(MEASURED)
     words = " ".join(content.text)
     for shown in ("mu std 50", "0.1234", "1.2", "mesh", "3,000", "2,990 converged, 10 IllPosedError", "a <processor>"):
+        assert shown in words
+    for shown in ("contact_strip", "strips", "2.4e+03", "6.54e+04", "204", "102", "counted <so>"):
         assert shown in words
     assert "None" not in words
 

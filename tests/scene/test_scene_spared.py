@@ -26,6 +26,8 @@ def test_reasons():
     assert not_needed(paper)["spacing"] == "ensemble.nodes_per_correlation_length is given"
     assert not_needed(paper)["grinding"] == not_needed(paper)["scan"] == "roughness.scan is not given"
     assert not_needed(given)["contact_strip"] == "friction.statistics is given"
+    square_of_given = not_needed(given | {"targets": ["figure2"]})
+    assert square_of_given["contact_strip"] == "not asked for: figure3, figure5, figure_map"
     only_square = not_needed(paper | {"targets": ["figure2"]})
     assert only_square["friction"] == "not asked for: figure3, figure5, figure_map"
     assert only_square["spacing"] == "not asked for: figure5"

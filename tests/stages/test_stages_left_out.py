@@ -1,11 +1,20 @@
-"""What contact solves left out: counts of solves of known kinds."""
+"""What solves and motions left out: counts of known kinds."""
+
+import math
+from itertools import islice
 
 import numpy as np
+import pytest
 
 from roughslip.chaos.indices import multi_indices
 from roughslip.contact.influence import DIRECT_SUM_LIMIT, Influence
 from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid
+from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.motion import ensemble_counts
+from roughslip.oscillator.path import KeptPath
+from roughslip.oscillator.periodic import LOOPS, counts_by_period
+from roughslip.oscillator.system import Oscillator
 from roughslip.stages import left_out, solves
 
 
@@ -53,6 +62,24 @@ def test_sweeps_start_warm_and_large_meshes_from_coarser_ones():
     found = sweep(influence, u_bar, [0.0, -1e-7, -2e-7])
     assert [one.start for one in found] == ["nested", "given", "given"]
     assert counted(*found) == {left_out.NESTED: 1, left_out.WARM: 2}
+
+
+def test_periods_that_are_counted_and_not_followed():
+    """A run by the period ends behind its first cycle: half a period of stick, and LOOPS of slip at D = 0.17."""
+    belt, law = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
+    followed = counts_by_period(belt, law, 100.0, [0.17, 0.17])
+    assert ensemble_counts(belt, law, None, 0.0, 100.0, [0.17, 0.17]).periods == 200.0
+    first = (belt.F * law.static - 2 * belt.damping_ratio * belt.V) / belt.V / (2 * math.pi)
+    assert followed.periods == pytest.approx(2 * (first + LOOPS / math.sqrt(1 - 0.17**2)))
+
+
+def test_nodes_that_runs_have_asked_for():
+    pieces = [np.zeros(10), np.zeros(7), np.zeros(5)]
+    path = KeptPath(pieces)
+    assert path.nodes == 0
+    for _ in range(2):
+        np.concatenate(list(islice(path, 2)))
+        assert path.nodes == 17
 
 
 def test_terms_that_a_basis_leaves_out():

@@ -52,10 +52,11 @@ class PlainContact:
 
 
 class Plain(NamedTuple):
-    """A motion by scipy: cycles, and evaluations of the right-hand side."""
+    """A motion by scipy: cycles, evaluations of the right-hand side, and X [m] where the mass stuck again last."""
 
     cycles: int
     evaluations: int
+    stuck_m: float
 
 
 def motion(
@@ -90,15 +91,16 @@ def motion(
     end, h = 2 * np.pi * periods, DEPARTED
     tau, x, s, cycles, evaluations = 0.0, start_position_m, 0.0, 0, 0
     while True:
+        stuck = x
         spare = max(F * max(static + float(scatter(s)), 0.0) - x - 2 * D * V, 0.0)
         tau, x = tau + spare / V, x + spare
         if tau + h >= end:
-            return Plain(cycles, evaluations)
+            return Plain(cycles, evaluations, stuck)
         y = [x + V * h - V * h**3 / 6, V - V * h**2 / 2, s + V * h**3 / 6]
         found = solve_ivp(slope, (tau + h, end), y, METHOD, events=at_belt, rtol=tolerance, atol=tolerance * F)
         evaluations += found.nfev
         if not len(found.t_events[0]):
-            return Plain(cycles, evaluations)
+            return Plain(cycles, evaluations, stuck)
         cycles += bool((found.y[1] < 0.0).any())
         tau, (x, _, s) = float(found.t_events[0][0]), found.y_events[0][0]
 

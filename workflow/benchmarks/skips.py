@@ -75,7 +75,9 @@ def _raced(skip: Skip, least_turns: int) -> list[Row]:
         turns = 1 if least_turns == 1 or seconds > LONG else max(least_turns, measure.turns(seconds))
         contenders[method] = Contender(call, seconds, turns, keep=seconds > LONG)
     errors = {OURS: skip.difference(results[OURS][0], results[PLAIN][0]), PLAIN: 0.0}
-    name = case(skip=skip.told.replace(" ", "-"), problem=skip.problem, tolerance=measure.power(skip.tolerance))
+    name = case(
+        skip=skip.told.replace(" ", "-"), problem=skip.problem, tolerance=measure.power(float(f"{skip.tolerance:.1e}"))
+    )
     times = measure.race(contenders)
     rows = [row(name, method, errors[method], times[method], results[method][1]) for method in calls]
     measure.say(f"{skip.told}: {rows[1]['seconds'] / rows[0]['seconds']:.3g} times, {errors[OURS]:.1e} apart")

@@ -20,7 +20,7 @@ def figure(rows: Sequence[Row]) -> Figure:
     for row in rows:
         by_case.setdefault(row["case"], {})[row["method"]] = row
     names = list(by_case)
-    canvas, (times, results) = panels(1, 2, 0.5 + 0.32 * len(names))
+    canvas, (times, results) = panels(2, 1, 6.4)
     places = [-place for place in range(len(names))]
     for place, name in zip(places, names, strict=True):
         ours = by_case[name][OURS]
@@ -34,9 +34,9 @@ def figure(rows: Sequence[Row]) -> Figure:
         results.plot(max(tolerance, FLOOR), place, "|", color="0.3", ms=10)
     times.axvline(1.0, color="0.7", lw=0.6)
     labels = [fields(name)["skip"].replace("-", " ") for name in names]
-    times.set(xscale="log", xlabel="time with all computed over time with the skip")
+    times.set(xscale="log", xlabel="time with all computed\nover time with the skip")
     times.set_yticks(places, labels, fontsize="x-small")
-    results.set(xscale="log", xlabel="difference of the results (bar: tolerance)", yticks=[], xlim=(FLOOR / 3, 1))
+    results.set(xscale="log", xlabel="difference of the results\n(bar: tolerance)", yticks=[], xlim=(FLOOR / 3, 1))
     head(times, "a", "What it saves")
     head(results, "b", "What it changes")
     sns.despine(canvas)

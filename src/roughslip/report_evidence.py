@@ -103,8 +103,8 @@ def _cost(cost: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
     for one in cost["chain"]:
         texts = (("", escape(one["scene"])), ("", "all"), ("", ""))
         both = (f"{one[name]:,.3g}" for name in ("ratio", "ratio_at_the_tolerance_asked"))
-        numbers = ("", f"{one['ours_seconds']:,.3g}", "", f"{one['plain_seconds']:,.3g}", *both)
-        rows.append((*texts, *(("number", number) for number in numbers), ("", "")))
+        cells = ("", f"{one['ours_seconds']:,.3g}", "", f"{one['plain_seconds']:,.3g}", *both)
+        rows.append((*texts, *(("number", cell) for cell in cells), ("", "")))
     sides = ("Ours", "CPU [s]", "Plain", "CPU [s]")
     heads = ("Scene", "Stage", "Unit", *sides, "Ratio", "Ratio, scipy as asked", "How it was counted")
     text = (

@@ -64,7 +64,8 @@ def cost(**changes):
         "core_cpu_seconds": 9.0,
         "core_share": 0.84,
         "peak_memory_mib": 284.1,
-        "did": {"convolutions": 80400, "solves_without_contact": 3},
+        "did": {"convolutions": 80400, "field_fits": 3},
+        "skipped": {"nodes: below <the> plane": 1234, "solves: no contact": 0},
     } | changes
 
 
@@ -145,8 +146,20 @@ def test_numbers_verdicts_and_what_has_none():
 def test_costs_and_the_platform_that_does_not_tell_its_memory():
     content = parsed(scene(costs=[cost(peak_memory_mib=None), cost(stage="all", did={"everything": 1})]))
     text = " ".join(content.text)
-    assert "80,400 convolutions, 3 solves without contact" in text
+    assert "80,400 convolutions, 3 field fits" in text
     assert "None" not in text
+
+
+def test_what_was_not_computed_stands_beside_the_costs_with_its_reason():
+    """Skips that never occurred take no room; kept costs of before skips were counted can be shown too."""
+    not_needed = {"contact_strip": "given & done", "friction": "given & done", "spacing": "a number"}
+    content = parsed(scene(costs=[cost(), cost(stage="all", not_needed=not_needed)]))
+    text = " ".join(content.text)
+    assert "1,234 nodes: below <the> plane" in text
+    assert "no contact" not in text
+    assert "contact_strip, friction (given & done); spacing (a number)." in text
+    older = {name: value for name, value in cost().items() if name != "skipped"}
+    assert "Stages that did not run" not in " ".join(parsed(scene(costs=[older])).text)
     assert "everything" not in text
 
 
@@ -168,9 +181,33 @@ def test_every_scene_its_targets():
     assert len(parsed(scene(figures={"figure5": PICTURE})).all("img")) == 1
 
 
+COST = {
+    "stages": [
+        {
+            "scene": "mine",
+            "stage": "contact_strip",
+            "unit": "strips",
+            "ours": {"units": 240.0, "seconds": 321.0},
+            "plain": {"units": 2400.0, "seconds": 65432.0},
+            "ratio": 203.8,
+            "ratio_at_the_tolerance_asked": 101.9,
+            "how": "counted <so>",
+        }
+    ],
+    "chain": [
+        {
+            "scene": "mine",
+            "ours_seconds": 321.0,
+            "plain_seconds": 65432.0,
+            "ratio": 203.8,
+            "ratio_at_the_tolerance_asked": 101.9,
+        }
+    ],
+}
 EVIDENCE = Evidence(
     pictures=dict.fromkeys(MEASURED, PICTURE),
     budget={"scene=mine number=mu_std_50": {"value": 0.1234, "error": 0.0123, "largest": "mesh"}},
+    cost=COST,
     stress=[
         {
             "stage": "contact",
@@ -188,11 +225,13 @@ def test_evidence_is_shown_on_the_same_page():
     text = page([scene()], {"numpy": "2.0"}, EVIDENCE)
     content = Page(text)
     assert content.mistakes == content.open == []
-    assert {"budget", "speed", "stress"} < {attrs["id"] for _, attrs in content.elements if "id" in attrs}
+    assert {"budget", "cost", "speed", "stress"} < {attrs["id"] for _, attrs in content.elements if "id" in attrs}
     alts = [attrs["alt"] for attrs in content.all("img")]
     assert [f"Benchmark {name}" in alts for name in MEASURED] == [True] * len(MEASURED)
     words = " ".join(content.text)
     for shown in ("mu std 50", "0.1234", "1.2", "mesh", "3,000", "2,990 converged, 10 IllPosedError", "a <processor>"):
+        assert shown in words
+    for shown in ("contact_strip", "strips", "2.4e+03", "6.54e+04", "204", "102", "counted <so>"):
         assert shown in words
     assert "None" not in words
 

@@ -17,6 +17,7 @@ import pytest
 from roughslip import store
 from roughslip.report import SceneReport, page
 from roughslip.report_evidence import MEASURED, Evidence
+from tests.test_report import COST
 
 REFERENCE = Path(__file__).resolve().parents[1] / "results" / "reference"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -68,7 +69,7 @@ def text():
     picture = (REFERENCE / "paper" / "figure2.png").read_bytes()
     stress = [{"stage": "a", "problems": 1, "outcomes": {"converged": 1}, "worst_residual_over_tolerance": 0.1}]
     budget = {"scene=paper number=mu_std_50": {"value": 0.1, "error": 0.01, "largest": "mesh"}}
-    return page(scenes, store.versions(), Evidence(dict.fromkeys(MEASURED, picture), budget, stress))
+    return page(scenes, store.versions(), Evidence(dict.fromkeys(MEASURED, picture), budget, COST, stress))
 
 
 @pytest.fixture(scope="module", params=[(390, 844), (1280, 900)], ids=["phone", "desk"])

@@ -163,6 +163,7 @@ def _costs(costs: Sequence[Mapping[str, Any]]) -> str:
     rows = []
     for row in costs:
         did = ", ".join(f"{count:,} {escape(name.replace('_', ' '))}" for name, count in row["did"].items())
+        skipped = ", ".join(f"{count:,} {escape(name)}" for name, count in row.get("skipped", {}).items() if count)
         peak = "" if row["peak_memory_mib"] is None else f"{row['peak_memory_mib']:.0f}"
         numbers = (str(row["jobs"]), f"{row['cpu_seconds']:.1f}", f"{100 * row['core_share']:.0f}", peak)
         rows.append(
@@ -170,7 +171,25 @@ def _costs(costs: Sequence[Mapping[str, Any]]) -> str:
                 ("", escape(row["stage"])),
                 *(("number", number) for number in numbers),
                 ("", "" if row["stage"] == "all" else did),
+                ("", "" if row["stage"] == "all" else skipped),
             )
         )
-    heads = ("Stage", "Jobs", "CPU [s]", "Solving, fitting, integrating [%]", "Peak memory [MiB]", "Did")
-    return table(heads, rows)
+    heads = (
+        "Stage",
+        "Jobs",
+        "CPU [s]",
+        "Solving, fitting, integrating [%]",
+        "Peak memory [MiB]",
+        "Did",
+        "Did not, and why",
+    )
+    return table(heads, rows) + _spared(costs)
+
+
+def _spared(costs: Sequence[Mapping[str, Any]]) -> str:
+    """Stages that did not run, by the reason."""
+    reasons: dict[str, list[str]] = {}
+    for stage, reason in (costs[-1].get("not_needed", {}) if costs else {}).items():
+        reasons.setdefault(reason, []).append(stage)
+    told = "; ".join(f"{escape(', '.join(stages))} ({escape(reason)})" for reason, stages in reasons.items())
+    return f"<p>Stages that did not run: {told}.</p>" if told else ""

@@ -73,16 +73,16 @@ SLICES = {
 # The pictures of a target that has more than one.
 _SHEETS = {"figure3": ("figure3", "figure3_law")}
 
-_STRIP_STAGES = ("contact_strip", "chaos_strip", "expansion_strip", "friction")
-_STAGES = {
+STRIP_STAGES = ("contact_strip", "chaos_strip", "expansion_strip", "friction")
+STAGES = {
     "figure2": ("surface", "design", "contact_square", "chaos_square", "figure2"),
-    "figure3": (*_STRIP_STAGES, *_SHEETS["figure3"]),
+    "figure3": (*STRIP_STAGES, *_SHEETS["figure3"]),
     "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
     "figure_scan": ("scan", "twins", "figure_scan"),
     "figure_field": ("surface", "field_square", "figure_field"),
     "figure_map": ("stick_slip_map", "survival", "figure_map"),
 }
-_OF_FRICTION = frozenset({"figure5", "figure_map"})
+OF_FRICTION = frozenset({"figure5", "figure_map"})
 
 # What a target needs of the scene; those of friction need _FRICTION too where it is not given as statistics.
 _SURFACE = ("material", "roughness", "expansion", "numerics.contact_tolerance")
@@ -127,15 +127,15 @@ def stages_needed(scene: Scene) -> set[str]:
     """
     stages = {"claims", "costs", "report"}
     for target in scene["targets"]:
-        stages.update(_STAGES[target])
+        stages.update(STAGES[target])
     if "chaos_square" in stages and get(scene, "expansion.samples") == AUTO:
         stages.add("training_square")
     if "oscillator" in stages and get(scene, scene_ensemble.NODES) == scene_ensemble.AUTO:
         stages.add("spacing")
-    if _OF_FRICTION.intersection(scene["targets"]) and not _friction_is_given(scene):
-        stages.update(_STRIP_STAGES)
+    if OF_FRICTION.intersection(scene["targets"]) and not friction_is_given(scene):
+        stages.update(STRIP_STAGES)
     if get(scene, "roughness.scan") is not None and stages & {"surface", "contact_strip", "scan"}:
-        stages.update(_STAGES["figure_scan"])
+        stages.update(STAGES["figure_scan"])
         if get(scene, "roughness.scan.grinding") is not None:
             stages.add("grinding")
     return stages
@@ -148,7 +148,7 @@ def figures(scene: Scene) -> list[str]:
     return [*(["figure_scan"] if "figure_scan" in stages else []), *(name for name in asked if name != "figure_scan")]
 
 
-def _friction_is_given(scene: Scene) -> bool:
+def friction_is_given(scene: Scene) -> bool:
     friction = scene.get("friction")
     return isinstance(friction, dict) and GIVEN_FRICTION in friction
 
@@ -360,7 +360,7 @@ def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake
     missing: dict[str, list[str]] = {}
     for target in scene.get("targets", []):
         needs = _NEEDS[target]
-        if target in _OF_FRICTION and not _friction_is_given(scene):
+        if target in OF_FRICTION and not friction_is_given(scene):
             needs = (*needs, *_FRICTION)
         for key in needs:
             section = key.split(".")[0]
@@ -371,5 +371,5 @@ def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake
         text = f"missing; needed for {', '.join(targets)}"
         if key != "friction.mean_at_median":
             yield Mistake((key, "targets"), text)
-        elif _friction_is_given(scene):  # else the wrong form is told below
+        elif friction_is_given(scene):  # else the wrong form is told below
             yield Mistake((key, "targets"), f"{text}, for which friction.{GIVEN_FRICTION} cannot stand in")

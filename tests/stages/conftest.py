@@ -23,14 +23,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def run(folder: Path) -> Callable[..., store.Result]:
-    """run(stage, configuration, **arguments) is the result, which stays in the module's folder by the stage's name."""
+    """run(stage, configuration, **arguments) is the result, which stays in the module's folder by the stage's name;
+    run.skipped is what the last stage counted as not computed."""
 
     def run_stage(stage: ModuleType, configuration: dict, name: str = "", **arguments: object) -> store.Result:
         stem = name or stage.__name__.rpartition(".")[2]
         output = folder / f"{stem}.nc"
         defaults = {"scan": None, "friction": None, "output": output, "summary": folder / "summary.csv"}
         key = store.Key(configuration, "code")
-        stage.work(Job(key, Namespace(**{**defaults, **arguments}), Usage(folder / f"{stem}.json", stem)))
+        usage = Usage(folder / f"{stem}.json", stem)
+        stage.work(Job(key, Namespace(**{**defaults, **arguments}), usage))
+        run_stage.skipped = usage.skipped
         return store.read(output)
 
     return run_stage

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from roughslip.chaos.distribution import wilson_interval
-from roughslip.stages import cycles, deterministic, oscillator
+from roughslip.stages import cycles, deterministic, left_out, oscillator
 from tests.stages.paper import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -238,3 +238,21 @@ def test_normality_is_judged_where_there_are_events_enough(capsys):
     few = cycles.normality_variables(np.arange(20.0), np.arange(20), rng)
     assert np.isnan([variable.values for variable in few.values()]).all()
     assert "too few for a test of normality" in capsys.readouterr().err
+
+
+def test_what_runs_left_out_is_counted(run):
+    """Every stick phase that was left is one not integrated; a path is drawn once for all dampings, the scene's own and
+    two drawings; it is drawn as far as the runs slip. Without scatter a run is followed to its end, or by the period
+    for some four periods."""
+    found = run(oscillator, CONFIGURATION, "counted", first=0, last=2)
+    skipped, events = run.skipped, found["cycles"].sum() + found["micro_slips"].sum()
+    assert skipped[left_out.KEPT] == 2 * len(DAMPINGS) + 2
+    assert events + 2 * 20 < skipped[left_out.STICK] < events + 2 * 30  # 27 or so of the scene's own damping
+    assert skipped[left_out.UNREAD] > 0
+    run(deterministic, CONFIGURATION)
+    assert run.skipped[left_out.BY_PERIOD] == 0
+    assert run.skipped[left_out.STICK] > 0
+    by_period = CONFIGURATION | {"ensemble": CONFIGURATION["ensemble"] | {"count_by_period": True}}
+    run(deterministic, by_period, "by_period")
+    assert run.skipped[left_out.STICK] == 0
+    assert 24 * len(DAMPINGS) < run.skipped[left_out.BY_PERIOD] < 30 * len(DAMPINGS)

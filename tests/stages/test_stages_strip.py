@@ -43,6 +43,7 @@ CONFIGURATION = {
 }
 NX, NY, FIRST, COUNT, WINDOW, SPACING = 88, 5, 4, 16, 20, 4  # nodes; first column and number of windows; columns
 CELL_AREA = 5e-6**2
+HOW = {"method": "fft", "nodes": NX * NY, "start": "given"}  # solutions were found
 COLUMNS = training_columns(slice(FIRST, FIRST + 80))
 
 
@@ -67,9 +68,8 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
         pressed.append((influence, heights, planes, tolerance, hardness_pa))
         for level in range(len(planes)):
             pressure = 1e6 * (1 + level) * node * (np.arange(NY) % 2 == 0)
-            yield SimpleNamespace(
-                pressure=pressure, signed_gap=1e-9 * (1 + level) * node, residual=0.1 * level, work=5 + level
-            )
+            gap = 1e-9 * (1 + level) * node
+            yield SimpleNamespace(pressure=pressure, signed_gap=gap, residual=0.1 * level, work=5 + level, **HOW)
 
     monkeypatch.setattr(contact_strip, "sweep", sweep)
     found = run(contact_strip, CONFIGURATION, first=1, last=5)
@@ -97,7 +97,8 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
 
 
 def test_without_training_strips_there_are_no_columns(run, monkeypatch):
-    solution = SimpleNamespace(pressure=np.ones((NX, NY)), signed_gap=np.zeros((NX, NY)), residual=0.0, work=1)
+    fields = {"pressure": np.ones((NX, NY)), "signed_gap": np.zeros((NX, NY)), "residual": 0.0, "work": 1}
+    solution = SimpleNamespace(**fields, **HOW)
     monkeypatch.setattr(contact_strip, "sweep", lambda *_, **__: [solution, solution])
     assert "pressure" not in run(contact_strip, CONFIGURATION, first=3, last=4)
 

@@ -28,6 +28,8 @@ def test_record_holds_costs_and_counts(tmp_path):
     with Usage(path, "contact") as usage:
         usage.count(solves=3, convolutions=40)
         usage.count(solves=2)
+        usage.skip({"solves: no contact": np.int64(1), "nodes: below the plane": 0})
+        usage.skip({"solves: no contact": 2})
         with usage.core():
             spend(0.05)
         spend(0.05)
@@ -36,6 +38,7 @@ def test_record_holds_costs_and_counts(tmp_path):
     record = json.loads(path.read_text())
     assert (record["stage"], record["jobs"]) == ("contact", 1)
     assert record["did"] == {"convolutions": 40, "solves": 5}
+    assert record["skipped"] == {"nodes: below the plane": 0, "solves: no contact": 3}
     assert 0.1 <= record["core_cpu_seconds"] < 0.15  # the two blocks, without the time between them
     assert record["cpu_seconds"] == pytest.approx(time.process_time(), abs=0.1)
     assert [file.name for file in tmp_path.iterdir()] == ["usage.json"]

@@ -84,6 +84,18 @@ def test_a_small_run_measures_and_draws(tmp_path, monkeypatch):
         assert sources <= set(chain_figure.SOURCES)
     exact = [row for row in benchmark["rows"] if row["method"] == "solver tolerance"]
     assert max(row["error"] for row in exact) < 1e-5
+    stages = benchmark["cost"]["stages"]
+    assert [one["stage"] for one in stages] == ["surface", "contact_square", "contact_strip", "oscillator"]
+    for one in stages:
+        assert one["scene"] == "paper"
+        assert one["how"].endswith(".")
+        assert one["ratio"] == pytest.approx(one["plain"]["seconds"] / one["ours"]["seconds"])
+        assert all(one[way]["seconds_each"] > 0 and one[way]["units"] >= 1 for way in ("ours", "plain"))
+    (together,) = benchmark["cost"]["chain"]
+    for way in ("ours", "plain"):
+        assert together[f"{way}_seconds"] == pytest.approx(sum(one[way]["seconds"] for one in stages))
+    assert [one["ours"]["units"] for one in stages] == [1, 1000, 480, 400 * 21 * 100]  # as the scene has them
+    assert stages[3]["plain"]["units"] == stages[3]["ours"]["units"]
     save(chain_figure.figure(benchmark["rows"]), tmp_path / "chain.png")
     assert (tmp_path / "chain.png").stat().st_size > 10_000
 

@@ -154,7 +154,7 @@ def test_what_is_right_passes(problem, hardness):
 def test_the_residual_of_nothing_is_one():
     """min(gap, B_00 p) with p = 0 is -u_bar where u_bar > 0."""
     u_bar = PLANE.heights - PLANE.planes[0]
-    nothing = ContactSolution(np.zeros(u_bar.shape), -u_bar, np.zeros(u_bar.shape), 0.0, 0.0, 0, "none")
+    nothing = ContactSolution(np.zeros(u_bar.shape), -u_bar, np.zeros(u_bar.shape), 0.0, 0.0, 0, "none", 0, "none")
     found = verdict(PLANE, nothing)
     assert found.residual == pytest.approx(1.0, rel=1e-15)
     assert names(found) == {"the residual", "gap >= 0"}

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from roughslip import scene_rules, scene_yaml
+from roughslip import scene_rules, scene_spared, scene_yaml
 from roughslip.errors import InputError
 from roughslip.scene import load, scene_names
 from workflow.lib import memory
@@ -30,7 +30,7 @@ BATCHED = {
 }
 
 # A scene is a target of its own name, as these are already.
-BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain")
+BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain", "skips")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
 STRESSED = ("surface", "contact", "chaos", "friction", "oscillator")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
@@ -110,9 +110,12 @@ class Scenes:
     def _write_keys(self, name: str) -> None:
         """All at once: Snakemake lists the folder when it meets the first, and takes later ones for missing."""
         for stage in (*self.stages(name), *ASIDE):
+            part = scene_rules.slice_for(self.valid[name], stage)
+            if stage == "costs":
+                part["not_needed"] = scene_spared.not_needed(self.valid[name])
             write_key(
                 f"results/{name}/keys/{stage}.json",
-                scene_rules.slice_for(self.valid[name], stage),
+                part,
                 module=f"roughslip.stages.{stage}",
                 source_root=self.root / "src",
                 lock=self.root / "requirements.lock",

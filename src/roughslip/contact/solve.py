@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,6 +36,8 @@ class ContactSolution:
     residual : relative_residual of these very fields, gap - u_plastic = B p - u_bar taken afresh
     work : Cholesky factors ("dense") or products with B ("fft")
     method : "none" (no contact), "dense" or "fft"
+    nodes : of the mesh that it was solved on: none, those of positive interference, or all on their rows and columns
+    start : of the iteration: "given" pressures, "nested" from coarser meshes, "zero"; "none" without one
     """
 
     pressure: np.ndarray
@@ -44,6 +47,8 @@ class ContactSolution:
     residual: float
     work: int
     method: str
+    nodes: int
+    start: str
 
     @property
     def signed_gap(self) -> np.ndarray:
@@ -98,25 +103,27 @@ def solve(
     candidates = np.count_nonzero(touching)
     if candidates == 0:
         nothing = np.zeros(influence.grid.shape)
-        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none")
+        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none")
     if candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * interference.size:
         pressure, work = dense.solve(influence, interference)
         if pressure.max() <= hardness_pa:
             gap = influence.apply(pressure) - interference
-            return _solution(influence, pressure, gap, interference, 0.0, hardness_pa, tolerance, work, "dense")
+            solved = _Solved(pressure, gap, work, "dense", int(candidates), "none")
+            return _solution(influence, solved, interference, 0.0, hardness_pa, tolerance)
         initial_pressure = np.minimum(pressure, hardness_pa)
     box = _box(touching)
     if touching[box].size <= CROPPED_SHARE * touching.size:
         part = np.ascontiguousarray(interference[box])
         guess = None if initial_pressure is None else np.ascontiguousarray(initial_pressure[box])
-        found = _iterate(Problem(influence.on(part.shape), part, hardness_pa), tolerance / 2, guess)
+        found, start = _iterate(Problem(influence.on(part.shape), part, hardness_pa), tolerance / 2, guess)
         pressure = np.zeros(touching.shape)
         pressure[box] = found.pressure
         gap = influence.apply(pressure) - interference
     else:
-        found = _iterate(Problem(influence, interference, hardness_pa), tolerance, initial_pressure)
+        found, start = _iterate(Problem(influence, interference, hardness_pa), tolerance, initial_pressure)
         pressure, gap = found.pressure, found.gap
-    return _solution(influence, pressure, gap, interference, 0.0, hardness_pa, tolerance, found.products, "fft")
+    solved = _Solved(pressure, gap, found.products, "fft", found.pressure.size, start)
+    return _solution(influence, solved, interference, 0.0, hardness_pa, tolerance)
 
 
 def solve_load(
@@ -146,11 +153,9 @@ def solve_load(
             f" not {mean_pressure_pa} Pa"
         )
     problem = Problem(influence, heights, hardness_pa, mean_pressure_pa * heights.size)
-    found = _iterate(problem, tolerance, initial_pressure)
-    return _solution(
-        influence, found.pressure, found.gap, heights - found.plane, found.plane, hardness_pa, tolerance,
-        found.products, "fft",
-    )  # fmt: skip
+    found, start = _iterate(problem, tolerance, initial_pressure)
+    solved = _Solved(found.pressure, found.gap, found.products, "fft", heights.size, start)
+    return _solution(influence, solved, heights - found.plane, found.plane, hardness_pa, tolerance)
 
 
 def sweep(
@@ -190,24 +195,36 @@ def sweep(
     return [solutions[float(plane)] for plane in planes]
 
 
-def _iterate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> conjugate_gradients.Solution:
+def _iterate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> tuple[conjugate_gradients.Solution, str]:
+    """The solution, and what it started from."""
+    start = "given"
     if guess is None or not guess.any():
         guess = nested.guess(problem)
-    return conjugate_gradients.solve(problem, tolerance, guess)
+        start = "zero" if guess is None else "nested"
+    return conjugate_gradients.solve(problem, tolerance, guess), start
+
+
+class _Solved(NamedTuple):
+    """What a solver leaves; the gap is B p - u_bar."""
+
+    pressure: np.ndarray
+    gap: np.ndarray
+    work: int
+    method: str
+    nodes: int
+    start: str
 
 
 def _solution(
     influence: Influence,
-    pressure: np.ndarray,
-    gap: np.ndarray,
+    solved: _Solved,
     interference: np.ndarray,
     plane: float,
     hardness_pa: float,
     tolerance: float,
-    work: int,
-    method: str,
 ) -> ContactSolution:
-    """The solution with its residual; the gap is B p - u_bar."""
+    """The solution with its residual."""
+    pressure, gap, work, method, nodes, start = solved
     residual = relative_residual(gap, pressure, influence.diagonal, interference, hardness_pa)
     if not residual <= tolerance:
         raise ConvergenceError(
@@ -217,7 +234,7 @@ def _solution(
     if math.isfinite(hardness_pa):
         sunk = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
         gap = gap + sunk
-    return ContactSolution(pressure, gap, sunk, plane, residual, work, method)
+    return ContactSolution(pressure, gap, sunk, plane, residual, work, method, nodes, start)
 
 
 def _box(nodes: np.ndarray) -> tuple[slice, slice]:

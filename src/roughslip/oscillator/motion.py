@@ -263,6 +263,7 @@ class Counts:
     last_cycle : (dampings,) [-] natural periods until the last cycle ends, 0 where there is none
     cuts : (dampings,) of negative friction, as in Motion
     steps, evaluations : in all, as in Motion
+    periods : natural periods followed in all
     """
 
     damping_ratios: np.ndarray
@@ -272,6 +273,7 @@ class Counts:
     cuts: np.ndarray
     steps: int
     evaluations: int
+    periods: float
 
 
 def ensemble_counts(
@@ -305,4 +307,5 @@ def ensemble_counts(
         cuts=np.array([motion.cuts for motion in motions]),
         steps=sum(motion.steps for motion in motions),
         evaluations=sum(motion.evaluations for motion in motions),
+        periods=duration_periods * ratios.size,
     )

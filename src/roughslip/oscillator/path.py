@@ -146,6 +146,11 @@ class KeptPath:
         self._source = iter(path)
         self._kept: list[np.ndarray] = []
 
+    @property
+    def nodes(self) -> int:
+        """Number of nodes that runs have asked for."""
+        return sum(piece.size for piece in self._kept)
+
     def __iter__(self) -> Iterator[np.ndarray]:
         number = 0
         while True:

@@ -47,6 +47,7 @@ def counts_by_period(
         cuts=np.zeros(ratios.size, dtype=np.int64),
         steps=sum(motion.steps for motion in motions),
         evaluations=sum(motion.evaluations for motion in motions),
+        periods=sum(motion.duration for motion in motions) / (2.0 * math.pi),
     )
 
 

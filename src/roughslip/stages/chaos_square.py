@@ -16,7 +16,7 @@ from roughslip.chaos.regression import Fit
 from roughslip.chaos.selection import Chosen, fit_count
 from roughslip.chaos.sensitivity import sensitivity_to_directions
 from roughslip.errors import IllPosedError
-from roughslip.stages import expansion, geometry, surfaces
+from roughslip.stages import expansion, geometry, left_out, surfaces
 from roughslip.stages.centre_distribution import (
     EXPANDED,
     METHODS,
@@ -137,6 +137,8 @@ def work(job: Job) -> None:
     for method in EXPANDED:
         rows.setdefault(method, refused_rows(reference.levels, rows["latin_hypercube"]["contact_probability"]))
     job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + local.groups, draws=draws * (1 + len(fits)))
+    degree = job.configuration["expansion"]["degree"]
+    job.usage.skip({left_out.SYMMETRIC: left_out.forbidden_terms(local.indices, degree)})
     results = table(rows, pressure, reference) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)

@@ -8,7 +8,7 @@ from roughslip import store
 from roughslip.chaos.conditional import conditional_means
 from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
 from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
-from roughslip.stages import expansion, geometry, surfaces
+from roughslip.stages import expansion, geometry, left_out, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.stages.training import training_columns
 
@@ -38,6 +38,8 @@ def work(job: Job) -> None:
         means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
         fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
+    terms = left_out.forbidden_terms(half.indices, degree)
+    job.usage.skip({left_out.TURNED: grid.ny - len(half.coefficients), left_out.SYMMETRIC: terms})
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     shape = ("y", "level")
     titles = {

@@ -7,7 +7,7 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import window_sums
-from roughslip.stages import elastic, geometry, surfaces
+from roughslip.stages import elastic, geometry, solves, surfaces
 from roughslip.stages.command import Job, execute
 from roughslip.stages.training import training_columns
 
@@ -28,11 +28,13 @@ def work(job: Job) -> None:
     area, force = np.empty((2, count, levels, windows.count))
     residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
+    skipped = solves.nothing_yet()
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
             field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
             solutions = sweep(influence, model.heights(field), planes.tolist(), tolerance, hardness_pa=hardness)
             for level, solution in enumerate(solutions):
+                solves.count_solve(skipped, solution)
                 in_contact = np.count_nonzero(solution.pressure, axis=1).astype(float)
                 area[row, level] = grid.cell_area * window_sums(
                     in_contact[windows.middle], windows.length, windows.spacing
@@ -44,6 +46,7 @@ def work(job: Job) -> None:
                     pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
             job.usage.progress(row + 1, count)
     job.usage.count(solves=count * levels, convolutions=int(effort.sum()))
+    job.usage.skip(skipped)
     shape, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
     variables = {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),

@@ -1,29 +1,34 @@
-"""Stage costs: what every stage of the scene cost and did, summed over its jobs."""
+"""Stage costs: what every stage of the scene cost, did and left out, summed over its jobs; which did not run."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 from roughslip import store
 from roughslip.stages.command import Job, execute
 
 
-def total(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def total(records: list[dict[str, Any]], not_needed: Mapping[str, str]) -> list[dict[str, Any]]:
     """A row a stage, in the order of their names, and a last row for the whole scene.
+
+    not_needed : stages that did not run, and why; they stand in the last row
 
     Seconds and counts add up over the jobs; peak memory is that of the largest job. `core_share` is the share of the
     CPU time spent solving, fitting and integrating; the rest is start-up, imports, compilation and files.
     """
     stages = sorted({record["stage"] for record in records})
     rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
-    return [*rows, _sum("all", records)]
+    return [*rows, {**_sum("all", records), "not_needed": dict(sorted(not_needed.items()))}]
 
 
 def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:
     did: Counter[str] = Counter()
+    skipped: Counter[str] = Counter()
     for record in records:
         did.update(record["did"])
+        skipped.update(record["skipped"])
     seconds = {
         name: round(sum(record[name] for record in records), 3)
         for name in ("cpu_seconds", "wall_seconds", "core_cpu_seconds")
@@ -36,12 +41,14 @@ def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:
         "core_share": round(seconds["core_cpu_seconds"] / max(seconds["cpu_seconds"], 1e-9), 3),
         "peak_memory_mib": max(peaks, default=None),
         "did": dict(sorted(did.items())),
+        "skipped": dict(sorted(skipped.items())),
     }
 
 
 def work(job: Job) -> None:
     """Write costs.json."""
-    store.write_json(job.arguments.output, total([store.read_json(path) for path in sorted(job.arguments.records)]))
+    records = [store.read_json(path) for path in sorted(job.arguments.records)]
+    store.write_json(job.arguments.output, total(records, job.configuration["not_needed"]))
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from roughslip.oscillator.motion import ensemble_counts, trajectory
 from roughslip.oscillator.periodic import counts_by_period
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator
-from roughslip.stages import mass_on_belt
+from roughslip.stages import left_out, mass_on_belt
 from roughslip.stages.command import Job, execute
 from roughslip.stages.oscillator_ranges import range_variables
 
@@ -39,6 +39,7 @@ def work(job: Job) -> None:
     ensemble, tolerance = configuration["ensemble"], configuration["numerics"]["oscillator_tolerance"]
     numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
+    by_period = ensemble.get("count_by_period", False)
     with job.usage.core():
         limits = {"hopf_damping": np.nan, "existence_limit": np.nan}
         cycle = {"departure": np.nan, "reattachment": np.nan, "period": np.nan, "slipped_distance": np.nan}
@@ -50,7 +51,7 @@ def work(job: Job) -> None:
                 cycle = {name: getattr(found, name) for name in cycle}
         pair = mass_on_belt.run_options(configuration)["integrator"]
         duration, dampings = ensemble["duration_periods"], ensemble["damping_ratios"]
-        if ensemble.get("count_by_period", False):
+        if by_period:
             counts = counts_by_period(belt, law, duration, dampings, tolerance, pair)
         else:
             counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, tolerance, integrator=pair)
@@ -59,6 +60,9 @@ def work(job: Job) -> None:
         ranges = range_variables(belt, law, dampings)
     kept = drawn.time >= 2 * np.pi * ensemble["discarded_periods"]
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
+    sticks = 0 if by_period else np.sum(counts.cycles + counts.micro_slips)
+    spared = round(duration * len(counts.cycles) - counts.periods)
+    job.usage.skip({left_out.STICK: sticks, left_out.BY_PERIOD: spared})
     titles = {
         "hopf_damping": ("1", "damping ratio below which steady sliding is unstable"),
         "existence_limit": ("1", "damping ratio above which the stick-slip cycle does not exist"),

@@ -18,7 +18,7 @@ from roughslip.chaos.strip import StripExpansion
 from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
-from roughslip.stages import elastic, expansion, geometry, surfaces
+from roughslip.stages import elastic, expansion, geometry, left_out, surfaces
 from roughslip.stages.command import Job, execute
 
 FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see docs/decisions.md
@@ -52,6 +52,7 @@ def work(job: Job) -> None:
             area[row], force[row] = window_sums(columns, length, spacing)
             job.usage.progress(row + 1, count)
     job.usage.count(expansions=count * levels)
+    job.usage.skip({left_out.SMOOTH: count * (grid.nx - lattice.grid.nx)})
     shape = ("sample", "level", "window")
     variables = {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),

@@ -59,7 +59,6 @@ def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np
     state = np.empty((count, problem.grid.size))
     for row, one in enumerate(solutions(problem, xi, count, job)):
         state[row] = np.where(one.pressure > 0, one.pressure, -one.gap).ravel()
-    job.usage.count(solves=count)
     return xi, state
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from roughslip import store
 from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
-from roughslip.stages import geometry, mass_on_belt
+from roughslip.stages import geometry, left_out, mass_on_belt
 from roughslip.stages.command import Job, execute
 from roughslip.stages.friction_paths import friction_paths, friction_process
 
@@ -28,9 +28,9 @@ def work(job: Job) -> None:
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
     last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)
     cuts = np.empty((count, len(dampings)), dtype=np.int64)
-    reattachments, owners, drawn = [], [], []
-    options = mass_on_belt.run_options(configuration)
-    steps = evaluations = 0
+    reattachments, owners, drawn, options = [], [], [], mass_on_belt.run_options(configuration)
+    length = mass_on_belt.path_length(belt, periods, options["friction_follows"])
+    steps = evaluations = sticks = unread = 0
     with job.usage.core():
         paths = friction_paths(configuration, process, nodes)
         for row, number in enumerate(range(arguments.first, arguments.last)):
@@ -42,11 +42,13 @@ def work(job: Job) -> None:
             nominal = simulate(belt, law, path, paths.spacing, periods, **options)
             places = nominal.reattachments(discarded)
             nominal_last_cycle[row] = nominal.last_cycle
+            sticks += int(np.sum(counts.cycles + counts.micro_slips)) + nominal.cycles + nominal.micro_slips
             reattachments.append(places)
             owners.append(np.full(len(places), number))
             if number < ensemble["drawn_realisations"]:
                 until = discarded + mass_on_belt.DRAWN_PERIODS
                 drawn.append(trajectory(belt, law, path, paths.spacing, until, **options))
+            unread += max(int(np.ceil(length / paths.spacing)) + 1 - path.nodes, 0)
             job.usage.progress(row + 1, count)
     job.usage.count(
         runs=count * len(dampings),
@@ -55,6 +57,8 @@ def work(job: Job) -> None:
         evaluations=evaluations,
         negative_friction_cut=int(cuts.sum()),
     )
+    kept = count * len(dampings) + len(drawn)
+    job.usage.skip({left_out.STICK: sticks, left_out.KEPT: kept, left_out.UNREAD: unread})
     variables = {
         "cycles": store.Variable(("realisation", "damping"), cycles, "1", "cycles M_S"),
         "micro_slips": store.Variable(("realisation", "damping"), micro_slips, "1", "reattachments without a cycle"),

@@ -111,6 +111,7 @@ def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
     return Evidence(
         pictures={name: picture(drawn / f"{name}.png") for name in found},
         budget=found[BUDGET]["summary"] if BUDGET in found else {},
+        cost=found[BUDGET].get("cost", {}) if BUDGET in found else {},
         stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
         machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in found.items()},
     )

@@ -17,7 +17,7 @@ from roughslip import store
 from roughslip.errors import ConvergenceError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
-from roughslip.stages import geometry, mass_on_belt
+from roughslip.stages import geometry, left_out, mass_on_belt
 from roughslip.stages.command import Job, execute
 from roughslip.stages.friction_paths import friction_process
 
@@ -78,9 +78,11 @@ def work(job: Job) -> None:
         """(dampings,) cycles of a path of so many nodes a correlation length, every step-th of them read."""
         paths = recursion(process, process.correlation_length_m / nodes)
         path = Thinned(paths.realisation([configuration["seed"], geometry.STREAM_PILOT, number]), step)
-        return ensemble_counts(
+        found = ensemble_counts(
             belt, law, path, step * paths.spacing, ensemble["duration_periods"], ensemble["damping_ratios"], **options
-        ).cycles
+        )
+        job.usage.skip({left_out.STICK: np.sum(found.cycles + found.micro_slips)})
+        return found.cycles
 
     tried: list[tuple[int, int, float]] = []
     nodes, lower, upper = FEWEST_NODES, 0.0, np.inf
@@ -108,6 +110,8 @@ def work(job: Job) -> None:
             work=runs,
         )
     job.usage.count(runs=runs)
+    most = 2 * MOST_PATHS * len(tried) * len(ensemble["damping_ratios"])
+    job.usage.skip({left_out.ENOUGH_PATHS: most - runs, left_out.ENOUGH_NODES: int(np.log2(MOST_NODES / nodes))})
     rows = list(zip(*tried, strict=True))
     trial = ("trial",)
     variables = {

@@ -11,7 +11,7 @@ from roughslip import store
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve
 from roughslip.grid import Grid
-from roughslip.stages import elastic, geometry, surfaces
+from roughslip.stages import elastic, geometry, solves, surfaces
 from roughslip.stages.command import Job
 from roughslip.stages.nodes import Nodes
 from roughslip.surface.karhunen_loeve import heights
@@ -61,10 +61,15 @@ def solutions(problem: Square, xi: Iterable[np.ndarray], count: int, job: Job) -
 
     xi : `count` samples (M,) of the variables of the modes
     """
+    skipped = solves.nothing_yet()
     for number, one in enumerate(xi):
         rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
-        yield solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
+        solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
+        solves.count_solve(skipped, solution)
+        yield solution
         job.usage.progress(number + 1, count)
+    job.usage.count(solves=count)
+    job.usage.skip(skipped)
 
 
 def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job) -> dict[str, store.Variable]:
@@ -81,7 +86,6 @@ def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, 
         area[row] = np.count_nonzero(solution.pressure) / problem.grid.size
         mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual
         effort[row] = solution.work
-    job.usage.count(solves=count, solves_without_contact=int(np.sum(area == 0)))
     return {
         "pressure": store.Variable(("sample", "node"), pressure, "Pa", "contact pressure at nodes around the centre"),
         "gap": store.Variable(("sample", "node"), gap, "m", GAP),

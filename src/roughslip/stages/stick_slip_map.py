@@ -17,7 +17,7 @@ from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.survival import cycling_share
 from roughslip.oscillator.system import Oscillator
-from roughslip.stages import geometry, mass_on_belt
+from roughslip.stages import geometry, left_out, mass_on_belt
 from roughslip.stages.command import Job, execute
 from roughslip.stages.friction_paths import friction_process, path_nodes
 
@@ -51,6 +51,7 @@ def work(job: Job) -> None:
     belts = [replace(belt, belt_velocity_m_per_s=float(velocity)) for velocity in velocities]
     lengths = [mass_on_belt.path_length(one, periods, run["friction_follows"]) for one in belts]
     share, steps = np.empty((runs, len(velocities), len(dampings))), 0
+    sticks = 0
     with job.usage.core():
         told = np.array([limits(one, law) for one in belts]).T
         paths = recursion(process, process.correlation_length_m / NODES)
@@ -62,9 +63,10 @@ def work(job: Job) -> None:
                     damped = replace(one, damping_ratio=float(ratio))
                     motion = simulate(damped, law, path, paths.spacing, periods, **run)
                     share[number, row, column] = cycling_share(motion, 0.5 * periods)
-                    steps += motion.steps
+                    steps, sticks = steps + motion.steps, sticks + motion.cycles + motion.micro_slips
             job.usage.progress(number + 1, runs)
     job.usage.count(runs=share.size, steps=steps)
+    job.usage.skip({left_out.STICK: sticks, left_out.KEPT: share.size - runs})
     error = stdtrit(runs - 1, 0.975) * share.std(axis=0, ddof=1) / np.sqrt(runs)
     point, velocity = ("velocity", "damping"), ("velocity",)
     title = "probability of stick-slip"

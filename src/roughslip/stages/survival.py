@@ -29,7 +29,7 @@ from roughslip.oscillator.survival import (
     spells,
     surviving_share,
 )
-from roughslip.stages import geometry, mass_on_belt
+from roughslip.stages import geometry, left_out, mass_on_belt
 from roughslip.stages.command import Job, execute
 from roughslip.stages.friction_paths import friction_process, path_nodes
 
@@ -57,6 +57,7 @@ class Runs:
     cycling : all spells of stick-slip
     waiting : the slip, from steady sliding, until the mass sticks
     first : the spells of stick-slip that runs from rest on the belt begin with
+    sticks : how often the mass stuck in all runs
     """
 
     survived: np.ndarray
@@ -65,6 +66,7 @@ class Runs:
     cycling: Spells
     waiting: Spells
     first: Spells
+    sticks: int
 
 
 def joined(parts: Sequence[Spells]) -> Spells:
@@ -85,6 +87,7 @@ def summed_up(from_rest: Sequence[Motion], from_sliding: Sequence[Motion]) -> Ru
         cycling=joined([*begun, *(spells(motion)[0] for motion in from_sliding)]),
         waiting=waiting,
         first=joined([Spells(cycling.duration[:1], cycling.ended[:1]) for cycling in begun]),
+        sticks=sum(motion.cycles + motion.micro_slips for motion in (*from_rest, *from_sliding)),
     )
 
 
@@ -167,7 +170,10 @@ def work(job: Job) -> None:
             shares = np.array([runs.shares[start] for runs in results[one]]).T
             find = partial(damping_band, dampings[one], shares, (LEVELS[level],), generator)
             band[one, start, level] = told(find, f"band at a deviation of {deviations[one]:.3g}, {STARTS[start]}")
-    job.usage.count(runs=2 * dampings.size * asked["realisations"])
+    runs, drawn = 2 * dampings.size * asked["realisations"], len(deviations) * asked["realisations"]
+    job.usage.count(runs=runs)
+    sticks = sum(one.sticks for of_scatter in results for one in of_scatter)
+    job.usage.skip({left_out.STICK: sticks, left_out.KEPT: runs - drawn})
     row, edge = ("scatter",), ("scatter", "start", "level")
     variables = {
         "scatter_factor": store.Variable(row, factors, "1", "multiple of the scene's standard deviation of friction"),

@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +28,15 @@ class Usage:
 
     The record: stage, jobs (1), wall_seconds and cpu_seconds (user and system) of the process from its start,
     core_cpu_seconds (solving, fitting, integrating: see `core`), peak_memory_mib (null where the platform does not
-    tell), did (name: count), read and made (file: checksum, see `files`), and a checksum of all that.
+    tell), did (name: count), skipped ("what: why": count), read and made (file: checksum, see `files`), and a checksum
+    of all that.
     """
 
     def __init__(self, path: str | Path, stage: str) -> None:
         self.path = Path(path)
         self.stage = stage
         self.did: dict[str, float] = {}
+        self.skipped: dict[str, int] = {}
         self.read: dict[str, str] = {}
         self.made: dict[str, str] = {}
         self.core_cpu_seconds = 0.0
@@ -60,6 +62,7 @@ class Usage:
             "core_cpu_seconds": round(self.core_cpu_seconds, 3),
             "peak_memory_mib": None if peak is None else round(peak, 1),
             "did": dict(sorted(self.did.items())),
+            "skipped": dict(sorted(self.skipped.items())),
             "read": self.read,
             "made": self.made,
         }
@@ -78,6 +81,11 @@ class Usage:
         """Add to the counts of what the job did: `usage.count(solves=3)`."""
         for name, number in did.items():
             self.did[name] = self.did.get(name, 0) + number
+
+    def skip(self, counts: Mapping[str, int]) -> None:
+        """Add to the counts of what the job did not compute, by what it is and why: `{"solves: no contact": 3}`."""
+        for name, number in counts.items():
+            self.skipped[name] = self.skipped.get(name, 0) + int(number)
 
     def files(self, read: Iterable[Path], made: Iterable[Path]) -> None:
         """Take the checksums of the files that the job read and made."""

@@ -1,0 +1,35 @@
+"""What stages did not compute, and why: the names under which the record of a job counts it.
+
+A name says what was not computed, and behind the colon why the result is the same without it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+NO_CONTACT = "solves: no contact"
+BELOW = "nodes: below the plane"
+CROPPED = "nodes: off the rows and columns that reach the plane"
+SUMMED = "transforms: few nodes pressed, summed one by one"
+WARM = "starts from nothing: pressures of a solution near by"
+NESTED = "starts from nothing: the solution on a coarser mesh"
+OF_SOLVES = (NO_CONTACT, BELOW, CROPPED, SUMMED, WARM, NESTED)
+
+SYMMETRIC = "terms: forbidden by symmetry"
+TURNED = "rows: half a turn takes them into fitted ones"
+SMOOTH = "columns: the expansion is smooth"
+CONTROL = "windows described: control variate alone"
+ENOUGH_SOLVES = "solves: the error asked is reached"
+ENOUGH_PATHS = "runs: fewer paths tell the error"
+ENOUGH_NODES = "numbers of nodes: the error asked is reached"
+STICK = "stick phases integrated: their end is known from the friction path"
+KEPT = "friction paths: kept for other runs"
+UNREAD = "nodes of friction paths: slip came to its end before them"
+BY_PERIOD = "natural periods: cycles repeat the first"
+
+
+def forbidden_terms(kept: np.ndarray, degree: int) -> int:
+    """Terms of a total degree that a basis leaves out. kept : (terms, variables) exponents"""
+    return math.comb(kept.shape[1] + degree, degree) - len(kept)

@@ -1,0 +1,198 @@
+"""What contact solves leave out, beside solves that do it all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from ducc0 import fft
+
+from roughslip.contact import conjugate_gradients, dense, nested
+from roughslip.contact.conjugate_gradients import Problem
+from roughslip.contact.convolution import Convolution, fast_length
+from roughslip.contact.influence import Influence, gathered
+from roughslip.contact.solve import solve, sweep
+from roughslip.grid import Grid
+from roughslip.stages import left_out
+from workflow.benchmarks import contact_problem
+from workflow.benchmarks.contact_problem import MODULUS, square, surface
+from workflow.benchmarks.skips_problem import Call, Skip
+
+TOLERANCE = 1e-10
+ROUNDING = 1e-12
+LEAST_EIGENVALUE = 0.5  # of B over B_00, on square cells; contact/periodic.py
+ROWS = "transforms of rows: zeros beyond the mesh"  # in every product, of which costs.json tells the number
+LEVELS = tuple(range(10, 100, 10))
+
+
+def within_residual(influence: Influence) -> float:
+    """By how much B_00 ||p|| / ||max(u_bar, 0)|| may differ where two residuals are at most TOLERANCE.
+
+    Of w = M p - q, M = B / B_00: ||p - p*|| <= (1 + ||M||) / lambda ||min(w, p)|| with the least eigenvalue lambda (R.
+    Mathias & J.-S. Pang, Linear Algebra Appl. 132 (1990) 123).
+    """
+    return 2 * TOLERANCE * (1 + influence.largest_eigenvalue / influence.diagonal) / LEAST_EIGENVALUE
+
+
+def apart(influence: Influence, interference: np.ndarray) -> Callable[[np.ndarray, np.ndarray], float]:
+    """B_00 ||p - p'|| / ||max(u_bar, 0)||, or of no contact whether p = p' bit by bit."""
+    reach = float(np.linalg.norm(np.maximum(interference, 0.0)))
+
+    def difference(one: np.ndarray, other: np.ndarray) -> float:
+        if reach == 0.0:
+            return float(np.count_nonzero(one != other))
+        return influence.diagonal * float(np.linalg.norm(one - other)) / reach
+
+    return difference
+
+
+def solved(influence: Influence, interference: np.ndarray) -> Call:
+    """The code's own solve."""
+
+    def call() -> tuple[np.ndarray, int]:
+        found = solve(influence, interference, TOLERANCE)
+        return found.pressure, found.work
+
+    return call
+
+
+def iterated(
+    influence: Influence, interference: np.ndarray, start: Callable[[Problem], np.ndarray | None] = lambda _: None
+) -> Call:
+    """Conjugate gradients on every node of the mesh."""
+
+    def call() -> tuple[np.ndarray, int]:
+        problem = Problem(influence, interference)
+        found = conjugate_gradients.solve(problem, TOLERANCE, start(problem))
+        return found.pressure, found.products
+
+    return call
+
+
+def skips(n: int, nx: int) -> Iterator[Skip]:
+    """Every skip of contact, on squares of n x n nodes or less, and a strip of nx x 10."""
+    influence, rough = Influence(square(n), MODULUS), surface("gauss", square(n))
+    yield from _without_contact(influence, rough)
+    yield _below_the_plane()
+    yield _cropped(influence)
+    yield _swept(Grid(nx, 10, contact_problem.STRIP.dx, contact_problem.STRIP.dy))
+    u_bar = rough - np.median(rough)
+    yield Skip(
+        left_out.NESTED,
+        f"gauss-{n}x{n}-median",
+        within_residual(influence),
+        iterated(influence, u_bar, nested.guess),
+        iterated(influence, u_bar),
+        apart(influence, u_bar),
+    )
+    yield from _transforms(n)
+
+
+def _without_contact(influence: Influence, rough: np.ndarray) -> Iterator[Skip]:
+    """Plain: the gap of no pressure, which any iteration begins with, and finds that it is not negative anywhere."""
+    u_bar = rough - 1.5 * rough.max()
+    product = contact_problem.Convolution(influence.grid, MODULUS)
+
+    def plain() -> tuple[np.ndarray, int]:
+        pressure = np.zeros(u_bar.shape)
+        gap = product(pressure) - u_bar
+        assert (gap >= 0).all()
+        return pressure, 1
+
+    name = f"gauss-{influence.grid.nx}x{influence.grid.ny}-above"
+    yield Skip(left_out.NO_CONTACT, name, 0.0, solved(influence, u_bar), plain, apart(influence, u_bar))
+
+
+def _below_the_plane() -> Skip:
+    """Plain: block pivoting over all nodes of the paper's square of 10 x 10."""
+    grid = square(10)
+    influence, rough = Influence(grid, MODULUS), surface("white", grid)
+    u_bar = rough - np.median(rough)
+    i, j = (axis.ravel() for axis in np.indices(grid.shape))
+
+    def plain() -> tuple[np.ndarray, int]:
+        pressure, factors, found = dense.complementary_solution(gathered(influence.coefficients, i, j), u_bar.ravel())
+        assert found
+        return pressure.reshape(grid.shape), factors
+
+    skipping = lambda: dense.solve(influence, u_bar)  # noqa: E731
+    return Skip(left_out.BELOW, "white-10x10-median", ROUNDING, skipping, plain, apart(influence, u_bar))
+
+
+def _cropped(influence: Influence) -> Skip:
+    """A paraboloid that reaches the plane on a disc of a fifth of the edge in radius. Work: products times nodes."""
+    n = influence.grid.nx
+    x = (np.arange(n) - n // 2) / n
+    u_bar = 1e-6 * ((1 / 5) ** 2 - x[:, None] ** 2 - x**2)
+    everywhere = iterated(influence, u_bar, nested.guess)
+
+    def cropped() -> tuple[np.ndarray, int]:
+        found = solve(influence, u_bar, TOLERANCE)
+        return found.pressure, found.work * found.nodes
+
+    def plain() -> tuple[np.ndarray, int]:
+        pressure, products = everywhere()
+        return pressure, products * pressure.size
+
+    tolerance, difference = within_residual(influence), apart(influence, u_bar)
+    return Skip(left_out.CROPPED, f"paraboloid-{n}x{n}", tolerance, cropped, plain, difference)
+
+
+def _swept(grid: Grid) -> Skip:
+    """Nine penetrations, each starting from those above; plain: each from nothing."""
+    influence, rough = Influence(grid, MODULUS), surface("white", grid)
+    planes = [float(np.percentile(rough, 100 - level)) for level in LEVELS]
+
+    def swept() -> tuple[list[np.ndarray], int]:
+        found = sweep(influence, rough, planes, TOLERANCE)
+        return [one.pressure for one in found], sum(one.work for one in found)
+
+    def plain() -> tuple[list[np.ndarray], int]:
+        found = [solve(influence, rough - plane, TOLERANCE) for plane in planes]
+        return [one.pressure for one in found], sum(one.work for one in found)
+
+    def difference(one: Sequence[np.ndarray], other: Sequence[np.ndarray]) -> float:
+        return max(
+            apart(influence, rough - plane)(*pair)
+            for plane, pair in zip(planes, zip(one, other, strict=True), strict=True)
+        )
+
+    name = f"white-{grid.nx}x{grid.ny}-nine-planes"
+    return Skip(left_out.WARM, name, within_residual(influence), swept, plain, difference)
+
+
+def _transforms(n: int) -> Iterator[Skip]:
+    """One product u = B p; plain: transforms of the whole torus along both axes."""
+    grid = square(n)
+    influence = Influence(grid, MODULUS)
+    torus = (fast_length(2 * n - 1), fast_length(2 * n - 1))
+    kernel = np.zeros(torus)
+    i, j = (np.minimum(np.arange(m), m - np.arange(m)) for m in torus)
+    reached = (i < n)[:, None] & (j < n)
+    kernel[reached] = influence.coefficients[np.minimum(i, n - 1)][:, np.minimum(j, n - 1)][reached]
+    symbol = fft.r2c(kernel, axes=(0, 1)).real
+    convolution = Convolution(symbol, grid.shape, torus)
+    everywhere = np.random.default_rng([1, n]).random(grid.shape)
+    few = np.zeros(grid.shape)
+    few.ravel()[:: grid.size // 50] = 1.0
+
+    def whole(pressure: np.ndarray) -> Call:
+        def call() -> tuple[np.ndarray, int]:
+            padded = np.zeros(torus)
+            padded[:n, :n] = pressure
+            product = fft.r2c(padded, axes=(0, 1)) * symbol
+            return fft.c2r(product, axes=(0, 1), lastsize=torus[1], forward=False, inorm=2)[:n, :n], 1
+
+        return call
+
+    def without_rows() -> tuple[np.ndarray, int]:
+        result = np.empty(grid.shape)
+        convolution(everywhere, result)
+        return result, 1
+
+    def relative(one: np.ndarray, other: np.ndarray) -> float:
+        return float(np.linalg.norm(one - other) / np.linalg.norm(other))
+
+    yield Skip(ROWS, f"product-{n}x{n}", ROUNDING, without_rows, whole(everywhere), relative)
+    summed = lambda: (influence.apply(few), 1)  # noqa: E731
+    yield Skip(left_out.SUMMED, f"product-{n}x{n}-few", ROUNDING, summed, whole(few), relative)

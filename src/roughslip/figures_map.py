@@ -125,7 +125,7 @@ def _band(axes: Axes, result: Arrays) -> None:
         limit = float(result[name])
         axes.axhline(limit, color="0.3", lw=0.9, ls=style, label=f"{text} {limit:.4f}")
     axes.set(xlabel="standard deviation of friction", ylabel="damping ratio $D$", xlim=(0, None))
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.45 * (high - low))  # room for the legend, which would hide a band
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom, top + 0.45 * (top - bottom))  # room for the legend, which would hide a band
     title = f"probability {last:g} to {first:g}"
     axes.legend(loc="upper left", fontsize="small", title=title, title_fontsize="small")

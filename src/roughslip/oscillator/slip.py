@@ -248,8 +248,7 @@ def slip(
     slack = SLACK * path.spacing
     piece = piece_at(path, place(start.tau, start.s, p) + slack)
     y = completed(start.tau, start.x, p.V if pace.allowed == 0.0 else start.u, start.s, sigma, piece, p)
-    if pace.allowed == 0.0:
-        pace = Pace(FIRST_STEP, 0.0, 0.0)
+    pace = pace if pace.allowed > 0.0 else Pace(FIRST_STEP, 0.0, 0.0)
     backwards, total, steps, cuts = False, 0.0, 0, 0
     while steps < step_limit:
         first = y.tau == since

@@ -46,12 +46,13 @@ def test_ratios_are_at_equal_error():
     assert at_error(rows, "roughslip/fehlberg45", 1e-7) is None
     rows += [
         {"case": "motion=right-hand-side", "method": "roughslip", "error": 0.0, "seconds": 0.01, "work": 1_000_000},
-        {"case": "motion=ensemble-of-8-nodes", "method": "roughslip", "error": 0.0, "seconds": 1.5, "work": 1},
+        {"case": "motion=ensemble-of-8-nodes", "method": "roughslip", "error": 9e-3, "seconds": 1.5, "work": 1},
+        {"case": "motion=ensemble-of-4-nodes", "method": "roughslip", "error": 2e-2, "seconds": 0.8, "work": 1},
     ]
     found = summary(rows, oscillator.Campaign(runs=100))
     assert found["times_as_fast"] == {"scipy/RK45": {"motion=deterministic asked=2": 300.0}}
     assert found["nanoseconds_of_an_evaluation"] == pytest.approx(10.0)
-    assert found["ensemble_seconds"] == pytest.approx(30.0)
+    assert found["ensemble_seconds"] == pytest.approx(30.0)  # with 4 nodes the counts err by more than 1 %
     assert found["met"] is False
 
 
@@ -61,10 +62,10 @@ def test_a_small_run_measures_and_draws(tmp_path, monkeypatch):
     rows = json.loads((tmp_path / "oscillator.json").read_text())["rows"]
     methods = {row["method"] for row in rows if "asked" in row["case"]}
     assert methods == {name for name in oscillator_figure.LOOKS if not name.startswith("diffrax")}
-    assert len(rows) == 2 * 2 * 4 + 1 + 2 + 1
+    assert len(rows) == 2 * 2 * 4 + 1 + 2 + 2
     steady = [row for row in rows if row["case"] == "motion=long-run"]
     assert all(row["work"] == 2000 for row in steady)
     assert all(row["error"] < 1e-6 for row in steady)  # two cycles a block
-    assert all(row["error"] < 0.1 for row in rows)
+    assert all(row["error"] < 0.1 for row in rows if "ensemble" not in row["case"])  # of four runs nothing is told
     save(oscillator_figure.figure(rows), tmp_path / "oscillator.png")
     assert (tmp_path / "oscillator.png").stat().st_size > 10_000

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from roughslip.oscillator.equation import State, acceleration, completed, place
+from roughslip.oscillator.law import CONTRACTED
 from roughslip.oscillator.path import Piece, offset
 from roughslip.oscillator.system import Coefficients
 
@@ -68,7 +69,7 @@ WEIGHTS, ERROR5, ERROR3 = (tuple(map(float, row[[0, *range(5, STAGES)]])) for ro
 NODES = tuple(map(float, C))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
     """The sum of products of two tuples of the same length."""
     total = row[0] * values[0]
@@ -77,7 +78,7 @@ def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
     """The state of eighth order after a step h and its error [m], which goes with h^8."""
     tau, x, u, a = y.tau, y.x, y.u, y.a

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from roughslip.oscillator.law import sliding, sliding_slope
+from roughslip.oscillator.law import CONTRACTED, sliding, sliding_slope
 from roughslip.oscillator.path import Piece, offset, offset_slope
 from roughslip.oscillator.system import Coefficients
 
@@ -29,7 +29,7 @@ def place(tau: float, s: float, p: Coefficients) -> float:
     return p.advance * tau if p.advance > 0.0 else s
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: Coefficients) -> float:
     """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0."""
     mu = max(sliding(sigma * p.omega * (p.V - u), p.law) + mu_s, 0.0)
@@ -37,7 +37,7 @@ def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: C
     return sigma * p.F * mu - (2.0 * p.D * u + x - drive)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p: Coefficients) -> float:
     """X''' [m] in slip of sign sigma."""
     speed, z = sigma * p.omega * (p.V - u), place(tau, s, p)

@@ -19,6 +19,7 @@ from scipy.interpolate import PchipInterpolator
 from roughslip.errors import ParameterError, real
 
 INTERPOLATIONS = ("monotone_cubic", "linear")
+CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
 
 
 class ClosedForm(NamedTuple):
@@ -73,13 +74,13 @@ class FrictionLaw(Protocol):
         ...
 
 
-@register_jitable(error_model="numpy")
+@register_jitable(error_model="numpy", fastmath=CONTRACTED)
 def stribeck(speed: Any, fit: float, rest: float, decay: float, quadratic: float) -> Any:
     """mu_D at a speed |v_rel| >= 0; scalars and arrays, also inside compiled code."""
     return fit / (1.0 + decay * speed) + (rest - fit + quadratic * speed * speed)  # the quotient comes last
 
 
-@register_jitable(error_model="numpy")
+@register_jitable(error_model="numpy", fastmath=CONTRACTED)
 def stribeck_slope(speed: Any, fit: float, decay: float, quadratic: float) -> Any:
     """d mu_D / d|v_rel| [s/m] at a speed |v_rel| >= 0."""
     return -fit * decay / (1.0 + decay * speed) ** 2 + 2.0 * quadratic * speed

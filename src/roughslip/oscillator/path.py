@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from roughslip.errors import ParameterError
+from roughslip.oscillator.law import CONTRACTED
 
 INTERPOLATIONS = ("cubic", "linear")
 
@@ -68,14 +69,14 @@ def reaches(path: Path, s: float) -> bool:
     return path.ends or size == 0 or int(s / path.spacing) + 3 < path.first + size
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def offset(piece: Piece, s: float) -> float:
     """mu_S at the slipped distance s [m]."""
     t = (s - piece.left) * piece.per_spacing
     return piece.c0 + t * (piece.c1 + t * (piece.c2 + t * piece.c3))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def offset_slope(piece: Piece, s: float) -> float:
     """d mu_S / ds [1/m]."""
     t = (s - piece.left) * piece.per_spacing

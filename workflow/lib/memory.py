@@ -22,7 +22,7 @@ NODE_MB = 400  # of the two Snakemakes that start a job on a node of a cluster
 
 _MB = 1_000_000
 _NUMBER = 8  # bytes
-_PLAIN, _DRAWING, _COMPILED = 220, 320, 420  # MB: Python with libraries; with plots; with compiled functions
+_PLAIN, _DRAWING, _COMPILED = 260, 320, 420  # MB: Python with libraries; with plots; with compiled functions
 _NODES_KEPT = 16  # around the centre of the square, at most
 _AUTO_SOLVES = 2**14  # of training_square, and 2048 or more of field_square
 _LARGEST_TABLE = 100_000_000  # numbers, of modes or of samples times terms (scene_rules)

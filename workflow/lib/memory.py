@@ -208,7 +208,7 @@ def _friction(scene: Scene, _: int) -> float:
     levels = len(strip["penetration_percentiles"])
     lags = windows / levels
     replicates = _REPLICATES * (2 * many + 3 * lags * levels * 8)
-    return _PLAIN + 60 + _megabytes(10 * (solved + many) * windows + replicates)
+    return _COMPILED + _megabytes(10 * (solved + many) * windows + replicates)
 
 
 def _path_nodes(scene: Scene) -> float:

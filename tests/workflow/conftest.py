@@ -43,6 +43,8 @@ class Project:
         """The project with all time stamps and the results of these scenes."""
 
         def others(parent: str, names: list[str]) -> list[str]:
+            if Path(parent) == self.folder and not scenes:
+                return [name for name in names if name == "results"]
             return [name for name in names if Path(parent) == self.path("results") and name not in scenes]
 
         shutil.copytree(self.folder, folder, ignore=others)

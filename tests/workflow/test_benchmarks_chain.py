@@ -94,7 +94,7 @@ def test_a_small_run_measures_and_draws(tmp_path, monkeypatch):
     (together,) = benchmark["cost"]["chain"]
     for way in ("ours", "plain"):
         assert together[f"{way}_seconds"] == pytest.approx(sum(one[way]["seconds"] for one in stages))
-    assert [one["ours"]["units"] for one in stages] == [1, 1000, 480, 400 * 21 * 100]  # as the scene has them
+    assert [one["ours"]["units"] for one in stages] == [1, 1000, 480, 240 * 21 * 100]  # as the scene has them
     assert stages[3]["plain"]["units"] == stages[3]["ours"]["units"]
     save(chain_figure.figure(benchmark["rows"]), tmp_path / "chain.png")
     assert (tmp_path / "chain.png").stat().st_size > 10_000

@@ -14,10 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from roughslip import store
-from roughslip.chaos.designs import latin_hypercube, monte_carlo
+from roughslip.chaos.designs import latin_hypercube, monte_carlo, sobol_places
 from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.contact.influence import Influence
@@ -33,7 +32,6 @@ from workflow.references.pressure_solves import PERCENTILES, TOLERANCE
 ROOT = Path(__file__).parents[2]
 # The second entry of every seed, after the scene's: apart from the streams of the study and of the reference.
 STREAMS = {"monte_carlo": 21, "latin_hypercube": 22, "sobol": 23}
-SOBOL_BITS = 30
 JUDGED = (0.5, 0.9, 0.99)  # quantiles given contact
 QUANTILES = {f"quantile_{100 * probability:.0f}": probability for probability in JUDGED}
 
@@ -170,9 +168,7 @@ class Square:
             return np.array([monte_carlo([*seed, count * number + sample], modes) for sample in range(count)])
         if name == "latin_hypercube":
             return latin_hypercube(np.random.default_rng([*seed, count, number]), count, modes)
-        points = qmc.Sobol(modes, scramble=True, bits=SOBOL_BITS, rng=np.random.default_rng([*seed, number]))
-        # In the middle of their cells: a point at zero would be a normal at minus infinity.
-        return ndtri(points.random_base2(math.ceil(math.log2(count)))[:count] + 0.5 ** (SOBOL_BITS + 1))
+        return ndtri(sobol_places(np.random.default_rng([*seed, number]), count, modes))
 
     def surface(self, xi: np.ndarray) -> np.ndarray:
         """Heights : (nx, ny) [m] of one sample."""

@@ -17,7 +17,7 @@ import numpy as np
 from ducc0 import fft
 from numba import njit
 
-from roughslip.contact.convolution import Convolution, fast_length
+from roughslip.contact.convolution import convolution, fast_length
 from roughslip.contact.periodic import periodic_symbol
 from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
@@ -112,7 +112,7 @@ class Influence:
         self.grid, self.coefficients = grid, coefficients
         self.diagonal = float(coefficients[0, 0])
         self.largest_eigenvalue = float(symbol.max())
-        self._convolution = Convolution(symbol, grid.shape, torus)
+        self._convolution = convolution(symbol, grid.shape, torus)
         self._mirrored = np.hstack((coefficients[:, :0:-1], coefficients))
         for array in (coefficients, self.approximate_inverse, self._mirrored):
             array.setflags(write=False)

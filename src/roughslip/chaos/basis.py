@@ -8,12 +8,15 @@ from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
+from numba import njit
 
 from roughslip.chaos.checks import finite
 from roughslip.chaos.indices import multi_indices
 from roughslip.errors import ParameterError
 
 Family = Literal["hermite", "legendre"]
+
+POINTS = 256  # at which terms are multiplied together: 165 of them take 340 kB
 
 
 @dataclass(frozen=True)
@@ -52,30 +55,31 @@ class Basis:
         points = finite("points of the variables", points)
         if points.ndim != 2 or points.shape[1] != len(self.families):
             raise ParameterError(f"points {points.shape} must be a table of {len(self.families)} variables")
-        values = [
-            POLYNOMIALS[family](np.ascontiguousarray(x), int(highest))
-            for family, x, highest in zip(self.families, points.T, self.indices.max(axis=0, initial=0), strict=True)
-        ]
+        along, highest = np.ascontiguousarray(points.T), int(self.indices.max(initial=0))
+        values = np.empty((highest + 1, *along.shape))
+        for family in set(self.families):
+            rows = [row for row, one in enumerate(self.families) if one == family]
+            values[:, rows] = POLYNOMIALS[family](along[rows], highest)
         table = np.empty((len(self.indices), len(points)))
-        for term, (start, factors) in zip(table, self._products, strict=True):
-            if start is None:
-                term[:] = 1.0
-            before = term if start is None else table[start]
-            for variable, exponent in factors:
-                before = np.multiply(before, values[variable][exponent], out=term)
+        _multiply(values, *self._products, table)
         return table
 
     @cached_property
-    def _products(self) -> list[tuple[int | None, list[tuple[int, int]]]]:
-        """For each term an earlier one without its last variable, if there is one, and the factors that it lacks."""
+    def _products(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """starts : (P,) for each term an earlier one without its last variable, -1 if there is none
+        ends : (P,) where the factors of a term end, those that it lacks of its start; the next term's follow
+        factors : (n, 2) variable and exponent
+        """
         rows: dict[tuple[tuple[int, int], ...], int] = {}
-        products: list[tuple[int | None, list[tuple[int, int]]]] = []
+        starts, ends, all_factors = np.full(len(self.indices), -1), np.zeros(len(self.indices), dtype=int), []
         for row, exponents in enumerate(self.indices):
             factors = [(int(variable), int(exponents[variable])) for variable in np.flatnonzero(exponents)]
-            start = rows.get(tuple(factors[:-1])) if len(factors) > 1 else None
-            products.append((None, factors) if start is None else (start, factors[-1:]))
+            if len(factors) > 1:
+                starts[row] = rows.get(tuple(factors[:-1]), -1)
+            all_factors += factors if starts[row] < 0 else factors[-1:]
+            ends[row] = len(all_factors)
             rows[tuple(factors)] = row
-        return products
+        return starts, ends, np.array(all_factors, dtype=int).reshape(-1, 2)
 
     def subset(self, terms: np.ndarray) -> Basis:
         """The basis of these terms alone, by their row numbers."""
@@ -125,3 +129,24 @@ POLYNOMIALS: dict[Family, Callable[[np.ndarray, int], np.ndarray]] = {
     "hermite": hermite_polynomials,
     "legendre": legendre_polynomials,
 }
+
+
+@njit(cache=True)
+def _multiply(values: np.ndarray, starts: np.ndarray, ends: np.ndarray, factors: np.ndarray, table: np.ndarray) -> None:
+    """Writes every term at every point (P, K) from the polynomials (degree + 1, variables, K): a block of points at a
+    time, so that the terms that others start from are still in the cache."""
+    terms, points = table.shape
+    for first in range(0, points, POINTS):
+        end = min(first + POINTS, points)
+        width, factor = end - first, 0
+        for row in range(terms):
+            term = table[row, first:end]
+            if starts[row] < 0:
+                term[:] = 1.0
+            else:
+                term[:] = table[starts[row], first:end]
+            while factor < ends[row]:
+                value = values[factors[factor, 1], factors[factor, 0], first:end]
+                for k in range(width):
+                    term[k] *= value[k]
+                factor += 1

@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.scatter import residual_scatter
@@ -55,11 +56,9 @@ class ConditionalMeans:
             if self.scatter[level] <= 2 * self.step[level]:
                 contact[level], pressure[level] = s > 0, self.target.pressure(s)
                 continue
-            place = np.minimum((s - self.low[level]) / self.step[level], PLACES - 1)
-            below = np.clip(place, 0, PLACES - 2).astype(np.int64)
-            share, touching = place - below, place > 0
-            for table, found in ((self.contact[level], contact[level]), (self.pressure[level], pressure[level])):
-                found[...] = (table[below] + share * np.diff(table)[below]) * touching
+            scale = self.low[level], self.step[level]
+            _interpolate(s.ravel(), *scale, self.contact[level], contact[level].reshape(-1))
+            _interpolate(s.ravel(), *scale, self.pressure[level], pressure[level].reshape(-1))
         return contact, pressure
 
 
@@ -89,3 +88,16 @@ def conditional_means(predicted: np.ndarray, values: np.ndarray, target: Pressur
         scatter[level] = np.sqrt(np.mean((value[near] - law.centre(s[near])) ** 2))
         contact[level], pressure[level] = (drawn > 0).mean(axis=1), target.pressure(drawn).mean(axis=1)
     return ConditionalMeans(target, low, step, scatter, contact, pressure)
+
+
+@njit(cache=True)
+def _interpolate(s: np.ndarray, low: float, step: float, table: np.ndarray, found: np.ndarray) -> None:
+    """Writes (n,) the table at s : (n,), zero below its first place and constant above its last; NaN where s is."""
+    last = len(table) - 1
+    for k in range(len(s)):
+        place = min((s[k] - low) / step, float(last))
+        if place > 0:
+            below = min(int(place), last - 1)
+            found[k] = table[below] + (place - below) * (table[below + 1] - table[below])
+        else:
+            found[k] = 0.0 * place

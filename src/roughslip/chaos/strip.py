@@ -22,7 +22,6 @@ from roughslip.chaos.indices import even_terms, multi_indices
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.errors import IllPosedError, ParameterError
 
-BLOCK = 2048  # nodes whose terms are evaluated together: 165 of them take 3 MB
 ALL = slice(None)
 GROUPS = 20  # of training strips, at most, that are left out in turn
 QUALITY = ("leave_one_out", "condition_number", "effective_samples")
@@ -61,16 +60,11 @@ class StripExpansion:
         rows, _, levels = self.coefficients.shape
         if heights.ndim != 2 or heights.shape[1] != rows:
             raise ParameterError(f"the expansion is of strips of {rows} rows, not of heights {heights.shape}")
-        functionals = local_functionals(heights, self.stencil)[:, columns].transpose(2, 1, 0)
-        count = functionals.shape[1]
-        values = np.empty((levels, count, rows))
-        together = max(1, BLOCK // max(count, 1))
-        for first in range(0, rows, together):
-            block = slice(first, first + together)
-            xi = np.einsum("rkf,rvf->rkv", functionals[block], self.whiten[block])
-            terms = self._basis.by_term(xi.reshape(-1, xi.shape[-1])).reshape(len(self.indices), -1, count)
-            for row in range(len(xi)):
-                values[:, :, first + row] = self.coefficients[first + row].T @ terms[:, row]
+        functionals = local_functionals(heights, self.stencil)[:, columns].transpose(2, 0, 1)
+        xi = self.whiten @ np.ascontiguousarray(functionals)
+        values = np.empty((levels, xi.shape[2], rows))
+        for row in range(rows):
+            values[:, :, row] = self.coefficients[row].T @ self._basis.by_term(xi[row].T)
         return values
 
     def pressure(self, heights: np.ndarray) -> np.ndarray:

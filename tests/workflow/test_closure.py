@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from roughslip.scene_rules import SLICES
-from workflow.lib.closure import _read, closure, code_hash
+from workflow.lib import syntax
+from workflow.lib.closure import closure, code_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGE = "pkg.stages.contact"
@@ -189,6 +190,13 @@ def test_an_edit_of_a_module_reaches_these_stages(module):
     assert {name for name in SLICES if file in closure(f"roughslip.stages.{name}", ROOT / "src")} == MODULES[module]
 
 
+def forget(monkeypatch, kept: Path) -> None:
+    """A new process that finds this file."""
+    monkeypatch.setattr("workflow.lib.syntax.KEPT", kept)
+    syntax.syntax.cache_clear()
+    syntax._known.cache_clear()
+
+
 def test_each_file_is_parsed_once_for_all_stages(monkeypatch):
     """Parsing is what hashing costs, and every start of Snakemake hashes all stages."""
     parsed = Counter()
@@ -198,9 +206,55 @@ def test_each_file_is_parsed_once_for_all_stages(monkeypatch):
         return ast_parse(source, name)
 
     ast_parse = ast.parse
-    monkeypatch.setattr("workflow.lib.closure.ast.parse", parse)
-    _read.cache_clear()
+    monkeypatch.setattr("workflow.lib.syntax.ast.parse", parse)
+    forget(monkeypatch, Path("nowhere.json"))
     for stage in SLICES:
         code_hash(f"roughslip.stages.{stage}", ROOT / "src", ROOT / "requirements.lock")
     assert len(parsed) > 60
     assert set(parsed.values()) == {1}
+
+
+def test_what_was_parsed_is_kept_for_the_next_process(source, tmp_path, monkeypatch):
+    kept = tmp_path / "cache/syntax.json"
+    forget(monkeypatch, kept)
+    first = code_hash(STAGE, source, source / "lock")
+    syntax.keep()
+
+    def no_parser(*_: object) -> None:
+        raise AssertionError("parsed again")
+
+    forget(monkeypatch, kept)
+    with monkeypatch.context() as without:
+        without.setattr("workflow.lib.syntax.ast.parse", no_parser)
+        assert code_hash(STAGE, source, source / "lock") == first
+    assert edited(source, "pkg/grid.py", "import E", "import E as F")
+
+
+@pytest.mark.parametrize("damage", ["flip", "cut", "empty", "bytes", "folder", "other code", "other Python"])
+def test_a_damaged_memory_of_what_was_parsed_is_not_believed(source, tmp_path, monkeypatch, damage):
+    kept = tmp_path / "syntax.json"
+    forget(monkeypatch, kept)
+    first = code_hash(STAGE, source, source / "lock")
+    syntax.keep()
+    text = kept.read_text()
+    digest = syntax.syntax(source / "pkg/grid.py", (source / "pkg/grid.py").read_bytes()).digest
+    if damage == "flip":
+        kept.write_text(text.replace(digest, digest[::-1]))
+    elif damage == "cut":
+        kept.write_text(text[:-9])
+    elif damage == "empty":
+        kept.write_text("")
+    elif damage == "bytes":
+        kept.write_bytes(b"\xff" + text.encode())
+    elif damage == "folder":
+        kept.unlink()
+        kept.mkdir()
+    elif damage == "other code":
+        syntax._this_file.cache_clear()
+        monkeypatch.setattr("workflow.lib.syntax._this_file", lambda: "another parser")
+    else:
+        monkeypatch.setattr("workflow.lib.syntax.sys.version", "3.99")
+    forget(monkeypatch, kept)
+    assert syntax._known() == {}
+    assert code_hash(STAGE, source, source / "lock") == first
+    syntax.keep()  # over a folder it cannot, and says nothing

@@ -15,7 +15,8 @@ from pathlib import Path
 import pytest
 
 from roughslip.scene_rules import SLICES
-from workflow.lib.closure import _read, closure, code_hash
+from workflow.lib.closure import closure, code_hash
+from workflow.lib.syntax import _parsed
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src"
@@ -73,11 +74,10 @@ def has_functions(path: Path) -> bool:
 def test_an_edit_of_any_function_changes_what_its_file_does(path):
     """Every function of every module; with the closures above, what it re-runs."""
     source = path.read_text(encoding="utf-8")
-    before = _read(path, ast.unparse(ast.parse(source)).encode())[0]
+    before = _parsed(path, ast.unparse(ast.parse(source)).encode()).digest
     functions = sum(isinstance(node, ast.FunctionDef) for node in ast.walk(ast.parse(source)))
-    found = {_read(path, edited(source, number).encode())[0] for number in range(functions)}
+    found = {_parsed(path, edited(source, number).encode()).digest for number in range(functions)}
     assert before not in found
-    _read.cache_clear()
 
 
 def test_hashes_follow_the_closures(tmp_path):

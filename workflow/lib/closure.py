@@ -6,14 +6,10 @@ statements are found: `importlib.import_module` would escape, and a test forbids
 
 from __future__ import annotations
 
-import ast
 import hashlib
-from functools import cache
 from pathlib import Path
 
-_SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-
-_Import = tuple[int, str, tuple[str, ...]]  # level (0 is absolute), module, names taken from it
+from workflow.lib.syntax import syntax
 
 
 def closure(module_name: str, source_root: str | Path) -> list[Path]:
@@ -55,7 +51,7 @@ def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> st
     root = Path(source_root)
     digest = hashlib.sha256()
     for file in closure(module_name, root):
-        digest.update(f"{file.relative_to(root).as_posix()} {_read(file, file.read_bytes())[0]}\n".encode())
+        digest.update(f"{file.relative_to(root).as_posix()} {syntax(file, file.read_bytes()).digest}\n".encode())
     pins = (line.strip() for line in Path(lock).read_text(encoding="utf-8").splitlines())
     digest.update("\n".join(line for line in pins if line and not line.startswith("#")).encode())
     return digest.hexdigest()
@@ -65,7 +61,7 @@ def absolute_imports(file: Path, module: str) -> list[tuple[str, tuple[str, ...]
     """The import statements of a file as (absolute module, names taken from it), relative ones resolved."""
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
     resolved = []
-    for level, target, names in _read(file, file.read_bytes())[1]:
+    for level, target, names in syntax(file, file.read_bytes()).imports:
         if level:
             base = package.rsplit(".", level - 1)[0]
             target = f"{base}.{target}" if target else base
@@ -77,34 +73,3 @@ def _module_file(module: str, root: Path) -> Path | None:
     path = root.joinpath(*module.split("."))
     candidates = (path / "__init__.py", path.with_name(f"{path.name}.py"))
     return next((file for file in candidates if file.is_file()), None)
-
-
-@cache
-def _read(file: Path, source: bytes) -> tuple[str, tuple[_Import, ...]]:
-    """Hash of a source without comments and docstrings, and its import statements. Parsed once a process."""
-    tree = ast.parse(source, str(file))
-    imports: list[_Import] = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            imports += [(0, alias.name, ()) for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            imports.append((node.level, node.module or "", tuple(alias.name for alias in node.names)))
-        elif isinstance(node, _SCOPES) and ast.get_docstring(node, clean=False) is not None:
-            del node.body[0]
-        elif isinstance(node, ast.JoinedStr):  # Python 3.12 puts empty strings into nested format specifications
-            node.values = [part for part in node.values if not (isinstance(part, ast.Constant) and part.value == "")]
-    return hashlib.sha256(_plain(tree).encode()).hexdigest(), tuple(imports)
-
-
-def _plain(node: object) -> str:
-    """A syntax tree as text that is the same on every Python: ast.dump and ast.unparse change between versions.
-
-    Without positions, and without fields that are empty, because new versions of Python add such fields.
-    """
-    if isinstance(node, ast.AST):
-        fields = ((name, getattr(node, name, None)) for name in node._fields)
-        inner = ",".join(f"{name}={_plain(value)}" for name, value in fields if value is not None and value != [])
-        return f"{type(node).__name__}({inner})"
-    if isinstance(node, list):
-        return f"[{','.join(map(_plain, node))}]"
-    return repr(node)

@@ -11,7 +11,7 @@ from typing import Any
 from roughslip import scene_rules, scene_spared, scene_yaml
 from roughslip.errors import InputError
 from roughslip.scene import load, scene_names
-from workflow.lib import memory
+from workflow.lib import memory, syntax
 from workflow.lib.keys import write_key
 from workflow.lib.references import SAMPLES
 
@@ -120,6 +120,7 @@ class Scenes:
                 source_root=self.root / "src",
                 lock=self.root / "requirements.lock",
             )
+        syntax.keep()
 
     def key(self, stage: str) -> Callable[[Any], str]:
         """An input function: the stage's key file for the scene of the wildcards."""

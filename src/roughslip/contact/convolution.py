@@ -77,9 +77,9 @@ class Convolution:
 class NarrowConvolution:
     """The same product on a mesh of few columns, by transforms along it and sums across.
 
-    Transformed along the first axis, B is a symmetric Toeplitz matrix t_|a-b| for every wave number. On the even and odd
-    parts of a field, p_a + p_a' and p_a - p_a' with a' = ny - 1 - a, it acts as t_|a-b| + t_(a'-b) and t_|a-b| - t_(a'-b):
-    ny^2 / 2 products a wave number instead of transforms across a torus of twice the columns.
+    Transformed along the first axis, B is a symmetric Toeplitz matrix t_|a-b| for every wave number. On the even and
+    odd parts of a field, p_a + p_a' and p_a - p_a' with a' = ny - 1 - a, it acts as t_|a-b| + t_(a'-b) and as
+    t_|a-b| - t_(a'-b): ny^2 / 2 products a wave number instead of transforms across a torus of twice the columns.
     """
 
     def __init__(self, symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int]) -> None:

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy import optimize, special
+import scipy
+from scipy import special
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
 from roughslip.friction.resampling import (
@@ -257,7 +258,7 @@ def _refined(standard: np.ndarray, start: np.ndarray) -> np.ndarray:
         return standard - np.mean(standard * model) * model
 
     bounds = (_LOG_SHAPES[0], _LOG_SHAPES[-1])
-    fit = optimize.least_squares(residual, start, bounds=bounds, xtol=1e-10, ftol=1e-12, gtol=1e-12, max_nfev=500)
+    fit = scipy.optimize.least_squares(residual, start, bounds=bounds, xtol=1e-10, ftol=1e-12, gtol=1e-12, max_nfev=500)
     if not fit.success:
         raise ConvergenceError("Beta fit: gradient of the squared distance; use more windows", fit.optimality, fit.nfev)
     return fit.x

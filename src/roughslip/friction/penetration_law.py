@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.checks import reals
@@ -36,8 +36,8 @@ class PenetrationLaw:
         """Its derivative : (...) [1/%] there; continuous, with kinks at the levels."""
         return Estimate.from_rows(self._curves().derivative()(self._inside(percentile)))
 
-    def _curves(self) -> PchipInterpolator:
-        return PchipInterpolator(self.percentiles, self.rows, axis=1, extrapolate=False)
+    def _curves(self) -> scipy.interpolate.PchipInterpolator:
+        return scipy.interpolate.PchipInterpolator(self.percentiles, self.rows, axis=1, extrapolate=False)
 
     def _inside(self, percentile: float | np.ndarray) -> np.ndarray:
         points = reals("penetrations", percentile)

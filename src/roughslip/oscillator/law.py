@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+import scipy
 from numba import njit
 from numba.extending import overload, register_jitable
-from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ParameterError, real
 
@@ -256,7 +256,7 @@ class TableLaw:
         if self.interpolation == "linear":
             table[:-1, 2] = np.diff(values) / np.diff(speeds)
         else:
-            table[:-1, 1:] = PchipInterpolator(speeds, values).c[::-1].T
+            table[:-1, 1:] = scipy.interpolate.PchipInterpolator(speeds, values).c[::-1].T
         return table
 
     def _pieces(self, velocity: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:

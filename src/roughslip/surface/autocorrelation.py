@@ -12,8 +12,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.fft
-from scipy.ndimage import map_coordinates
+import scipy
 
 from roughslip.errors import IllPosedError
 from roughslip.surface.sub_areas import Estimate, SubAreas, leave_one_out, sub_areas, widening, wrapped
@@ -158,7 +157,7 @@ def _radii(correlation: np.ndarray, scan: Topography, angles: np.ndarray) -> np.
     furthest = np.min(to_edge, axis=0)
     distance = np.arange(math.floor(furthest.max() / step) + 1) * step
     at = centre[:, None, None] + cells[:, :, None] * distance
-    on_ray = map_coordinates(correlation, at, order=1, mode="nearest")
+    on_ray = scipy.ndimage.map_coordinates(correlation, at, order=1, mode="nearest")
     below = (on_ray < LEVEL) & (distance <= furthest[:, None] * (1.0 + 1e-12))
     k = np.maximum(np.argmax(below, axis=1), 1)
     ray = np.arange(len(angles))

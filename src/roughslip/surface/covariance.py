@@ -12,8 +12,8 @@ from functools import lru_cache
 from typing import Literal, Protocol
 
 import numpy as np
+import scipy  # its parts when they are used: `scipy.optimize` takes half a second to import
 from numpy.polynomial import chebyshev
-from scipy.optimize import brentq
 from scipy.special import exprel, gammaln, j0, j1, kve, ndtri
 
 from roughslip.errors import ParameterError, real
@@ -265,12 +265,14 @@ def _matern(u: np.ndarray, nu: float) -> np.ndarray:
 @lru_cache
 def _matern_scale(nu: float) -> float:
     """s with a correlation of 1/e at u = s."""
-    return float(brentq(lambda u: _matern(np.array(u), nu) - math.exp(-1), 1e-12, 100.0, xtol=1e-15, rtol=1e-15))
+    return float(
+        scipy.optimize.brentq(lambda u: _matern(np.array(u), nu) - math.exp(-1), 1e-12, 100.0, xtol=1e-15, rtol=1e-15)
+    )
 
 
 @lru_cache
 def _matern_reach(nu: float) -> float:
-    end = brentq(lambda u: float(np.log(_matern(np.array(u), nu))) - math.log(NEGLIGIBLE), 1.0, 400.0)
+    end = scipy.optimize.brentq(lambda u: float(np.log(_matern(np.array(u), nu))) - math.log(NEGLIGIBLE), 1.0, 400.0)
     return float(end) / _matern_scale(nu)
 
 
@@ -292,7 +294,11 @@ def _self_affine(u: np.ndarray, hurst: float, bandwidth: float) -> np.ndarray:
 @lru_cache
 def _self_affine_scale(hurst: float, bandwidth: float) -> float:
     """s = q_r l with a correlation of 1/e at u = s."""
-    return float(brentq(lambda u: _self_affine(np.array(u), hurst, bandwidth) - math.exp(-1), 1e-12, 3.5, xtol=1e-14))
+    return float(
+        scipy.optimize.brentq(
+            lambda u: _self_affine(np.array(u), hurst, bandwidth) - math.exp(-1), 1e-12, 3.5, xtol=1e-14
+        )
+    )
 
 
 def _tail_integral(z: np.ndarray, hurst: float) -> np.ndarray:

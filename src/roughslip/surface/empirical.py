@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 from scipy.special import ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
@@ -102,7 +102,9 @@ def empirical_marginal(heights: np.ndarray, rms_height_m: float | None = None) -
     known = np.interp(inner, score, values)
     slope_low, slope_high = (known[1] - known[0]) / spacing, (known[-1] - known[-2]) / spacing
     ends = known[0] - slope_low * (EDGE + inner[0]), known[-1] + slope_high * (EDGE - inner[-1])
-    curve = PchipInterpolator(np.concatenate(([-EDGE], inner, [EDGE])), np.concatenate((ends[:1], known, ends[1:])))
+    curve = scipy.interpolate.PchipInterpolator(
+        np.concatenate(([-EDGE], inner, [EDGE])), np.concatenate((ends[:1], known, ends[1:]))
+    )
     normal = np.linspace(-EDGE, EDGE, round(2.0 * EDGE / FINE) + 1)
     table = curve(normal)
     table -= _moment(normal, table, 1)

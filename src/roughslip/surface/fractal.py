@@ -17,7 +17,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 from scipy.special import ndtr
 
 from roughslip.errors import IllPosedError, ParameterError, real, whole
@@ -144,7 +144,7 @@ class WeierstrassMandelbrot:
         below = np.flatnonzero(excess(distances) <= 0.0)
         if below.size == 0:
             raise IllPosedError(f"along {azimuth:.3g} rad the autocorrelation stays above 1/e; choose another azimuth")
-        return float(brentq(excess, distances[below[0] - 1], distances[below[0]], xtol=1e-12 * step))
+        return float(scipy.optimize.brentq(excess, distances[below[0] - 1], distances[below[0]], xtol=1e-12 * step))
 
     def marginal(self) -> RandomPhaseMarginal:
         """Distribution of a height, the same everywhere; its excess kurtosis tends to -1.5 tanh(H ln gamma) / M."""
@@ -251,7 +251,9 @@ def fit_hurst(
     def log_ratio(hurst: float) -> np.ndarray:
         return np.log(structure_m2 / (squared_sines @ (2.0 * replace(band, hurst=hurst).waves()[2] ** 2)))
 
-    found = minimize_scalar(lambda h: float(np.var(log_ratio(h))), bounds=HURST_RANGE, options={"xatol": 1e-7})
+    found = scipy.optimize.minimize_scalar(
+        lambda h: float(np.var(log_ratio(h))), bounds=HURST_RANGE, options={"xatol": 1e-7}
+    )
     hurst = float(found.x)
     if min(hurst - HURST_RANGE[0], HURST_RANGE[1] - hurst) < 1e-4:
         raise IllPosedError(f"the structure function asks for H = {hurst:.2f}, the end of its range: not self-affine")

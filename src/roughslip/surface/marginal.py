@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 from scipy.special import betainc, betainccinv, betaincinv, betaln, gammaln, log_ndtr, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError, real
@@ -239,7 +239,11 @@ def _weibull_shape(skewness: float) -> float:
             f"a skewness of {skewness:.3g} is beyond the Weibull laws, at most {_weibull_moments(least).skewness:.3g}; "
             f"use an empirical law, or remove outliers from the heights"
         )
-    return SYMMETRIC_WEIBULL if excess(SYMMETRIC_WEIBULL) >= 0.0 else float(brentq(excess, least, SYMMETRIC_WEIBULL))
+    return (
+        SYMMETRIC_WEIBULL
+        if excess(SYMMETRIC_WEIBULL) >= 0.0
+        else float(scipy.optimize.brentq(excess, least, SYMMETRIC_WEIBULL))
+    )
 
 
 def _lognormal_shape(skewness: float) -> float:

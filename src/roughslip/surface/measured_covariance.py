@@ -12,8 +12,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
-from scipy.ndimage import map_coordinates, spline_filter
+import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
 
@@ -64,7 +63,7 @@ class MeasuredCovariance:
         nx, ny = self.coefficients.shape
         at = np.broadcast_arrays(np.asarray(x) / self.lag_x_m + nx // 2, np.asarray(y) / self.lag_y_m + ny // 2)
         lags = np.stack(at).reshape(2, -1)
-        correlation = map_coordinates(self.coefficients, lags, order=3, mode="constant", prefilter=False)
+        correlation = scipy.ndimage.map_coordinates(self.coefficients, lags, order=3, mode="constant", prefilter=False)
         return self.rms_height_m**2 * correlation.reshape(at[0].shape)
 
 
@@ -101,7 +100,7 @@ def measured_covariance(
             f"the covariance near to the table of correlations differs by up to {change.max():.2g} from it: "
             f"take fewer lags or a larger scan"
         )
-    coefficients = spline_filter(np.pad(positive, MARGIN), order=3, mode="mirror")
+    coefficients = scipy.ndimage.spline_filter(np.pad(positive, MARGIN), order=3, mode="mirror")
     rms_change = float(np.sqrt(np.mean(change**2)))
     return MeasuredCovariance(
         rms_height_m, lag_x_m, lag_y_m, positive, clipped, float(change.max()), rms_change, coefficients

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 from scipy.special import j0, ndtr
 
 from roughslip.errors import ConvergenceError, ParameterError
@@ -101,7 +101,8 @@ class RandomPhaseMarginal:
             raise ParameterError(f"probabilities must lie in {LEAST_PROBABILITY} ... 1 - {LEAST_PROBABILITY}")
         b = self.bound
         roots = [
-            brentq(lambda z, share=share: float(self.cdf(z)) - share, -b, b, xtol=1e-14 * b) for share in p.ravel()
+            scipy.optimize.brentq(lambda z, share=share: float(self.cdf(z)) - share, -b, b, xtol=1e-14 * b)
+            for share in p.ravel()
         ]
         return np.array(roots).reshape(p.shape)
 

@@ -120,6 +120,16 @@ def test_solves_found_while_running_rerun_by_what_they_read(finished, tmp_path):
     assert project.plan("found") == {}
 
 
+@pytest.mark.parametrize(("record", "jobs"), [("costs", COSTS), ("report", REPORT), ("claims", CLAIMS)])
+def test_a_damaged_record_of_cost_runs_its_job_again(project, record, jobs):
+    """Also those of the last jobs, which no other job reads; the time of the file does not tell."""
+    file = project.path(f"results/tiny/usage/{record}.json")
+    before = file.stat()
+    file.write_text("")
+    os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert project.plan("tiny") == jobs
+
+
 def test_a_second_run_has_nothing_to_do(finished):
     run = finished.snakemake("-j2", "tiny")
     assert run.returncode == 0

@@ -43,6 +43,7 @@ EVIDENCE = (
 )
 RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})
 ASIDE = ("reference", "comparison", "verify")  # stages of several scenes together, asked for by name
+ENDS = ("costs", "report")  # of a scene, which its sum of costs does not hold
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
@@ -240,7 +241,11 @@ class Scenes:
     def all_of(self, name: str) -> list[str]:
         """What the scene's own target asks for: its products, and of every job the record, so that one whose result
         got lost or damaged runs again."""
-        return [*self.products(name), *self.usage_records(name)]
+        return [*self.products(name), *self.all_records(name)]
+
+    def all_records(self, name: str) -> list[str]:
+        """The records of cost of every job of the scene."""
+        return [*self.usage_records(name), *(f"results/{name}/usage/{stage}.json" for stage in ENDS)]
 
     def usage_records(self, name: str) -> list[str]:
         """The records of cost of every job up to figures and claims."""
@@ -251,7 +256,7 @@ class Scenes:
             "oscillator": self.oscillator_runs,
         }
         records = []
-        for stage in sorted(self.stages(name) - {"costs", "report"}):
+        for stage in sorted(self.stages(name) - {*ENDS}):
             if stage in batched:
                 tails = [Path(result).stem.partition("-")[2] for result in batched[stage](name)]
                 records += [f"results/{name}/usage/{stage}-{tail}.json" for tail in tails]

@@ -7,8 +7,6 @@ from pathlib import Path
 from workflow.lib import integrity, run_lock
 from workflow.lib.scenes import Scenes
 
-_ENDS = ("costs", "report")  # of a scene, which no sum of costs holds
-
 
 def settle(scenes: Scenes) -> list[str]:
     """Clear what an earlier run left, and check results of the scenes asked for; lines that tell the user.
@@ -20,9 +18,4 @@ def settle(scenes: Scenes) -> list[str]:
         return lines
     scans = [Path(scenes.scan_file(name)) for name in scenes.asked if "scan" in scenes.stages(name)]
     integrity.tidy(Path("results"), scans)
-    records = [
-        record
-        for name in scenes.asked
-        for record in (*scenes.usage_records(name), *(f"results/{name}/usage/{stage}.json" for stage in _ENDS))
-    ]
-    return lines + integrity.settle(records)
+    return lines + integrity.settle(record for name in scenes.asked for record in scenes.all_records(name))

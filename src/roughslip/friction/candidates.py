@@ -47,7 +47,7 @@ def fit_candidates(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> di
     found = {}
     for family in FAMILIES:
         table = _table(family)
-        correlation = np.einsum("rm,gm->rg", standard, table) / len(PROBABILITIES)
+        correlation = standard @ table.T / len(PROBABILITIES)
         best = np.argmax(correlation, axis=1)
         largest = np.take_along_axis(correlation, best[:, None], axis=1)[:, 0]
         found[family] = Candidate(

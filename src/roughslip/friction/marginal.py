@@ -231,7 +231,7 @@ def _table_search(standard: np.ndarray) -> np.ndarray:
     Best of the table, then best of the polynomial of degree 4 through the 5 x 5 entries around it, on a mesh of 1/20 of
     a step (0.7 % of a shape). As the valley is narrow and oblique, that is repeated around each new best.
     """
-    misfit = 1.0 - (np.einsum("rm,mg->rg", standard, _standard_table()) / _NODES) ** 2
+    misfit = 1.0 - (standard @ _standard_table() / _NODES) ** 2
     row = np.arange(len(standard))
     best: np.ndarray = np.stack(np.divmod(np.argmin(misfit, axis=1), _TRIALS), axis=1)
     misfit = misfit.reshape(-1, _TRIALS, _TRIALS)

@@ -6,7 +6,8 @@ within a strip. A replicate is a row of counts, one a strip, and a statistic is 
 of every replicate follows from one product of the counts with sums over each strip. Row 0 counts each strip once: the
 sample itself. Levels of penetration share their counts, so that differences between levels are paired.
 
-The products go through einsum, not BLAS: their bits do not depend on threads.
+Sums over strips go through einsum, not BLAS: their bits do not depend on threads. Searches of a table of shapes take a
+hundred times as many operations and go through BLAS; in the study a stage has one thread.
 """
 
 from __future__ import annotations

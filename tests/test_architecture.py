@@ -51,9 +51,9 @@ def within(name: str, package: str) -> bool:
 
 
 @pytest.mark.parametrize("subject", SUBJECTS)
-def test_a_subject_imports_only_errors_and_grid_and_itself(subject):
+def test_a_subject_imports_only_errors_arrays_grid_and_itself(subject):
     """Arrays pass between the subjects in the stages."""
-    allowed = {"roughslip.errors", "roughslip.grid"}
+    allowed = {"roughslip.errors", "roughslip.arrays", "roughslip.grid"}
     package = f"roughslip.{subject}"
     wrong = {
         f"{module} imports {name}"
@@ -65,9 +65,10 @@ def test_a_subject_imports_only_errors_and_grid_and_itself(subject):
     assert wrong == set()
 
 
-def test_errors_and_grid_stand_at_the_bottom():
+def test_errors_arrays_and_grid_stand_at_the_bottom():
     assert {name for name in imported("roughslip.errors") if within(name, "roughslip")} == set()
-    assert {name for name in imported("roughslip.grid") if within(name, "roughslip")} <= {"roughslip.errors"}
+    for module in ("roughslip.arrays", "roughslip.grid"):
+        assert {name for name in imported(module) if within(name, "roughslip")} <= {"roughslip.errors"}
 
 
 def test_only_store_knows_the_file_format():

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError, real
-from roughslip.friction.checks import reals
 from roughslip.friction.resampling import Estimate, check_windows, require_scatter, resampled
 
 LONGEST_WINDOWS = 3.0

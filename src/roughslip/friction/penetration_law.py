@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.checks import reals
 from roughslip.friction.resampling import Estimate
 
 

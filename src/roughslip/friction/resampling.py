@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError, whole
-from roughslip.friction.checks import reals
 
 TAILS = (0.025, 0.975)
 """Probabilities of the ends of a 95 % interval."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.checks import reals
 from roughslip.friction.resampling import (
     NO_SCATTER,
     Estimate,

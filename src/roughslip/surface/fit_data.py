@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.arrays import reals
 from roughslip.errors import ParameterError
-from roughslip.surface.checks import reals
 from roughslip.surface.covariance import Covariance
 
 

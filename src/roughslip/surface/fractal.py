@@ -20,9 +20,9 @@ import numpy as np
 import scipy
 from scipy.special import ndtr
 
+from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
-from roughslip.surface.checks import reals
 from roughslip.surface.random_phases import RandomPhaseMarginal
 
 MOST_WAVES = 100_000

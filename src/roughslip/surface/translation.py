@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
+from roughslip.arrays import reals
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.surface.checks import reals
 from roughslip.surface.marginal import HeightMarginal
 
 TABLE_EDGE, TABLE_NODES = 8.5, 2**13 + 1  # normal scores; beyond the edge lies a probability of 2e-17

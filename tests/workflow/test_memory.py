@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -100,6 +101,20 @@ def test_batches_shrink_until_they_fit(monkeypatch, tmp_path):
         assert numbers[0] == 0, design
         assert numbers[-1] == scenes["paper"][section][key]
         assert numbers[1:-1:2] == numbers[2::2]
+
+
+def test_a_job_asks_for_more_at_each_attempt_and_never_for_more_than_a_node_has(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    wildcards = SimpleNamespace(scene="paper")
+    once = memory.needed_mb(shipped_scene("paper"), "chaos_square") + memory.NODE_MB
+
+    def asked(memory_mb: int) -> list[int]:
+        mem_mb = Scenes(ROOT, ["paper"], memory_mb=memory_mb).memory("chaos_square")
+        return [mem_mb(wildcards, attempt=attempt) for attempt in (1, 2, 3)]
+
+    assert asked(4 * once) == [once, 2 * once, 3 * once]
+    assert asked(2 * once + 10) == [once, 2 * once, 2 * once + 10]
+    assert asked(once) == [once, once, once]
 
 
 def test_the_machine_has_memory():

@@ -128,12 +128,16 @@ class Scenes:
         return lambda wildcards: self.key_file(wildcards.scene, stage)
 
     def memory(self, stage: str) -> Callable[..., int]:
-        """A resource function: megabytes of a job of the stage for the scene of the wildcards, more at each attempt."""
+        """A resource function: megabytes of a job of the stage for the scene of the wildcards.
+
+        More at each attempt, but not more than there is: no node would take that, and not every job died of its memory.
+        """
 
         def mem_mb(wildcards: Any, attempt: int) -> int:
             count = int(wildcards.last) - int(wildcards.first) if hasattr(wildcards, "first") else 0
             name = getattr(wildcards, "scene", self.default[0])
-            return attempt * (memory.needed_mb(self.valid[name], stage, count) + self._beside_mb)
+            needed = memory.needed_mb(self.valid[name], stage, count) + self._beside_mb
+            return max(needed, min(attempt * needed, self.memory_mb))
 
         return mem_mb
 

@@ -44,10 +44,10 @@ def jobs() -> list[str]:
 
 def test_results_are_those_of_this_machine_and_a_killed_job_is_submitted_again(finished, tmp_path):
     project = finished.copy(tmp_path / "copy")
-    command = [PYTHON, "-m", "snakemake", "--profile", "workflow/profiles/slurm", "--config", "memory_mb=4000"]
+    command = [PYTHON, "-m", "snakemake", "tiny", "--profile", "workflow/profiles/slurm", "--config", "memory_mb=4000"]
     log = tmp_path / "log"
     with log.open("w") as said:
-        run = subprocess.Popen([*command, "tiny"], stdout=said, stderr=subprocess.STDOUT, **project.options)
+        run = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, **project.options)
         killed = ""
         while run.poll() is None:
             if not killed and project.path("results/tiny/surface/design.nc").is_file() and (running := jobs()):

@@ -1,4 +1,4 @@
-"""The study on Slurm: the same bits as on this machine, and a job that was killed on its node is submitted again.
+"""The study on Slurm: the same bits as on this machine, whatever was killed on the way.
 
 Runs where a Slurm answers and its plug-in (requirements-cluster.lock) is installed, in this Python or in the one that
 CLUSTER_PYTHON names.
@@ -11,20 +11,23 @@ import shutil
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from workflow.faults.scratch import digests
+from workflow.lib import orphans
 
 PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)
+PROFILE = "workflow/profiles/slurm"
 PLUGIN = "import snakemake_executor_plugin_slurm"
 
 
 def missing() -> str:
     """Why this cannot run here, empty where it can."""
     if shutil.which("sinfo") is None:
-        return "no Slurm here; ../shared/tools/slurm-one-node.sh starts one from Debian's packages"
+        return "no Slurm here"
     if subprocess.run(["sinfo", "--noheader"], capture_output=True, timeout=30).returncode:
         return "Slurm does not answer"
     if subprocess.run([PYTHON, "-c", PLUGIN], capture_output=True).returncode:
@@ -36,25 +39,46 @@ WHY = missing()
 pytestmark = pytest.mark.skipif(WHY != "", reason=WHY)
 
 
-def jobs() -> list[str]:
-    """Numbers of the jobs that run."""
-    said = subprocess.run(["squeue", "--noheader", "--states=RUNNING", "--format=%A"], capture_output=True, text=True)
-    return said.stdout.split()
+@dataclass
+class LoginNode:
+    """Snakemake as it is started on a login node, and what it said."""
 
+    options: dict
+    log: Path
 
-def test_results_are_those_of_this_machine_and_a_killed_job_is_submitted_again(finished, tmp_path):
-    project = finished.copy(tmp_path / "copy")
-    command = [PYTHON, "-m", "snakemake", "tiny", "--profile", "workflow/profiles/slurm", "--config", "memory_mb=4000"]
-    log = tmp_path / "log"
-    with log.open("w") as said:
-        run = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, **project.options)
-        killed = ""
+    def start(self) -> subprocess.Popen:
+        command = [PYTHON, "-m", "snakemake", "tiny", "--profile", PROFILE, "--config", "memory_mb=4000"]
+        with self.log.open("w") as said:
+            return subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, **self.options)
+
+    def latest_job(self, run: subprocess.Popen, made: Path) -> str:
+        """Of those that run on a node as soon as a result is there."""
         while run.poll() is None:
-            if not killed and project.path("results/tiny/surface/design.nc").is_file() and (running := jobs()):
-                killed = running[0]
-                subprocess.run(["scancel", "--signal=KILL", "--full", killed], check=True)
+            if made.exists() and (running := orphans.jobs(self.options["cwd"], "RUNNING")):
+                return max(running, key=int)
             time.sleep(0.2)
-    assert run.returncode == 0, log.read_text()[-5000:]
-    assert killed
-    assert "Trying to restart job" in log.read_text()
-    assert digests(Path(project.path("results/tiny"))) == digests(Path(finished.path("results/tiny")))
+        raise AssertionError(self.log.read_text()[-5000:])
+
+
+def test_results_are_those_of_this_machine_whatever_is_killed(finished, tmp_path):
+    """Snakemake itself, whose jobs must be out of the queue before the next; then a job, which is submitted again."""
+    project = finished.copy(tmp_path / "copy")
+    login = LoginNode(project.options, tmp_path / "log")
+
+    run = login.start()
+    job = login.latest_job(run, made=project.path("results/tiny/keys"))
+    run.kill()
+    run.wait()
+    assert login.start().wait(timeout=300) == 1
+    said = login.log.read_text()
+    assert f"{project.folder}: jobs of a run that is gone are in the queue" in said
+    left = said.rpartition("scancel ")[2].split()
+    assert job in left
+    subprocess.run(["scancel", *left], check=True)
+
+    run = login.start()
+    job = login.latest_job(run, made=project.path("results/tiny/surface/design.nc"))
+    subprocess.run(["scancel", "--signal=KILL", "--full", job], check=True)
+    assert run.wait(timeout=1500) == 0, login.log.read_text()[-5000:]
+    assert "Trying to restart job" in login.log.read_text()
+    assert digests(project.path("results/tiny")) == digests(finished.path("results/tiny"))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from roughslip.errors import InputError
 
-_ALIVE = "PENDING,CONFIGURING,RUNNING,SUSPENDED"  # states of jobs that will still write
+ALIVE = "PENDING,CONFIGURING,RUNNING,SUSPENDED"  # states of jobs that will still write
 _OF_A_RULE = "rule_"  # begins the comment of every job that the plug-in submits
 _SECONDS = 60.0  # for Slurm to answer
 
@@ -21,23 +21,27 @@ _SECONDS = 60.0  # for Slurm to answer
 def refuse(folder: Path) -> None:
     """Raise InputError where jobs of rules that were submitted from the folder are in the queue of Slurm.
 
-    To be asked where no run is at work in the folder, so that nobody waits for them. Without Slurm there are none, and
-    where it does not answer none are known.
+    To be asked where no run is at work in the folder, so that nobody waits for them.
+    """
+    if left := jobs(folder):
+        raise InputError(
+            f"{folder.resolve()}: jobs of a run that is gone are in the queue of Slurm and would write over those of "
+            f"this one; before you start again: scancel {' '.join(left)}"
+        )
+
+
+def jobs(folder: Path, states: str = ALIVE) -> list[str]:
+    """Numbers of the jobs of rules that were submitted from a folder and are in such a state.
+
+    Without Slurm there are none, and where it does not answer none are known.
     """
     if shutil.which("squeue") is None:
-        return
-    command = ["squeue", "--noheader", f"--user={os.getuid()}", f"--states={_ALIVE}", "--format=%A|%k|%Z"]
+        return []
+    command = ["squeue", "--noheader", f"--user={os.getuid()}", f"--states={states}", "--format=%A|%k|%Z"]
     try:
         answer = subprocess.run(command, capture_output=True, text=True, timeout=_SECONDS)
     except (OSError, subprocess.TimeoutExpired):
-        return
-    jobs = [line.split("|", 2) for line in answer.stdout.splitlines() if line.count("|") > 1]
+        return []
+    lines = [line.split("|", 2) for line in answer.stdout.splitlines() if line.count("|") > 1]
     here = folder.resolve()
-    orphans = [
-        job for job, comment, at in jobs if comment.startswith(_OF_A_RULE) and Path(at.strip()).resolve() == here
-    ]
-    if orphans:
-        raise InputError(
-            f"{here}: jobs of a run that is gone are in the queue of Slurm and would write over those of this one; "
-            f"before you start again: scancel {' '.join(orphans)}"
-        )
+    return [job for job, comment, at in lines if comment.startswith(_OF_A_RULE) and Path(at.strip()).resolve() == here]

@@ -109,12 +109,12 @@ def test_a_job_asks_for_more_at_each_attempt_and_never_for_more_than_a_node_has(
     once = memory.needed_mb(shipped_scene("paper"), "chaos_square") + memory.NODE_MB
 
     def asked(memory_mb: int) -> list[int]:
-        mem_mb = Scenes(ROOT, ["paper"], memory_mb=memory_mb).memory("chaos_square")
+        mem_mb = Scenes(ROOT, ["given"], memory_mb=memory_mb).memory("chaos_square")
         return [mem_mb(wildcards, attempt=attempt) for attempt in (1, 2, 3)]
 
     assert asked(4 * once) == [once, 2 * once, 3 * once]
     assert asked(2 * once + 10) == [once, 2 * once, 2 * once + 10]
-    assert asked(once) == [once, once, once]
+    assert asked(once + 5) == [once, once + 5, once + 5]
 
 
 def test_the_machine_has_memory():

@@ -26,7 +26,7 @@ def refuse(folder: Path) -> None:
     if left := jobs(folder):
         raise InputError(
             f"{folder.resolve()}: jobs of a run that is gone are in the queue of Slurm and would write over those of "
-            f"this one; before you start again: scancel {' '.join(left)}"
+            f"this one; start again when they are done, or after: scancel {' '.join(left)}"
         )
 
 

@@ -210,7 +210,7 @@ MISTAKES = {
     "ensemble: {nodes_per_correlation_length: auto}": "ensemble.count_error: missing; "
     "ensemble.nodes_per_correlation_length = auto needs it",
     "ensemble: {count_error: 0.01}": "ensemble.count_error: 0.01 is not allowed beside "
-    "ensemble.nodes_per_correlation_length = 8; only auto takes it",
+    "ensemble.nodes_per_correlation_length = 4; only auto takes it",
     "ensemble: {process: jacobi}": "ensemble.process: 'jacobi' is not allowed; one of recursion, embedding, spectral",
     "ensemble: {interpolation: quintic}": "ensemble.interpolation: 'quintic' is not allowed; one of cubic, linear",
     "targets: [figure5]\nensemble: {marginal: empirical}\n"

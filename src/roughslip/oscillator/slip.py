@@ -24,6 +24,7 @@ MOST_TRIED = 5  # steps, until one ends at a node
 LONGEST_STEP = 0.5  # so that the quintic dense output sees every extreme of X'
 SHORTEST_SLIP = 1e-7  # a phase back at the belt after so short a time is none: V h^2 / 2 drowns in the rounding of V
 SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it, if friction is that of either side
+AT_NODE = 1e-9  # of a node spacing: no distance
 MISPLACED = 0.1  # of the error allowed: what friction of the wrong side of a node may do
 LARGEST_GROWTH, LEAST_GROWTH = 5.0, 0.2  # of a step
 
@@ -123,37 +124,37 @@ def excess(error: float, h: float, end: State, p: Coefficients, numerics: Numeri
 
 
 @njit(cache=True, error_model="numpy")
-def off_node(
-    end: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, numerics: Numerics
-) -> float:  # fmt: skip
-    """How much longer a step h is to be that ends beside a node; 0 where it need not.
+def misplaced(
+    y: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, numerics: Numerics
+) -> bool:  # fmt: skip
+    """Whether friction of the other side of the node that ends a piece matters at a state beside it, in a step h.
 
-    Friction of the wrong piece errs in proportion to the distance from the node, at the end of the step or at the
-    beginning of the next one: X' by half of that times the time there.
+    It errs in proportion to the distance from the node, and X' by half of that times the time there.
     """
-    left = piece.right - place(end.tau, end.s, p)
-    rate = p.advance if p.advance > 0.0 else sigma * (p.V - end.u)
-    if left > SLACK * path.spacing or not rate > 0.0:
-        return 0.0
+    left = piece.right - place(y.tau, y.s, p)
+    rate = p.advance if p.advance > 0.0 else sigma * (p.V - y.u)
+    if abs(left) <= AT_NODE * path.spacing + 1e-15 * rate * y.tau:
+        return False
     z = piece.right - left
-    wrong = p.F * (offset(piece_at(path, piece.right + SLACK * path.spacing), z) - offset(piece, z))
-    left /= rate
-    return left if excess(abs(0.5 * wrong * left), h, end, p, numerics) > MISPLACED else 0.0
+    wrong = p.F * abs(offset(piece_at(path, piece.right + SLACK * path.spacing), z) - offset(piece, z))
+    h = min(h, path.spacing / rate) if rate > 0.0 else h
+    return not excess(0.5 * wrong * abs(left), rate * h, y, p, numerics) <= MISPLACED
 
 
 @njit(cache=True, error_model="numpy")
 def tried(
     y: State, h: float, sigma: float, piece: Piece, here: Branch, path: Path, p: Coefficients, numerics: Numerics
 ) -> tuple[State, float, float, float, int]:  # fmt: skip
-    """A step h, taken again where it ends beside a node: its end, error, length, error over what is allowed, and how
-    many were taken."""
+    """A step h, taken again where it passes a node: its end, error, length, error over what is allowed, and how many
+    were taken."""
     end, error = step(numerics.pair, y, h, sigma, piece, here.p)
     ratio, taken = excess(error, h, end, p, numerics), 1
-    while path.nodes.size > 0 and ratio <= 1.0 and taken < MOST_TRIED:
-        longer = off_node(end, h, sigma, piece, path, p, numerics)
-        if longer == 0.0 or not h + longer > 0.0:
+    while ratio <= 1.0 and taken < MOST_TRIED:
+        passed = place(end.tau, end.s, p) - piece.right
+        if not (passed > 0.0 and misplaced(end, h, sigma, piece, path, p, numerics)):
             break
-        h += longer
+        rate = p.advance if p.advance > 0.0 else sigma * (p.V - end.u)
+        h = h - passed / rate if 0.0 < passed < rate * h else 0.5 * h
         end, error = step(numerics.pair, y, h, sigma, piece, here.p)
         ratio, taken = excess(error, h, end, p, numerics), taken + 1
     return end, error, h, ratio, taken
@@ -215,7 +216,7 @@ def slip(
     so that the sum does not grow with the number of nodes that end a step.
     """
     slack = SLACK * path.spacing
-    piece = piece_at(path, place(start.tau, start.s, p) + slack)
+    piece = piece_at(path, place(start.tau, start.s, p) + AT_NODE * path.spacing)
     u = p.V if pace.allowed == 0.0 else start.u
     here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
     y = completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
@@ -224,7 +225,9 @@ def slip(
     while steps < step_limit:
         first = y.tau == since
         z = place(y.tau, y.s, p)
-        if z >= piece.right - slack:
+        if z >= piece.right - slack and not (
+            z < piece.right and misplaced(y, pace.allowed, sigma, piece, path, p, numerics)
+        ):
             if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
                 return Slip(PATH_OVER, y, backwards, steps, total, pace, cuts)
             if not reaches(path, z + slack):

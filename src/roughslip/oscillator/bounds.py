@@ -131,10 +131,20 @@ def gap_at(
 
 
 @njit(cache=True)
+def speed_gap(y: State, end: State, h: float, to: Bound) -> Quintic:
+    """The distance from a bound of speed over a step h."""
+    side = to.side
+    start, stop = side * (to.level - y.u), side * (to.level - end.u)
+    return quintic(h, start, -side * y.a, -side * y.j, stop, -side * end.a, -side * end.j)
+
+
+@njit(cache=True)
 def gap_over(
     y: State, end: State, h: float, to: Bound, here: Branch, sigma: float, piece: Piece, p: Coefficients
 ) -> Quintic:  # fmt: skip
     """The distance from a bound over a step h."""
+    if to.kind != ZERO:
+        return speed_gap(y, end, h, to)
     g0, d0, e0 = gap_at(y, to, here, sigma, piece, p)
     g1, d1, e1 = gap_at(end, to, here, sigma, piece, p)
     return quintic(h, g0, d0, e0, g1, d1, e1)
@@ -209,13 +219,27 @@ def meet(
 
 
 @njit(cache=True, error_model="numpy")
+def stays_within(
+    y: State, end: State, h: float, first: bool, here: Branch, sigma: float, piece: Piece, p: Coefficients,
+    tolerance: float,
+) -> bool:  # fmt: skip
+    """Whether a step h from y to `end` surely meets no bound of its branch: most steps, at the least cost.
+
+    first : whether it departs from the belt, which it is not to meet
+    """
+    if here.cut or may_cut(piece, p) or knots(p.law, here.row)[1] < np.inf:
+        return False
+    return (first and here.row == 0) or bracket(
+        speed_gap(y, end, h, bound(LOWER, here, sigma, tolerance, p)), h, p
+    ) == 0.0
+
+
+@njit(cache=True, error_model="numpy")
 def within_bounds(
     y: State, end: State, error: float, h: float, first: bool, here: Branch, sigma: float, piece: Piece,
     p: Coefficients, pair: int, tolerance: float,
 ) -> tuple[int, State, float, float, int]:  # fmt: skip
-    """Shorten a step h from y to `end` to where it meets the first bound of its branch.
-
-    first : whether it departs from the belt, which it is not to meet
+    """Shorten a step h from y to `end` to where it meets the first bound of its branch; arguments as before.
 
     Returns the bound, NONE if it meets none; the end, the error and the length of the step, how many were taken.
     """

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from roughslip.oscillator.bounds import LOWER, NONE, Branch, behind, branch_at, on_piece, within_bounds
+from roughslip.oscillator.bounds import LOWER, NONE, Branch, behind, branch_at, on_piece, stays_within, within_bounds
 from roughslip.oscillator.dense import lowest, stationary, value, velocity
 from roughslip.oscillator.equation import State, completed, cut, place
 from roughslip.oscillator.pairs import ORDERS, step
@@ -147,16 +147,17 @@ def tried(
 ) -> tuple[State, float, float, float, int]:  # fmt: skip
     """A step h, taken again where it passes a node: its end, error, length, error over what is allowed, and how many
     were taken."""
-    end, error = step(numerics.pair, y, h, sigma, piece, here.p)
-    ratio, taken = excess(error, h, end, p, numerics), 1
-    while ratio <= 1.0 and taken < MOST_TRIED:
+    taken = 0
+    while True:
+        end, error = step(numerics.pair, y, h, sigma, piece, here.p)
+        ratio, taken = excess(error, h, end, p, numerics), taken + 1
         passed = place(end.tau, end.s, p) - piece.right
-        if not (passed > 0.0 and misplaced(end, h, sigma, piece, path, p, numerics)):
+        if passed <= 0.0 or not ratio <= 1.0 or taken == MOST_TRIED:
+            break
+        if not misplaced(end, h, sigma, piece, path, p, numerics):
             break
         rate = p.advance if p.advance > 0.0 else sigma * (p.V - end.u)
         h = h - passed / rate if 0.0 < passed < rate * h else 0.5 * h
-        end, error = step(numerics.pair, y, h, sigma, piece, here.p)
-        ratio, taken = excess(error, h, end, p, numerics), taken + 1
     return end, error, h, ratio, taken
 
 
@@ -252,10 +253,11 @@ def slip(
                 return Slip(NO_SLIP, y, False, steps, 0.0, pace, cuts)
             pace = shorter(pace, 0.25 * h)
             continue
-        met, end, error, length, taken = within_bounds(
-            y, end, error, h, first, here, sigma, piece, p, numerics.pair, numerics.tolerance
-        )
-        if taken > 0:
+        met, length = NONE, h
+        if not stays_within(y, end, h, first, here, sigma, piece, p, numerics.tolerance):
+            met, end, error, length, taken = within_bounds(
+                y, end, error, h, first, here, sigma, piece, p, numerics.pair, numerics.tolerance
+            )
             steps += taken
             ratio = excess(error, length, end, p, numerics)
             if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over

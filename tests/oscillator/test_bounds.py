@@ -1,9 +1,12 @@
 """Steps of slip that end where its equation changes, against motions in closed form on both sides."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from roughslip.oscillator.law import CoulombLaw, TableLaw
@@ -126,6 +129,28 @@ def test_samples_between_steps_are_as_good_as_steps(integrator):
     found = drawn(LEVEL, None, 1.0, 1e-11, integrator, "time")
     assert found.position == pytest.approx(0.4 + 2.6 * np.cos(found.time), abs=1e-10)
     assert found.velocity == pytest.approx(-2.6 * np.sin(found.time), abs=1e-10)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_friction_that_is_cut_for_a_part_of_a_step_is_seen(tolerance):
+    """It falls below zero in the first half of a piece and is above zero in its middle and at both its ends.
+
+    X = X0 cos t + the integral of sin(t - z) mu(z): free motion and the response to friction (Duhamel).
+    """
+    spacing, nodes = 0.05, np.array([0.415, -0.360, -0.207, -0.426, 0.0, 0.1, 0.1, 0.1]) + 0.371
+    out = np.array([nodes[1] - nodes[0], *0.5 * (nodes[2:] - nodes[:-2]), nodes[-1] - nodes[-2]])
+    mu = CubicHermiteSpline(spacing * np.arange(8), nodes, out / spacing)
+    law, end = CoulombLaw(0.371, 0.371), 6.5 * spacing
+    found = trajectory(
+        FIXED, law, nodes - 0.371, spacing, end / (2 * math.pi), tolerance, START, True, "cubic", "time", "clip",
+        "dormand_prince853", 2000,
+    )  # fmt: skip
+    assert mu(0.065) < 0.0 < min(mu(0.05), mu(0.075), mu(0.1))
+    t = found.time[-1]
+    kinks = [z for z in mu.roots(extrapolate=False) if z < t] + [spacing * k for k in range(1, 7) if spacing * k < t]
+    parts = itertools.pairwise([0.0, *sorted(kinks), t])
+    response = sum(quad(lambda z: math.sin(t - z) * max(float(mu(z)), 0.0), a, b, epsabs=1e-15)[0] for a, b in parts)
+    assert found.position[-1] == pytest.approx(START * math.cos(t) + response, abs=5.0 * tolerance * t)
 
 
 @pytest.mark.parametrize("pair", [FEHLBERG45, DORMAND_PRINCE853])

@@ -25,6 +25,7 @@ NONE, LOWER, UPPER, ZERO = 0, 1, 2, 3  # the bound that a step ends at: of speed
 GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is judged by a step that ends there
 REACHED = 1e-15  # of V: X' is the belt's
 NEAR = 1e-5  # of a step: from so close the series of X' to the jerk meets the belt, to 1e-15 of what the step does
+MOST_TAKEN = 200  # steps to meet a bound
 BEYOND = 0.1  # of the tolerance: so far beyond a kink one side gives way to the other, or rounding would alternate them
 
 
@@ -156,7 +157,8 @@ def bracket(gap: Quintic, h: float, p: Coefficients) -> float:
     there; 0 if it stays away.
 
     Where the dense output has one root, up to the end; where it has an extreme near the bound, up to there; where it
-    is not clear, half the step. A step taken again that does not meet the bound stands, and the next begins there.
+    is not clear, half the step, which is to be told likewise. A step taken again up to an extreme that does not meet
+    the bound stands, and the next begins there.
     """
     if gap.b5 <= 0.0:
         return h if sign_changes(gap) <= 1 else 0.5 * h
@@ -253,10 +255,14 @@ def within_bounds(
             continue
         to = bound(kind, here, sigma, tolerance, p)
         late = bracket(gap_over(y, end, h, to, here, sigma, piece, p), h, p)
-        if late > 0.0:
+        while late > 0.0 and taken < MOST_TAKEN:
+            halved = late == 0.5 * h
             arrived, end, error, h, tried = meet(y, end, h, late, to, here, sigma, piece, p, pair)
             met = kind if arrived else NONE
             taken += tried
+            if arrived or not halved:
+                break
+            late = bracket(gap_over(y, end, h, to, here, sigma, piece, p), h, p)
     return met, end, error, h, taken
 
 

@@ -145,7 +145,7 @@ def test_friction_that_is_cut_for_a_part_of_a_step_is_seen(tolerance):
         FIXED, law, nodes - 0.371, spacing, end / (2 * math.pi), tolerance, START, True, "cubic", "time", "clip",
         "dormand_prince853", 2000,
     )  # fmt: skip
-    assert mu(0.065) < 0.0 < min(mu(0.05), mu(0.075), mu(0.1))
+    assert mu(0.06) < 0.0 < min(mu(0.05), mu(0.075), mu(0.1))
     t = found.time[-1]
     kinks = [z for z in mu.roots(extrapolate=False) if z < t] + [spacing * k for k in range(1, 7) if spacing * k < t]
     parts = itertools.pairwise([0.0, *sorted(kinks), t])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from roughslip.oscillator.bounds import LOWER, bound, bracket, branch, gap_over, meet
 from roughslip.oscillator.equation import State, completed
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw
 from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, step
@@ -16,8 +17,6 @@ from roughslip.oscillator.slip import (
     TIME_OVER,
     Numerics,
     Pace,
-    belt_bracket,
-    meet_belt,
     slip,
     step_to_node,
 )
@@ -65,6 +64,14 @@ def near_top(top, excess):
     return start(0.4 * F - radius * math.sin(top), radius * math.cos(top))
 
 
+HERE = branch(0, False, UNDAMPED)
+BELT = bound(LOWER, HERE, 1.0, 1e-9, UNDAMPED)
+
+
+def late_over(y, end, h):
+    return bracket(gap_over(y, end, h, BELT, HERE, 1.0, FREE, UNDAMPED), h, UNDAMPED)
+
+
 @pytest.mark.parametrize(("top", "h"), [(0.06, 0.12), (0.2, 0.21), (0.01, 0.2), (0.25, 0.5)])
 def test_double_crossing_inside_a_step_is_seen(top, h):
     """X' rises above V and falls back within one step, early, in its middle or late: the first crossing is met."""
@@ -72,15 +79,15 @@ def test_double_crossing_inside_a_step_is_seen(top, h):
     y = near_top(top, excess)
     end, _ = step(DORMAND_PRINCE853, y, h, 1.0, FREE, UNDAMPED)
     assert max(y.u, end.u) < V
-    late = belt_bracket(y, end, h, 1.0, UNDAMPED)
+    late = late_over(y, end, h)
     assert 0.0 < late < h
     while late > 0.0:
-        arrived, end, *_ = meet_belt(y, end, h, late, 1.0, FREE, UNDAMPED, DORMAND_PRINCE853)
+        arrived, end, *_ = meet(y, end, h, late, BELT, HERE, 1.0, FREE, UNDAMPED, DORMAND_PRINCE853)
         if arrived:
             break
         y, h = end, h - late
         end, _ = step(DORMAND_PRINCE853, y, h, 1.0, FREE, UNDAMPED)
-        late = belt_bracket(y, end, h, 1.0, UNDAMPED)
+        late = late_over(y, end, h)
     assert arrived
     assert end.tau == pytest.approx(top - math.acos(V / (V + excess)), abs=1e-6)
     assert phase(near_top(top, excess), allowed=0.5).y.tau == pytest.approx(end.tau, abs=1e-5)

@@ -32,7 +32,7 @@ def place(tau: float, s: float, p: Coefficients) -> float:
 @njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: Coefficients) -> float:
     """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0."""
-    mu = max(sliding(sigma * p.omega * (p.V - u), p.law) + mu_s, 0.0)
+    mu = max(sliding(sigma * p.omega * (p.V - u), p.law) + mu_s, p.floor)
     drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
     return sigma * p.F * mu - (2.0 * p.D * u + x - drive)
 
@@ -42,7 +42,7 @@ def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p
     """X''' [m] in slip of sign sigma."""
     speed, z = sigma * p.omega * (p.V - u), place(tau, s, p)
     mu_rate = 0.0
-    if p.law.least + offset(piece, z) > 0.0 or sliding(speed, p.law) + offset(piece, z) > 0.0:
+    if p.law.least + offset(piece, z) > p.floor or sliding(speed, p.law) + offset(piece, z) > p.floor:
         advance = p.advance if p.advance > 0.0 else sigma * (p.V - u)
         mu_rate = -sliding_slope(speed, p.law) * sigma * p.omega * a + offset_slope(piece, z) * advance
     drive = p.q * p.r * math.sin(p.r * tau) if p.q > 0.0 else 0.0

@@ -86,6 +86,12 @@ def stribeck_slope(speed: Any, fit: float, decay: float, quadratic: float) -> An
     return -fit * decay / (1.0 + decay * speed) ** 2 + 2.0 * quadratic * speed
 
 
+@register_jitable(error_model="numpy", fastmath=CONTRACTED)
+def stribeck_curvature(speed: Any, fit: float, decay: float, quadratic: float) -> Any:
+    """d^2 mu_D / d|v_rel|^2 [s^2/m^2] at a speed |v_rel| >= 0."""
+    return 2.0 * (fit * decay * decay / (1.0 + decay * speed) ** 3 + quadratic)
+
+
 @njit(cache=True)
 def _row_at(speed: float, table: np.ndarray) -> int:
     """The row of a table that holds a speed; the first goes on below it, the last, a constant, above."""
@@ -111,6 +117,23 @@ def _tabulated_slope(speed: float, table: np.ndarray) -> float:
     row = table[_row_at(speed, table)]
     d = speed - row[0]
     return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
+
+
+@njit(cache=True)
+def _tabulated_curvature(speed: float, table: np.ndarray) -> float:
+    row = table[_row_at(speed, table)]
+    return 2.0 * row[3] + 6.0 * row[4] * (speed - row[0])
+
+
+@njit(cache=True)
+def _knots(table: np.ndarray, row: int) -> tuple[float, float]:
+    return table[row, 0], table[row + 1, 0] if row + 1 < table.shape[0] else np.inf
+
+
+@njit(cache=True)
+def _spread(table: np.ndarray, row: int) -> float:
+    below, above = _knots(table, row)
+    return min(below - table[row - 1, 0], above - below)
 
 
 def sliding(speed: float, law: SlidingLaw) -> float:
@@ -139,6 +162,68 @@ def _compiled_sliding_slope(speed: Any, law: Any) -> Any:
     if law.instance_class is ClosedForm:
         return lambda speed, law: stribeck_slope(speed, law.fit, law.decay, law.quadratic)
     return lambda speed, law: _tabulated_slope(speed, law.table)
+
+
+def sliding_curvature(speed: float, law: SlidingLaw) -> float:
+    """d^2 mu_D / d|v_rel|^2 [s^2/m^2] at a speed |v_rel| >= 0."""
+    if isinstance(law, ClosedForm):
+        return stribeck_curvature(speed, law.fit, law.decay, law.quadratic)
+    return _tabulated_curvature(speed, law.table)
+
+
+def row_at(speed: float, law: SlidingLaw) -> int:
+    """The row of a table that holds a speed, 0 for the closed form."""
+    return 0 if isinstance(law, ClosedForm) else _row_at(speed, law.table)
+
+
+def knots(law: SlidingLaw, row: int) -> tuple[float, float]:
+    """Between which speeds [m/s] a row of a table holds; a closed form holds throughout."""
+    return (0.0, math.inf) if isinstance(law, ClosedForm) else _knots(law.table, row)
+
+
+def spread(law: SlidingLaw, row: int) -> float:
+    """The shorter of the distances [m/s] from the knot where a row of a table begins to the knots beside it."""
+    return 0.0 if isinstance(law, ClosedForm) else _spread(law.table, row)
+
+
+def in_row(law: SlidingLaw, row: int) -> SlidingLaw:
+    """A law whose table has this row alone, which goes on for ever; the closed form as it is."""
+    return law if isinstance(law, ClosedForm) else Cubics(law.static, law.rest, law.least, law.table[row : row + 1])
+
+
+@overload(sliding_curvature, jit_options={"error_model": "numpy"}, strict=False)
+def _compiled_sliding_curvature(speed: Any, law: Any) -> Any:
+    if law.instance_class is ClosedForm:
+        return lambda speed, law: stribeck_curvature(speed, law.fit, law.decay, law.quadratic)
+    return lambda speed, law: _tabulated_curvature(speed, law.table)
+
+
+@overload(row_at, strict=False)
+def _compiled_row_at(speed: Any, law: Any) -> Any:
+    if law.instance_class is ClosedForm:
+        return lambda speed, law: 0
+    return lambda speed, law: _row_at(speed, law.table)
+
+
+@overload(knots, strict=False)
+def _compiled_knots(law: Any, row: Any) -> Any:
+    if law.instance_class is ClosedForm:
+        return lambda law, row: (0.0, np.inf)
+    return lambda law, row: _knots(law.table, row)
+
+
+@overload(spread, strict=False)
+def _compiled_spread(law: Any, row: Any) -> Any:
+    if law.instance_class is ClosedForm:
+        return lambda law, row: 0.0
+    return lambda law, row: _spread(law.table, row)
+
+
+@overload(in_row, strict=False)
+def _compiled_in_row(law: Any, row: Any) -> Any:
+    if law.instance_class is ClosedForm:
+        return lambda law, row: law
+    return lambda law, row: Cubics(law.static, law.rest, law.least, law.table[row : row + 1])
 
 
 def _check(law: object, *names: str) -> None:

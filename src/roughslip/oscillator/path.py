@@ -90,6 +90,14 @@ def offset_curvature(piece: Piece, s: float) -> float:
     return (2.0 * piece.c2 + t * 6.0 * piece.c3) * (piece.per_spacing * piece.per_spacing)
 
 
+@njit(cache=True)
+def lowest_offset(piece: Piece) -> float:
+    """A number that mu_S does not fall below on a piece: the least of its control points in Bernstein's form."""
+    early, whole = piece.c0 + piece.c1 / 3.0, piece.c0 + piece.c1 + piece.c2 + piece.c3
+    late = piece.c0 + (2.0 * piece.c1 + piece.c2) / 3.0
+    return min(min(piece.c0, early), min(late, whole))
+
+
 class PathFeed:
     """A path that arrives in pieces, of which it keeps what the motion may still read.
 

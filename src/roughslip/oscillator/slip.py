@@ -6,37 +6,27 @@ regularised. Steps end at the nodes of the friction path, where its second deriv
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from roughslip.oscillator.dense import (
-    Quintic,
-    draw,
-    first_zero,
-    lowest,
-    quintic,
-    sign_changes,
-    slope,
-    stationary,
-    value,
-    velocity,
-)
+from roughslip.oscillator.bounds import LOWER, NONE, Branch, behind, branch_at, on_piece, stays_within, within_bounds
+from roughslip.oscillator.dense import lowest, stationary, value, velocity
 from roughslip.oscillator.equation import State, completed, cut, place
 from roughslip.oscillator.pairs import ORDERS, step
-from roughslip.oscillator.path import Path, Piece, piece_at, reaches
+from roughslip.oscillator.path import Path, Piece, offset, piece_at, reaches
 from roughslip.oscillator.system import Coefficients
 
 AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP, NODES_OVER, NEGATIVE = 0, 1, 2, 3, 4, 5, 6
 FIRST_STEP = 1e-2  # of a slip phase, in units of 1/omega
+MOST_TRIED = 5  # steps, until one ends at a node
 LONGEST_STEP = 0.5  # so that the quintic dense output sees every extreme of X'
 SHORTEST_SLIP = 1e-7  # a phase back at the belt after so short a time is none: V h^2 / 2 drowns in the rounding of V
-SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it
-GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is judged by a step that ends there
-REACHED = 1e-15  # of V: X' is the belt's
-NEAR = 1e-5  # of a step: from so close the series of X' to the jerk meets the belt, to 1e-15 of what the step does
+SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it, if friction is that of either side
+AT_NODE = 1e-9  # of a node spacing: no distance
+MISPLACED = 0.1  # of the error allowed: what friction of the wrong side of a node may do
+LARGEST_GROWTH, LEAST_GROWTH = 5.0, 0.2  # of a step
 
 
 class Numerics(NamedTuple):
@@ -108,78 +98,6 @@ def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> 
     return step
 
 
-@njit(cache=True)
-def gap_over(y: State, end: State, h: float, sigma: float, p: Coefficients) -> Quintic:
-    """sigma (V - X') over a step h: zero at the belt."""
-    start, stop = sigma * (p.V - y.u), sigma * (p.V - end.u)
-    return quintic(h, start, -sigma * y.a, -sigma * y.j, stop, -sigma * end.a, -sigma * end.j)
-
-
-@njit(cache=True)
-def belt_bracket(y: State, end: State, h: float, sigma: float, p: Coefficients) -> float:
-    """How much of a step h from y to `end` is to be taken again to tell whether X' = V; 0 if it stays away.
-
-    Where the dense output has one root, up to the end; where it has an extreme near the belt, up to there; where it
-    is not clear, half the step. A step taken again that does not meet the belt stands, and the next begins there.
-    """
-    gap = gap_over(y, end, h, sigma, p)
-    if gap.b5 <= 0.0:
-        return h if sign_changes(gap) <= 1 else 0.5 * h
-    if lowest(gap) > 0.0:
-        return 0.0
-    if slope(gap, 0.0) < 0.0 < slope(gap, 1.0):
-        t = stationary(gap)
-        margin = GRAZING * (p.V + p.F) * (4.0 * t * (1.0 - t)) ** 3  # the quintic errs as t^3 (1 - t)^3
-        return t * h if value(gap, t) <= margin else 0.0
-    return 0.5 * h
-
-
-@njit(cache=True, error_model="numpy")
-def to_belt(y: State, sigma: float, p: Coefficients) -> float:
-    """The time from near the belt until X' = V by the series of X' to the jerk; infinite where it turns away."""
-    gap, rate = sigma * (p.V - y.u), sigma * y.a
-    root = rate * rate + 2.0 * sigma * y.j * gap
-    return 2.0 * gap / (rate + math.sqrt(root)) if rate > 0.0 and root > 0.0 else np.inf
-
-
-@njit(cache=True)
-def arrival(y: State, dt: float, sigma: float, p: Coefficients) -> State:
-    """The state at the belt a short time dt after, or before, y."""
-    dx = dt * (y.u + dt * (y.a / 2 + dt * y.j / 6))
-    return State(y.tau + dt, y.x + dx, p.V, y.s + sigma * (p.V * dt - dx), y.a + dt * y.j, y.j)
-
-
-@njit(cache=True, error_model="numpy")
-def meet_belt(
-    y: State, end: State, h: float, late: float, sigma: float, piece: Piece, p: Coefficients, pair: int
-) -> tuple[bool, State, float, float, int]:  # fmt: skip
-    """Shorten a step h from y to `end` so that X' = V to rounding: Newton on re-taken steps in the bracket (0, late].
-
-    Returns whether it meets the belt, else the step that ends at late and has not reached it; the end, the error and
-    the length of the step, and how many were taken.
-    """
-    low, high, taken, error = 0.0, late, 0, 0.0
-    trial = late if late < h else h * first_zero(gap_over(y, end, h, sigma, p))
-    while taken < 100:
-        h = trial
-        end, error = step(pair, y, h, sigma, piece, p)
-        taken += 1
-        gap = sigma * (p.V - end.u)
-        if gap > 0.0 and h == late:
-            return False, end, error, h, taken
-        left = to_belt(end, sigma, p)
-        if abs(left) <= NEAR * h and h + left <= late:
-            return True, arrival(end, left, sigma, p), error, h + left, taken
-        if gap > 0.0:
-            low = h
-        else:
-            high = h
-        trial = h + left if low < h + left < high else 0.5 * (low + high)
-        if abs(gap) <= REACHED * p.V or abs(trial - h) <= 1e-15 * late:
-            break
-    return True, State(end.tau, end.x, p.V, end.s, end.a, end.j), error, h, taken
-
-
 @njit(cache=True, error_model="numpy")
 def to_node(y: State, h: float, right: float, sigma: float, p: Coefficients) -> float:
     """The largest step up to h that passes no further along the path than to its coordinate `right`."""
@@ -202,15 +120,53 @@ def turns_backwards(y: State, end: State) -> bool:
 @njit(cache=True, error_model="numpy")
 def excess(error: float, h: float, end: State, p: Coefficients, numerics: Numerics) -> float:
     """The error of a step over what is allowed."""
-    return error / (h * numerics.tolerance * (p.F + max(abs(end.x), abs(end.u))))
+    return error / (h * numerics.tolerance * (p.F + max(abs(end.x), abs(end.u)))) if error != 0.0 else 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def misplaced(
+    y: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, numerics: Numerics
+) -> bool:  # fmt: skip
+    """Whether friction of the other side of the node that ends a piece matters at a state beside it, in a step h.
+
+    It errs in proportion to the distance from the node, and X' by half of that times the time there.
+    """
+    left = piece.right - place(y.tau, y.s, p)
+    rate = p.advance if p.advance > 0.0 else sigma * (p.V - y.u)
+    if abs(left) <= AT_NODE * path.spacing + 1e-15 * rate * y.tau:
+        return False
+    z = piece.right - left
+    wrong = p.F * abs(offset(piece_at(path, piece.right + SLACK * path.spacing), z) - offset(piece, z))
+    h = min(h, path.spacing / rate) if rate > 0.0 else h
+    return not excess(0.5 * wrong * abs(left), rate * h, y, p, numerics) <= MISPLACED
+
+
+@njit(cache=True, error_model="numpy")
+def tried(
+    y: State, h: float, sigma: float, piece: Piece, here: Branch, path: Path, p: Coefficients, numerics: Numerics
+) -> tuple[State, float, float, float, int]:  # fmt: skip
+    """A step h, taken again where it passes a node: its end, error, length, error over what is allowed, and how many
+    were taken."""
+    taken = 0
+    while True:
+        end, error = step(numerics.pair, y, h, sigma, piece, here.p)
+        ratio, taken = excess(error, h, end, p, numerics), taken + 1
+        passed = place(end.tau, end.s, p) - piece.right
+        if passed <= 0.0 or not ratio <= 1.0 or taken == MOST_TRIED:
+            break
+        if not misplaced(end, h, sigma, piece, path, p, numerics):
+            break
+        rate = p.advance if p.advance > 0.0 else sigma * (p.V - end.u)
+        h = h - passed / rate if 0.0 < passed < rate * h else 0.5 * h
+    return end, error, h, ratio, taken
 
 
 @njit(cache=True)
 def growth(ratio: float, pair: int) -> float:
-    """How many times as long a step may be whose error is `ratio` of what is allowed, 0.2 to 5."""
+    """How many times as long a step may be whose error is `ratio` of what is allowed."""
     if not ratio < np.inf:
-        return 0.2
-    return min(5.0, max(0.2, 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))))
+        return LEAST_GROWTH
+    return min(LARGEST_GROWTH, max(LEAST_GROWTH, 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))))
 
 
 @njit(cache=True)
@@ -224,11 +180,27 @@ def next_pace(pace: Pace, h: float, ratio: float, pair: int) -> Pace:
     """The pace after a step of length h whose error is `ratio` of what is allowed.
 
     Where steps shrink from one to the next, as before the belt, the one to come is to shrink likewise, or every other
-    one would be refused (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496).
+    one would be refused (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496). A step that may grow by more than it
+    is let tells no trend.
     """
     grown = growth(ratio, pair)
-    trend = grown / pace.grown * (h / pace.length) if pace.grown > 0.0 else 1.0
-    return Pace(min(h * grown * min(1.0, trend), LONGEST_STEP), grown, h)
+    trend = 1.0
+    if pace.grown > 0.0 and grown < LARGEST_GROWTH:
+        trend = min(1.0, grown / pace.grown * (h / pace.length))
+    return Pace(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h)
+
+
+@njit(cache=True)
+def draw_slip(
+    y: State, end: State, interval: float, sigma: float, piece: Piece, here: Branch, pair: int,
+    x_drawn: np.ndarray, u_drawn: np.ndarray,
+) -> None:  # fmt: skip
+    """X and X' of one step at the multiples of interval in (tau, tau at its end], each by a shorter step: as good as
+    the step itself, which a polynomial through its ends is not."""
+    for k in range(int(y.tau / interval), min(int(end.tau / interval) + 2, x_drawn.size)):
+        if y.tau < k * interval <= end.tau:
+            at, _ = step(pair, y, k * interval - y.tau, sigma, piece, here.p)
+            x_drawn[k], u_drawn[k] = at.x, at.u
 
 
 @njit(cache=True, error_model="numpy")
@@ -244,61 +216,69 @@ def slip(
     A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): error per unit step,
     so that the sum does not grow with the number of nodes that end a step.
     """
-    pair = numerics.pair
     slack = SLACK * path.spacing
-    piece = piece_at(path, place(start.tau, start.s, p) + slack)
-    y = completed(start.tau, start.x, p.V if pace.allowed == 0.0 else start.u, start.s, sigma, piece, p)
+    piece = piece_at(path, place(start.tau, start.s, p) + AT_NODE * path.spacing)
+    u = p.V if pace.allowed == 0.0 else start.u
+    here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
+    y = completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
     pace = pace if pace.allowed > 0.0 else Pace(FIRST_STEP, 0.0, 0.0)
     backwards, total, steps, cuts = False, 0.0, 0, 0
     while steps < step_limit:
         first = y.tau == since
         z = place(y.tau, y.s, p)
-        if z >= piece.right - slack:
+        if z >= piece.right - slack and not (
+            z < piece.right and misplaced(y, pace.allowed, sigma, piece, path, p, numerics)
+        ):
             if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
                 return Slip(PATH_OVER, y, backwards, steps, total, pace, cuts)
             if not reaches(path, z + slack):
                 return Slip(NODES_OVER, y, backwards, steps, total, pace, cuts)
             piece = piece_at(path, z + slack)
-            y = completed(y.tau, y.x, y.u, y.s, sigma, piece, p)
+            here = on_piece(here, y, sigma, piece, p, numerics.tolerance)
+            y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
         h = min(pace.allowed, tau_end - y.tau)
         if path.nodes.size > 0:
             h = to_node(y, h, piece.right, sigma, p)
+        if not y.tau + h > y.tau:
+            break
         last, whole = h == tau_end - y.tau, h == pace.allowed
 
-        end, error = step(pair, y, h, sigma, piece, p)
-        steps += 1
-        ratio = excess(error, h, end, p, numerics)
+        end, error, h, ratio, taken = tried(y, h, sigma, piece, here, path, p, numerics)
+        steps += taken
         if not ratio <= 1.0:
-            pace = shorter(pace, h * growth(ratio, pair))
+            pace = shorter(pace, h * growth(ratio, numerics.pair))
             continue
-        arrived = False
-        if first:
-            if sigma * (p.V - end.u) <= 0.0:
-                if h < SHORTEST_SLIP:
-                    return Slip(NO_SLIP, y, False, steps, 0.0, pace, cuts)
-                pace = shorter(pace, 0.25 * h)
+        if first and sigma * (p.V - end.u) <= 0.0:
+            if h < SHORTEST_SLIP:
+                return Slip(NO_SLIP, y, False, steps, 0.0, pace, cuts)
+            pace = shorter(pace, 0.25 * h)
+            continue
+        met, length = NONE, h
+        if not stays_within(y, end, h, first, here, sigma, piece, p, numerics.tolerance):
+            met, end, error, length, taken = within_bounds(
+                y, end, error, h, first, here, sigma, piece, p, numerics.pair, numerics.tolerance
+            )
+            steps += taken
+            ratio = excess(error, length, end, p, numerics)
+            if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
+                pace = shorter(pace, length * growth(ratio, numerics.pair))
                 continue
-        else:
-            late = belt_bracket(y, end, h, sigma, p)
-            if late > 0.0:
-                arrived, end, error, length, taken = meet_belt(y, end, h, late, sigma, piece, p, pair)
-                steps += taken
-                met = excess(error, length, end, p, numerics)
-                if not met <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
-                    pace = shorter(pace, length * growth(met, pair))
-                    continue
-                last, whole = last and late == h, whole and late == h
+            last, whole = last and length == h, whole and length == h
         if x_drawn.size > 0:
-            draw(y, end, interval, x_drawn, u_drawn)
+            draw_slip(y, end, interval, sigma, piece, here, numerics.pair, x_drawn, u_drawn)
         backwards = backwards or turns_backwards(y, end)
         total += error
         if cut(end, sigma, piece, p):
             cuts += 1
             if numerics.refuse:
                 return Slip(NEGATIVE, end, backwards, steps, total, pace, cuts)
+        arrived = met == LOWER and here.row == 0
         if arrived or last:
             return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, steps, total, pace, cuts)
         if whole:
-            pace = next_pace(pace, h, ratio, pair)
+            pace = next_pace(pace, h, ratio, numerics.pair)
         y = end
+        if met != NONE:
+            y, here = behind(end, met, here, sigma, piece, p)
+            pace = Pace(pace.allowed, 0.0, 0.0)
     return Slip(STEPS_OVER, y, backwards, steps, total, pace, cuts)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
-from roughslip.figures import Arrays, head, panels, with_interval_names
+from roughslip.figures import Arrays, head, legend_above, panels, with_interval_names
 
 DRAWN = [
     *("belt_velocity", "damping_ratio", "probability", "hopf_damping", "existence_limit"),
@@ -74,11 +74,11 @@ def _curves(axes: Axes, result: Arrays) -> None:
     for colour, place in zip(sns.color_palette("viridis", len(shown)), shown, strict=True):
         low, value, high = (result[f"survival_curve{end}"][row, place] for end in ("_low", "", "_high"))
         axes.fill_between(result["survival_time"], low, high, color=colour, alpha=0.15, linewidth=0)
-        label = f"{result['survival_damping'][row, place]:.3f}"
+        label = f"$D$ = {result['survival_damping'][row, place]:.3f}"
         axes.plot(result["survival_time"], value, color=colour, lw=1.5, label=label)
     axes.set(xlabel="natural periods", ylabel="share of the runs", ylim=(0, 1.02), xlim=(0, None))
-    title = f"$D$ at std {float(result['friction_deviation'][row]):.3g}"
-    axes.legend(loc="upper right", fontsize="small", title=title, title_fontsize="small", frameon=True, framealpha=0.8)
+    axes.plot([], [], " ", label=f"std {float(result['friction_deviation'][row]):.3g}")
+    legend_above(axes, columns=3)
 
 
 def _lifetimes(axes: Axes, result: Arrays) -> None:

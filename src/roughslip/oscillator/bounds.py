@@ -98,7 +98,7 @@ def beyond(here: Branch, met: int, p: Coefficients) -> Branch:
     return branch(here.row + (1 if met == UPPER else -1), here.cut, p)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, forceinline=True, error_model="numpy")
 def bound(kind: int, here: Branch, sigma: float, tolerance: float, p: Coefficients) -> Bound:
     """A bound of a branch; that of the first row to below is the belt."""
     if kind == ZERO:
@@ -131,7 +131,7 @@ def gap_at(
     return scale * (sliding(speed, law) + offset(piece, z)) + to.level, scale * mu_rate, scale * mu_bend
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def speed_gap(y: State, end: State, h: float, to: Bound) -> Quintic:
     """The distance from a bound of speed over a step h."""
     side = to.side
@@ -151,7 +151,7 @@ def gap_over(
     return quintic(h, g0, d0, e0, g1, d1, e1)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def bracket(gap: Quintic, h: float, p: Coefficients) -> float:
     """How much of a step h over which the distance from a bound is `gap` is to be taken again to tell whether it ends
     there; 0 if it stays away.
@@ -220,7 +220,7 @@ def meet(
     return True, arrival(end, 0.0, to, sigma, p), error, h, taken
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, forceinline=True, error_model="numpy")
 def stays_within(
     y: State, end: State, h: float, first: bool, here: Branch, sigma: float, piece: Piece, p: Coefficients,
     tolerance: float,

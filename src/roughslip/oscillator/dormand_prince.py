@@ -78,7 +78,7 @@ def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
     return total
 
 
-@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
     """The state of eighth order after a step h and its error [m], which goes with h^8."""
     tau, x, u, a = y.tau, y.x, y.u, y.a

@@ -12,7 +12,7 @@ from roughslip.oscillator.system import Coefficients
 STAGES, ORDER = 6, 5
 
 
-@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
+@njit(cache=True, forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
     """The state of fifth order after a step h and the error of the fourth [m] (E. Fehlberg, NASA TR R-315, 1969).
 

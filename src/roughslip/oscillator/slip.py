@@ -141,7 +141,7 @@ def misplaced(
     return not excess(0.5 * wrong * abs(left), rate * h, y, p, numerics) <= MISPLACED
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, forceinline=True, error_model="numpy")
 def tried(
     y: State, h: float, sigma: float, piece: Piece, here: Branch, path: Path, p: Coefficients, numerics: Numerics
 ) -> tuple[State, float, float, float, int]:  # fmt: skip

@@ -23,6 +23,7 @@ NODE_MB = 400  # of the two Snakemakes that start a job on a node of a cluster
 _MB = 1_000_000
 _NUMBER = 8  # bytes
 _PLAIN, _DRAWING, _COMPILED = 260, 320, 420  # MB: Python with libraries; with plots; with compiled functions
+_MOTION = 520  # MB: with those of the oscillator, while they are compiled
 _NODES_KEPT = 16  # around the centre of the square, at most
 _AUTO_SOLVES = 2**14  # of training_square, and 2048 or more of field_square
 _LARGEST_TABLE = 100_000_000  # numbers, of modes or of samples times terms (scene_rules)
@@ -229,7 +230,7 @@ def _oscillator(scene: Scene, count: int) -> float:
     periods = ensemble["duration_periods"]
     drawn = 2 * ensemble["drawn_realisations"] * 4000
     return (
-        _COMPILED
+        _MOTION
         + _megabytes(10 * _path_nodes(scene) + 4 * drawn)
         + _megabytes(6 * count * (3 * len(ensemble["damping_ratios"]) + 4 * periods) + 2000 * periods)
     )
@@ -259,11 +260,11 @@ _STAGES = {
     "chaos_strip": _chaos_strip,
     "expansion_strip": _expansion_strip,
     "friction": _friction,
-    "deterministic": lambda *_: _COMPILED,
+    "deterministic": lambda *_: _MOTION,
     "spacing": _oscillator,
     "oscillator": _oscillator,
     "cycles": _cycles,
-    "stick_slip_map": lambda *_: _COMPILED + 100,
-    "survival": lambda *_: _COMPILED + 100,
+    "stick_slip_map": lambda *_: _MOTION + 100,
+    "survival": lambda *_: _MOTION + 100,
     **dict.fromkeys(("grinding", "scan", "twins", "figure_scan"), _scan),
 }

@@ -99,8 +99,10 @@ def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> 
 
 
 @njit(cache=True, error_model="numpy")
-def to_node(y: State, h: float, right: float, sigma: float, p: Coefficients) -> float:
-    """The largest step up to h that passes no further along the path than to its coordinate `right`."""
+def to_node(y: State, h: float, right: float, sigma: float, path: Path, p: Coefficients) -> float:
+    """The largest step up to h that passes no further along the path, if any, than to its coordinate `right`."""
+    if path.nodes.size == 0:
+        return h
     if p.advance > 0.0:
         return min(h, (right - p.advance * y.tau) / p.advance)
     return step_to_node(h, right - y.s, sigma * (p.V - y.u), -sigma * y.a, -sigma * y.j)
@@ -203,6 +205,23 @@ def draw_slip(
             x_drawn[k], u_drawn[k] = at.x, at.u
 
 
+@njit(cache=True)
+def begun(start: State, pace: Pace, sigma: float, path: Path, p: Coefficients) -> tuple[Piece, Branch, State]:
+    """Piece of the path, branch and state that a slip phase begins with, or goes on with."""
+    piece = piece_at(path, place(start.tau, start.s, p) + AT_NODE * path.spacing)
+    u = p.V if pace.allowed == 0.0 else start.u
+    here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
+    return piece, here, completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
+
+
+@njit(cache=True)
+def done(
+    y: State, z: float, pace: Pace, sigma: float, piece: Piece, path: Path, p: Coefficients, numerics: Numerics
+) -> bool:  # fmt: skip
+    """Whether a piece of the path that ends close to z, where a motion is, is done with."""
+    return not (z < piece.right and misplaced(y, pace.allowed, sigma, piece, path, p, numerics))
+
+
 @njit(cache=True, error_model="numpy")
 def slip(
     start: State, since: float, pace: Pace, sigma: float, tau_end: float, path: Path, p: Coefficients,
@@ -217,18 +236,13 @@ def slip(
     so that the sum does not grow with the number of nodes that end a step.
     """
     slack = SLACK * path.spacing
-    piece = piece_at(path, place(start.tau, start.s, p) + AT_NODE * path.spacing)
-    u = p.V if pace.allowed == 0.0 else start.u
-    here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
-    y = completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
+    piece, here, y = begun(start, pace, sigma, path, p)
     pace = pace if pace.allowed > 0.0 else Pace(FIRST_STEP, 0.0, 0.0)
     backwards, total, steps, cuts = False, 0.0, 0, 0
     while steps < step_limit:
         first = y.tau == since
         z = place(y.tau, y.s, p)
-        if z >= piece.right - slack and not (
-            z < piece.right and misplaced(y, pace.allowed, sigma, piece, path, p, numerics)
-        ):
+        if z >= piece.right - slack and done(y, z, pace, sigma, piece, path, p, numerics):
             if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
                 return Slip(PATH_OVER, y, backwards, steps, total, pace, cuts)
             if not reaches(path, z + slack):
@@ -236,9 +250,7 @@ def slip(
             piece = piece_at(path, z + slack)
             here = on_piece(here, y, sigma, piece, p, numerics.tolerance)
             y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
-        h = min(pace.allowed, tau_end - y.tau)
-        if path.nodes.size > 0:
-            h = to_node(y, h, piece.right, sigma, p)
+        h = to_node(y, min(pace.allowed, tau_end - y.tau), piece.right, sigma, path, p)
         if not y.tau + h > y.tau:
             break
         last, whole = h == tau_end - y.tau, h == pace.allowed
@@ -268,10 +280,9 @@ def slip(
             draw_slip(y, end, interval, sigma, piece, here, numerics.pair, x_drawn, u_drawn)
         backwards = backwards or turns_backwards(y, end)
         total += error
-        if cut(end, sigma, piece, p):
-            cuts += 1
-            if numerics.refuse:
-                return Slip(NEGATIVE, end, backwards, steps, total, pace, cuts)
+        cuts += cut(end, sigma, piece, p)
+        if numerics.refuse and cuts > 0:
+            return Slip(NEGATIVE, end, backwards, steps, total, pace, cuts)
         arrived = met == LOWER and here.row == 0
         if arrived or last:
             return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, steps, total, pace, cuts)

@@ -72,9 +72,11 @@ def test_the_stored_numbers_are_drawn():
     np.testing.assert_allclose(over.lines[0].get_xdata(), arrays["existence_limit"])
     np.testing.assert_allclose(over.lines[1].get_xdata(), arrays["hopf_damping"])
     assert (over.get_yscale(), over.lines[2].get_xdata()[0], over.lines[2].get_ydata()[0]) == ("log", 0.17, 0.948)
-    places = [float(text.get_text()) for text in curves.get_legend().get_texts()]
+    *labels, scatter = [text.get_text() for text in curves.get_legend().get_texts()]
+    assert scatter == f"std {arrays['friction_deviation'][2]:.3g}"
+    places = [float(label.removeprefix("$D$ = ")) for label in labels]
     assert places == sorted(places)
-    for line, place in zip(curves.lines, places, strict=True):
+    for line, place in zip(curves.lines[:-1], places, strict=True):
         column = np.argmin(np.abs(arrays["survival_damping"][2] - place))  # at the scene's own scatter
         np.testing.assert_allclose(line.get_ydata(), arrays["survival_curve"][2, column])
     np.testing.assert_allclose(lifetimes.lines[2].get_ydata(), arrays["waiting"][0])

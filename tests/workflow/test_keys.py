@@ -107,7 +107,7 @@ def test_a_write_that_fails_leaves_the_old_key_and_no_other_file(write, key, mon
 
     write(CONFIGURATION)
     before = identity(key)
-    monkeypatch.setattr("workflow.lib.keys.os.replace", full_disk)
+    monkeypatch.setattr("workflow.lib.whole.os.replace", full_disk)
     with pytest.raises(OSError, match="no space left"):
         write({"other": 1})
     assert identity(key) == before

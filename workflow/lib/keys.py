@@ -7,11 +7,10 @@ change, and for no other edit; unlike parameters, this holds when the folder .sn
 from __future__ import annotations
 
 import json
-import os
-import uuid
 from pathlib import Path
 
 from workflow.lib.closure import code_hash
+from workflow.lib.whole import write_if_changed
 
 
 def write_key(path: str | Path, configuration: dict, module: str, source_root: str | Path, lock: str | Path) -> None:
@@ -32,12 +31,4 @@ def write_key(path: str | Path, configuration: dict, module: str, source_root: s
 def replace_if_changed(path: Path, key: dict) -> None:
     """Write a key whole where the file is not there or holds another one; raises as write_key."""
     text = json.dumps(key, indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False) + "\n"
-    if path.is_file() and path.read_bytes() == text.encode():
-        return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
-    try:
-        partial.write_bytes(text.encode())
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    write_if_changed(path, text)

@@ -10,11 +10,12 @@ import ast
 import contextlib
 import hashlib
 import json
-import os
 import sys
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
+
+from workflow.lib.whole import write_if_changed
 
 KEPT = Path(".cache/syntax.json")  # below the working folder, as the results are
 MOST_KEPT = 2000  # files; more are those of many edits, and it starts anew
@@ -43,17 +44,8 @@ def syntax(file: Path, source: bytes) -> Syntax:
 def keep() -> None:
     """Write down what was parsed. Where the folder cannot be written to, the next start parses again."""
     content = json.dumps(_known())
-    text = f"{_seal(content)}\n{content}"
-    partial = KEPT.with_name(f".{KEPT.name}.{os.getpid()}")
     with contextlib.suppress(OSError):  # a read-only folder, a full disk
-        if KEPT.is_file() and KEPT.read_bytes() == text.encode():
-            return
-        KEPT.parent.mkdir(exist_ok=True)
-        try:
-            partial.write_text(text, encoding="utf-8")
-            os.replace(partial, KEPT)
-        finally:
-            partial.unlink(missing_ok=True)
+        write_if_changed(KEPT, f"{_seal(content)}\n{content}")
 
 
 @cache

@@ -149,6 +149,7 @@ def figures(scene: Scene) -> list[str]:
 
 
 def friction_is_given(scene: Scene) -> bool:
+    """Whether the scene gives friction statistics as numbers, so that the oscillator runs alone."""
     friction = scene.get("friction")
     return isinstance(friction, dict) and GIVEN_FRICTION in friction
 

@@ -19,10 +19,14 @@ class Paths(Protocol):
     """Paths of one process at one spacing [m], with the largest error of their autocorrelation [-]."""
 
     @property
-    def spacing(self) -> float: ...
+    def spacing(self) -> float:
+        """[m] between two nodes."""
+        ...
 
     @property
-    def correlation_error(self) -> float: ...
+    def correlation_error(self) -> float:
+        """[-] the largest error of the autocorrelation."""
+        ...
 
     def realisation(self, seed: Sequence[int]) -> Iterable[np.ndarray]:
         """mu_S of a seed at the slipped distances 0, spacing, ..., in pieces one after another, again at every turn."""

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator.motion import simulate, trajectory
-from roughslip.oscillator.path import Path
+from roughslip.oscillator.path import path_through
 from roughslip.oscillator.run import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.stick import HELD, LOWER, PAUSED, UPPER, passage, stick_force
 from roughslip.oscillator.system import coefficients
@@ -24,7 +24,7 @@ EXCITED = replace(STUDY, excitation_force_n=60.0, excitation_frequency_rad_per_s
 
 
 def path_of(nodes, spacing, cubic=True):
-    return Path(np.asarray(nodes, dtype=float), 0, spacing, cubic, True)
+    return path_through(np.asarray(nodes, dtype=float), 0, spacing, cubic, True)
 
 
 def follower(oscillator=STUDY, spacing=0.3):
@@ -71,7 +71,7 @@ def test_a_touch_is_seen(above):
 def test_a_force_that_stays_at_its_limit_holds():
     """On a fixed base nothing changes, and at the limit itself stick holds, with a path or without."""
     p = follower(replace(STUDY, belt_velocity_m_per_s=0.0))
-    assert passage(0.0, 0.4 * F, 75.0, Path(np.zeros(0), 0, 1.0, True, True), True, p) == (HELD, 75.0, 0.4 * F)
+    assert passage(0.0, 0.4 * F, 75.0, path_through(np.zeros(0), 0, 1.0, True, True), True, p) == (HELD, 75.0, 0.4 * F)
     nodes = np.tile([0.0, 0.0, 0.3], 30)  # level from time to time, with cubics that dip between the nodes
     side, tau, _ = passage(0.0, 0.4 * F, 20.0, path_of(nodes, 0.3), True, p)
     assert side == UPPER

@@ -7,11 +7,12 @@ from scipy.interpolate import CubicHermiteSpline
 from roughslip.errors import ParameterError
 from roughslip.oscillator.path import (
     KeptPath,
-    Path,
     PathFeed,
+    largest_kink,
     offset,
     offset_curvature,
     offset_slope,
+    path_through,
     piece_at,
     reaches,
 )
@@ -20,7 +21,7 @@ SPACING = 0.3
 
 
 def interpolate(nodes, s, function=offset):
-    path = Path(nodes, 0, SPACING, True, True)
+    path = path_through(nodes, 0, SPACING, True, True)
     return np.array([function(piece_at(path, x), x) for x in s])
 
 
@@ -43,7 +44,7 @@ def test_quadratics_are_exact_inside():
 
 
 def test_no_path_is_zero_without_end():
-    piece = piece_at(Path(np.zeros(0), 0, 1.0, True, True), 123.0)
+    piece = piece_at(path_through(np.zeros(0), 0, 1.0, True, True), 123.0)
     assert offset(piece, 123.0) == 0.0
     assert offset_slope(piece, 123.0) == 0.0
     assert piece.right == np.inf
@@ -51,7 +52,7 @@ def test_no_path_is_zero_without_end():
 
 def test_linear_pieces_are_chords():
     nodes = np.random.default_rng(2).standard_normal(9)
-    path = Path(nodes, 0, SPACING, False, True)
+    path = path_through(nodes, 0, SPACING, False, True)
     s = np.linspace(0.0, 8 * SPACING, 101)
     found = np.array([offset(piece_at(path, x), x) for x in s])
     assert found == pytest.approx(np.interp(s, SPACING * np.arange(9), nodes), abs=1e-13)
@@ -63,7 +64,7 @@ def test_linear_pieces_are_chords():
 def test_a_path_in_pieces_is_that_path(size):
     """As s moves on, the same cubics bit by bit, the one-sided tangent at the end too, from a few nodes at a time."""
     nodes = np.random.default_rng(3).standard_normal(40)
-    whole = Path(nodes, 0, SPACING, True, True)
+    whole = path_through(nodes, 0, SPACING, True, True)
     feed = PathFeed((nodes[k : k + size] for k in range(0, 40, size)), SPACING, "cubic")
     for s in np.linspace(0.0, 39 * SPACING, 301):
         if not reaches(feed.path, s):
@@ -112,3 +113,21 @@ def test_curvature_is_the_second_derivative():
     reference = CubicHermiteSpline(SPACING * np.arange(6), nodes, np.gradient(nodes, SPACING))
     s = np.linspace(0.01, 4.99 * SPACING, 40)
     assert interpolate(nodes, s, offset_curvature) == pytest.approx(reference(s, 2), abs=1e-10)
+
+
+@pytest.mark.parametrize(("cubic", "order"), [(True, 2), (False, 1)])
+def test_a_kink_is_no_larger_than_told(cubic: bool, order: int) -> None:
+    """Cubics meet with one slope, so that they part as t^2, lines as t; two steps up and two down attain it."""
+    rng = np.random.default_rng(4)
+    for nodes, share in ((rng.standard_normal(40), 0.2), (np.tile([0.0, 1.0, 2.0, 1.0], 10), 0.99)):
+        path = path_through(nodes, 0, SPACING, cubic, True)
+        assert path.steepest == np.abs(np.diff(nodes)).max()
+        for t in (1e-3, 0.1, 1.0):
+            apart = []
+            for k in range(1, 39):
+                before, behind = piece_at(path, (k - 0.5) * SPACING), piece_at(path, (k + 0.5) * SPACING)
+                for z in ((k - t) * SPACING, (k + t) * SPACING):
+                    apart.append(abs(offset(behind, z) - offset(before, z)))
+            assert max(apart) <= largest_kink(path, t) * (1.0 + 1e-9)
+            assert t > 1e-3 or max(apart) >= share * largest_kink(path, t)
+    assert largest_kink(path, 2e-3) == pytest.approx(2**order * largest_kink(path, 1e-3), rel=1e-2)

@@ -10,14 +10,14 @@ from roughslip.oscillator import dormand_prince as dp
 from roughslip.oscillator.equation import completed, jerk
 from roughslip.oscillator.law import CoulombLaw
 from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, ORDERS, step
-from roughslip.oscillator.path import Path, piece_at
+from roughslip.oscillator.path import path_through, piece_at
 from roughslip.oscillator.system import Oscillator, coefficients
 from tests.oscillator.motions import LAW, equal_steps
 
 PAIRS = [FEHLBERG45, DORMAND_PRINCE853]
-NONE = Path(np.zeros(0), 0, 1.0, True, True)
+NONE = path_through(np.zeros(0), 0, 1.0, True, True)
 BUMP = np.array([0.02, 0.05, -0.03, 0.06])  # nodes 0.02 m apart; the slip of the tests stays on the first cubic
-BUMPY = Path(BUMP, 0, 0.02, True, True)
+BUMPY = path_through(BUMP, 0, 0.02, True, True)
 DRIVEN = coefficients(Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 80.0, 500.0), LAW)
 LINEAR = coefficients(Oscillator(1.0, 316.0, 0.1, 0.948, 2500.0), CoulombLaw(0.4, 0.4))
 
@@ -112,7 +112,7 @@ def test_order_on_a_path_whose_nodes_end_steps(pair, steps, cubic):
     """Of the belt's travel, so that nodes lie at equal times: 12 of them in tau = 3."""
     p = DRIVEN._replace(advance=DRIVEN.V)
     nodes = 0.05 * np.sin(2.1 * np.arange(16))
-    path = Path(nodes, 0, 0.25 * p.V, cubic, True)
+    path = path_through(nodes, 0, 0.25 * p.V, cubic, True)
     exact = equal_steps(DORMAND_PRINCE853, p, path, 0.0125, p.V, 3.0, 240).x
     errors = [abs(equal_steps(pair, p, path, 0.0125, p.V, 3.0, n).x - exact) for n in steps]
     assert math.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[pair], abs=0.5)
@@ -122,7 +122,7 @@ def test_order_on_a_path_whose_nodes_end_steps(pair, steps, cubic):
 def test_order_is_lost_where_steps_pass_over_nodes(pair):
     """The second derivative of the cubics jumps at the nodes: order three to four, whatever the pair."""
     p = DRIVEN._replace(advance=DRIVEN.V)
-    path = Path(0.05 * np.sin(2.1 * np.arange(16)), 0, 0.25 * p.V, True, True)
+    path = path_through(0.05 * np.sin(2.1 * np.arange(16)), 0, 0.25 * p.V, True, True)
     exact = equal_steps(DORMAND_PRINCE853, p, path, 0.0125, p.V, 3.0, 240).x
     counts = np.arange(50, 250, 7)
     errors = [abs(equal_steps(pair, p, path, 0.0125, p.V, 3.0, n).x - exact) for n in counts]
@@ -151,6 +151,6 @@ def test_jerk_is_the_derivative_of_acceleration(sigma, advance):
 
 def test_jerk_of_friction_that_is_cut_is_that_of_a_free_mass():
     p = DRIVEN._replace(q=0.0)
-    piece = piece_at(Path(np.array([-3.0, -2.0, -2.5]), 0, 0.02, True, True), 0.01)
+    piece = piece_at(path_through(np.array([-3.0, -2.0, -2.5]), 0, 0.02, True, True), 0.01)
     y = completed(0.0, 0.004, 0.5 * p.V, 0.01, 1.0, piece, p)
     assert (y.a, y.j) == (pytest.approx(-2 * p.D * y.u - y.x), pytest.approx(-2 * p.D * y.a - y.u))

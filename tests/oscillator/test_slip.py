@@ -9,7 +9,7 @@ from roughslip.oscillator.bounds import LOWER, bound, bracket, branch, gap_over,
 from roughslip.oscillator.equation import State, completed
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw
 from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, step
-from roughslip.oscillator.path import Path, Piece
+from roughslip.oscillator.path import Piece, path_through
 from roughslip.oscillator.slip import (
     AT_BELT,
     NEGATIVE,
@@ -24,7 +24,7 @@ from roughslip.oscillator.system import coefficients
 from tests.oscillator.motions import STUDY, F, V
 
 FREE = Piece(0.0, 0.0, 0.0, 0.0, 0.0, np.inf, 1.0)
-NO_PATH = Path(np.zeros(0), 0, 1.0, True, True)
+NO_PATH = path_through(np.zeros(0), 0, 1.0, True, True)
 UNDAMPED = coefficients(STUDY, CoulombLaw(0.4, 0.4))._replace(D=0.0)
 NONE = np.zeros(0)
 
@@ -140,7 +140,7 @@ def test_no_slip_where_friction_holds():
 def test_cut_friction_is_counted_or_refused():
     """mu_S = -0.5 at every node: each step ends where eq. (13), 0.4 at most, would be negative."""
     p = coefficients(STUDY, StribeckLaw(0.3))
-    path = Path(np.full(60, -0.5), 0, 1e-3, True, True)
+    path = path_through(np.full(60, -0.5), 0, 1e-3, True, True)
     y = State(0.0, 1e-3, V, 0.0, 0.0, 0.0)
     found = phase(y, duration=3.0, p=p, path=path)
     assert (found.status, found.cuts) == (TIME_OVER, found.steps)

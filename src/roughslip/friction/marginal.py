@@ -242,8 +242,7 @@ def _table_search(standard: np.ndarray) -> np.ndarray:
         centre = np.clip(np.rint(best).astype(np.int64), 2, _TRIALS - 3)
         i, j = centre[:, :1] + near, centre[:, 1:] + near
         patch = misfit[row[:, None, None], i[:, :, None], j[:, None, :]]
-        along_a = np.einsum("xp,rpq->rxq", lagrange, patch)
-        smooth = np.einsum("rxq,yq->rxy", along_a, lagrange).reshape(len(row), -1)
+        smooth = (lagrange @ patch @ lagrange.T).reshape(len(row), -1)
         x, y = np.divmod(np.argmin(smooth, axis=1), len(fine))
         best = centre + np.stack((fine[x], fine[y]), axis=1)
     return np.clip(_LOG_SHAPES[0] + best * (_LOG_SHAPES[1] - _LOG_SHAPES[0]), _LOG_SHAPES[0], _LOG_SHAPES[-1])

@@ -104,7 +104,7 @@ def check_windows(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tup
 
 def resampled(weights: np.ndarray, strip_sums: np.ndarray) -> np.ndarray:
     """Totals (1 + R, k) of sums over strips (S, k), each strip counted as often as the row of weights says."""
-    return np.einsum("rs,sk->rk", weights.astype(np.float64), strip_sums)
+    return weights.astype(np.float64) @ strip_sums
 
 
 def power_sums(mu: np.ndarray, valid: np.ndarray, centre: float, order: int) -> np.ndarray:

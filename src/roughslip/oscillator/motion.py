@@ -167,7 +167,7 @@ def _run(
     if velocity_m is None or velocity_m == p.V:
         stand, events = begin(float(start_m), feed.path, bool(stochastic), p)
     else:
-        stand, events = begin_in_slip(float(start_m), float(velocity_m), p)
+        stand, events = begin_in_slip(float(start_m), float(velocity_m), feed.path, p)
     status = NODES_OVER
     while status == NODES_OVER:
         step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + periods)) + 4 * feed.received

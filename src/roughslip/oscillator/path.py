@@ -23,6 +23,7 @@ class Path(NamedTuple):
     """The nodes at hand of a path: numbers `first` and following, at the slipped distances number times spacing [m].
 
     ends : whether the path ends with the last of them
+    steepest : largest change of mu_S from one of them to the next
     """
 
     nodes: np.ndarray
@@ -30,6 +31,7 @@ class Path(NamedTuple):
     spacing: float
     cubic: bool
     ends: bool
+    steepest: float
 
 
 class Piece(NamedTuple):
@@ -91,11 +93,26 @@ def offset_curvature(piece: Piece, s: float) -> float:
 
 
 @njit(cache=True)
+def largest_kink(path: Path, t: float) -> float:
+    """What the pieces on either side of a node differ by at most, t spacings from it.
+
+    With r the rises around it, straight lines differ by (r' - r) t and cubics by (r' + r - r'' - r_) t^2 / 2 and
+    (r'' - 3 r' + 3 r - r_) t^3 / 2.
+    """
+    return path.steepest * (t * t * (2.0 + 4.0 * t) if path.cubic else 2.0 * t)
+
+
+@njit(cache=True)
 def lowest_offset(piece: Piece) -> float:
     """A number that mu_S does not fall below on a piece: the least of its control points in Bernstein's form."""
     early, whole = piece.c0 + piece.c1 / 3.0, piece.c0 + piece.c1 + piece.c2 + piece.c3
     late = piece.c0 + (2.0 * piece.c1 + piece.c2) / 3.0
     return min(min(piece.c0, early), min(late, whole))
+
+
+def path_through(nodes: np.ndarray, first: int, spacing: float, cubic: bool, ends: bool) -> Path:
+    """The path with these nodes at hand, arguments as of Path."""
+    return Path(nodes, first, spacing, cubic, ends, float(np.abs(np.diff(nodes)).max(initial=0.0)))
 
 
 class PathFeed:
@@ -114,11 +131,11 @@ class PathFeed:
         self._pieces: Iterator[np.ndarray] = iter([path] if isinstance(path, np.ndarray) else path or ())
         self.received = 0
         if path is None:
-            self.path = Path(np.zeros(0), 0, 1.0, True, True)
+            self.path = path_through(np.zeros(0), 0, 1.0, True, True)
             return
         if not (math.isfinite(spacing_m) and spacing_m > 0.0):
             raise ParameterError(f"the spacing of the path must be finite and positive, not {spacing_m} m")
-        self.path = Path(np.zeros(0), 0, float(spacing_m), interpolation == "cubic", False)
+        self.path = path_through(np.zeros(0), 0, float(spacing_m), interpolation == "cubic", False)
         self.advance(0.0)
         if self.received < 2:
             raise ParameterError("a friction path has at least two finite nodes")
@@ -130,7 +147,7 @@ class PathFeed:
 
     def advance(self, s: float) -> Path:
         """The nodes that the motion from s [m] onwards needs first, and more; those behind it are dropped."""
-        nodes, first, spacing, cubic, ends = self.path
+        nodes, first, spacing, cubic, ends, _ = self.path
         passed = max(int(s / spacing) - 2 - first, 0)
         rows, size, first = [nodes[passed:]], nodes.size - passed, first + passed
         while not ends and (size == 0 or int(s / spacing) + 4 >= first + size):
@@ -141,7 +158,7 @@ class PathFeed:
             rows.append(_checked(piece))
             size += rows[-1].size
             self.received += rows[-1].size
-        self.path = Path(np.concatenate(rows), first, spacing, cubic, ends)
+        self.path = path_through(np.concatenate(rows), first, spacing, cubic, ends)
         return self.path
 
 

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from roughslip.oscillator.bounds import branch_at
 from roughslip.oscillator.dense import draw
-from roughslip.oscillator.equation import State, place
+from roughslip.oscillator.equation import State, completed, place
 from roughslip.oscillator.path import Path, offset, piece_at
 from roughslip.oscillator.slip import (
     AT_BELT,
@@ -116,10 +117,12 @@ def _leave(
 
 
 @njit(cache=True)
-def begin_in_slip(x: float, u: float, p: Coefficients) -> tuple[Stand, Events]:
+def begin_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[Stand, Events]:
     """The run at the place x and the velocity u [m] off the belt's: in slip, as if it had departed just before."""
     sigma = UPPER if u < p.V else LOWER
+    piece = piece_at(path, 0.0)
     y = State(0.0, x, u, 0.0, 0.0, 0.0)
+    y = completed(0.0, x, u, 0.0, float(sigma), piece, branch_at(y, float(sigma), piece, p).p)
     events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
     return Stand(y, sigma, 0.0, -1.0, Pace(FIRST_STEP, 0.0, 0.0), u < 0.0, 0, 0.0, 0), events
 

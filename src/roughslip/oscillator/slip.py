@@ -11,11 +11,21 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from roughslip.oscillator.bounds import LOWER, NONE, Branch, behind, branch_at, on_piece, stays_within, within_bounds
+from roughslip.oscillator.bounds import (
+    LOWER,
+    NONE,
+    Branch,
+    behind,
+    branch_at,
+    may_cut,
+    on_piece,
+    stays_within,
+    within_bounds,
+)
 from roughslip.oscillator.dense import lowest, stationary, value, velocity
 from roughslip.oscillator.equation import State, completed, cut, place
 from roughslip.oscillator.pairs import ORDERS, step
-from roughslip.oscillator.path import Path, Piece, offset, piece_at, reaches
+from roughslip.oscillator.path import Path, Piece, largest_kink, offset, piece_at, reaches
 from roughslip.oscillator.system import Coefficients
 
 AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP, NODES_OVER, NEGATIVE = 0, 1, 2, 3, 4, 5, 6
@@ -137,10 +147,13 @@ def misplaced(
     rate = p.advance if p.advance > 0.0 else sigma * (p.V - y.u)
     if abs(left) <= AT_NODE * path.spacing + 1e-15 * rate * y.tau:
         return False
+    passed = min(rate * h, path.spacing) if rate > 0.0 else rate * h
+    half = 0.5 * p.F * abs(left)
+    if excess(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, numerics) <= MISPLACED:
+        return False  # mostly: the piece to come need not be known
     z = piece.right - left
-    wrong = p.F * abs(offset(piece_at(path, piece.right + SLACK * path.spacing), z) - offset(piece, z))
-    h = min(h, path.spacing / rate) if rate > 0.0 else h
-    return not excess(0.5 * wrong * abs(left), rate * h, y, p, numerics) <= MISPLACED
+    wrong = abs(offset(piece_at(path, piece.right + SLACK * path.spacing), z) - offset(piece, z))
+    return not excess(half * wrong, passed, y, p, numerics) <= MISPLACED
 
 
 @njit(cache=True, forceinline=True, error_model="numpy")
@@ -206,11 +219,20 @@ def draw_slip(
 
 
 @njit(cache=True)
+def steady(path: Path, piece: Piece, p: Coefficients) -> bool:
+    """Whether acceleration and jerk go on steadily from the piece before."""
+    return path.cubic and not may_cut(piece, p)
+
+
+@njit(cache=True)
 def begun(start: State, pace: Pace, sigma: float, path: Path, p: Coefficients) -> tuple[Piece, Branch, State]:
-    """Piece of the path, branch and state that a slip phase begins with, or goes on with."""
-    piece = piece_at(path, place(start.tau, start.s, p) + AT_NODE * path.spacing)
-    u = p.V if pace.allowed == 0.0 else start.u
+    """Piece of the path, branch and state that a slip phase begins with, or goes on with behind the end of a piece."""
+    goes_on, z = pace.allowed > 0.0, place(start.tau, start.s, p)
+    piece = piece_at(path, z + (SLACK if goes_on else AT_NODE) * path.spacing)
+    u = start.u if goes_on else p.V
     here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
+    if goes_on and steady(path, piece, p):
+        return piece, here, start
     return piece, here, completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
 
 
@@ -249,7 +271,8 @@ def slip(
                 return Slip(NODES_OVER, y, backwards, steps, total, pace, cuts)
             piece = piece_at(path, z + slack)
             here = on_piece(here, y, sigma, piece, p, numerics.tolerance)
-            y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
+            if not steady(path, piece, p):
+                y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
         h = to_node(y, min(pace.allowed, tau_end - y.tau), piece.right, sigma, path, p)
         if not y.tau + h > y.tau:
             break

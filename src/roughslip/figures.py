@@ -54,6 +54,7 @@ def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
 def save(figure: Figure, path: Path) -> None:
     """Write a figure as its suffix says; the same figure gives the same bytes, so neither date nor version goes in."""
     figure.savefig(path, metadata={"Date": None, "Creator": None} if path.suffix == ".svg" else {"Software": None})
+    figure.set_layout_engine("none")  # what was laid out for one format stays so for the next
 
 
 def head(axes: Axes, letter: str, text: str) -> None:

@@ -262,8 +262,7 @@ def slip(
     pace = pace if pace.allowed > 0.0 else Pace(FIRST_STEP, 0.0, 0.0)
     backwards, total, steps, cuts = False, 0.0, 0, 0
     while steps < step_limit:
-        first = y.tau == since
-        z = place(y.tau, y.s, p)
+        first, z = y.tau == since, place(y.tau, y.s, p)
         if z >= piece.right - slack and done(y, z, pace, sigma, piece, path, p, numerics):
             if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
                 return Slip(PATH_OVER, y, backwards, steps, total, pace, cuts)

@@ -1,4 +1,7 @@
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -122,3 +125,46 @@ def test_batches_come_in_the_order_of_their_samples(tmp_path):
         )
     batches = store.read_all(sorted(tmp_path.glob("*.nc")))
     np.testing.assert_array_equal(store.join(batches, "n"), [3, 20, 100])
+
+
+def test_arrays_of_one_dimension_have_one_length(tmp_path):
+    more = {"x": store.Variable(("x",), np.arange(4.0), "m", "place")}
+    with pytest.raises(ValueError, match="x: dimension x has 3 places, not 4"):
+        store.write(tmp_path / "a.nc", example() | more, KEY)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_opens_as_a_dataset_with_its_units_and_what_made_it(tmp_path):
+    store.write(tmp_path / "a.nc", example(), KEY, {"first": 4})
+    dataset = store.read(tmp_path / "a.nc").dataset()
+    assert float(dataset.pressure.mean("x").isel(sample=1)) == 4.0
+    assert (dataset.pressure.units, dataset.attrs["first"]) == ("Pa", 4)
+
+
+def test_an_array_may_have_the_name_of_a_dimension_that_it_does_not_have(tmp_path):
+    """As the quantiles at given probabilities, beside arrays along quantiles; netCDF minds the order."""
+    arrays = {
+        "quantile": store.Variable(("probability",), np.arange(3.0), "1", "quantile"),
+        "table": store.Variable(("quantile",), np.arange(2.0), "1", "table"),
+    }
+    store.write(tmp_path / "a.nc", arrays, KEY)
+    assert store.read(tmp_path / "a.nc")["quantile"].tolist() == [0.0, 1.0, 2.0]
+
+
+def test_text_is_read_as_it_was_whatever_type_it_came_in(tmp_path):
+    """Its checksum, too: an array that was cut out of another keeps the longer type."""
+    words = np.array(["", "fälschlich", "ab"])
+    for number, values in enumerate((words, words[:1], words[2:], words.astype(object), words[:0])):
+        path = tmp_path / f"{number}.nc"
+        store.write(path, {"word": store.Variable(("n",), values, "1", "word")}, KEY)
+        assert store.read(path)["word"].tolist() == values.tolist()
+
+
+def test_no_stage_waits_for_xarray_or_pandas():
+    """They are half of what a stage takes to start; only who works on with a result imports them."""
+    environment = {"PYTHONPATH": str(Path(store.__file__).parents[1])}
+    ask = "import sys; import roughslip.store; print(*{'xarray', 'pandas'} & set(sys.modules))"
+    assert (
+        subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True, env=environment).stdout
+        == "\n"
+    )

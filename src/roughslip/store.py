@@ -1,6 +1,7 @@
 """Results on disk: netCDF files that carry what made them, written atomically, checked when read.
 
-The only module that knows xarray and netCDF. Arrays go in and come out as numpy arrays.
+The only module that knows netCDF and xarray. Arrays go in and come out as numpy arrays; whoever works on with a result
+gets it as an xarray Dataset. A stage never does, so that it does not wait for xarray and pandas: half of its start.
 """
 
 from __future__ import annotations
@@ -15,12 +16,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import netCDF4
 import numpy as np
-import xarray as xr
 
 from roughslip.errors import StoreError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 
@@ -74,6 +78,16 @@ class Result(Mapping[str, np.ndarray]):
             raise StoreError(f"{self.path}: holds no variable {name!r}; {_rebuild(self.path)}")
         return self.variables[name]
 
+    def dataset(self) -> xr.Dataset:
+        """The result with named dimensions, for work of one's own."""
+        import xarray as xr
+
+        data = {
+            name: xr.Variable(v.dimensions, v.values, {"units": v.units, "long_name": v.long_name})
+            for name, v in self.variables.items()
+        }
+        return xr.Dataset(data, attrs=self.attributes)
+
     def __contains__(self, name: object) -> bool:
         return name in self.variables
 
@@ -115,28 +129,20 @@ def write(
     The same arrays and key give the same bytes. Raises StoreError where a floating-point array holds an infinity, or
     where the file cannot be written. NaN marks a value that does not exist and is allowed.
     """
-    data = {}
-    for name, variable in sorted(variables.items()):
-        values = np.asarray(variable.values)
-        if values.dtype.kind == "f" and np.any(np.isinf(values)):
-            raise StoreError(f"{path}: {name} holds an infinity; results must be finite")
-        labels = {"units": variable.units, "long_name": variable.long_name}
-        data[name] = xr.Variable(variable.dimensions, values, labels)
-    dataset = xr.Dataset(data)
-    dataset.attrs = {
+    stored = {name: _storable(path, name, variable) for name, variable in sorted(variables.items())}
+    described = {
         **dict(attributes or {}),
         "configuration": json.dumps(key.configuration, sort_keys=True),
         "code_hash": key.code,
         "seed": str(key.configuration.get("seed", "none used")),
         "versions": json.dumps(versions(), sort_keys=True),
     }
-    stored = {name: _variable(variable) for name, variable in data.items()}
-    dataset.attrs["checksum"] = _checksum(stored, dataset.attrs)
-    encoding = {name: {"_FillValue": None} for name in data}
+    described["checksum"] = _checksum(stored, described)
     try:
-        with replacing(path) as temporary:
-            dataset.to_netcdf(temporary, engine="netcdf4", encoding=encoding)
-    except OSError as error:
+        with replacing(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
+            file.setncatts(described)
+            _fill(file, stored)
+    except (OSError, RuntimeError) as error:  # netCDF says of a full disk no more than that HDF failed
         raise StoreError(f"{path}: cannot be written ({error})") from error
 
 
@@ -146,10 +152,11 @@ def read(path: Path) -> Result:
     if not path.is_file():
         raise StoreError(f"{path}: missing; {_rebuild(path)}")
     try:
-        with xr.open_dataset(path, engine="netcdf4", decode_cf=False) as dataset:
-            variables = {str(name): _variable(variable) for name, variable in dataset.variables.items()}
-            attributes = {str(name): value for name, value in dataset.attrs.items()}
-    except (OSError, ValueError, RuntimeError, KeyError) as error:
+        with netCDF4.Dataset(path) as file:
+            file.set_auto_maskandscale(False)
+            variables = {name: _variable(variable) for name, variable in file.variables.items()}
+            attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+    except (OSError, ValueError, RuntimeError, AttributeError) as error:
         raise StoreError(f"{path}: truncated or not a result ({error}); {_rebuild(path)}") from error
     if attributes.pop("checksum", None) != _checksum(variables, attributes):
         raise StoreError(f"{path}: its contents differ from its checksum; {_rebuild(path)}")
@@ -190,9 +197,38 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
-def _variable(stored: xr.Variable) -> Variable:
-    dimensions = tuple(str(name) for name in stored.dims)
-    return Variable(dimensions, np.asarray(stored.values), stored.attrs["units"], stored.attrs["long_name"])
+def _storable(path: Path, name: str, variable: Variable) -> Variable:
+    values = np.asarray(variable.values)
+    if values.dtype.kind == "f" and np.any(np.isinf(values)):
+        raise StoreError(f"{path}: {name} holds an infinity; results must be finite")
+    return variable._replace(values=_shortest(values))
+
+
+def _shortest(values: np.ndarray) -> np.ndarray:
+    """Text in the shortest type that holds it, whatever it came in; numbers as they are."""
+    return values.astype(object).astype(str) if values.dtype.kind in "UO" else values
+
+
+def _fill(file: netCDF4.Dataset, variables: Mapping[str, Variable]) -> None:
+    """Dimensions come first: netCDF fails on one that is added beside an array of its name."""
+    for name, variable in variables.items():
+        for dimension, size in zip(variable.dimensions, variable.values.shape, strict=True):
+            if dimension not in file.dimensions:
+                file.createDimension(dimension, size)
+            there = file.dimensions[dimension].size
+            if there != size:
+                raise ValueError(f"{name}: dimension {dimension} has {there} places, not {size}")
+    for name, (dimensions, values, units, long_name) in variables.items():
+        text = values.dtype.kind == "U"
+        target = file.createVariable(
+            name, str if text else values.dtype, dimensions, fill_value=None if text else False
+        )
+        target.setncatts({"units": units, "long_name": long_name})
+        target[...] = values.astype(object) if text else values
+
+
+def _variable(stored: netCDF4.Variable) -> Variable:
+    return Variable(stored.dimensions, _shortest(np.asarray(stored[...])), stored.units, stored.long_name)
 
 
 def _checksum(variables: Mapping[str, Variable], attributes: Mapping[Any, Any]) -> str:
@@ -205,7 +241,7 @@ def _checksum(variables: Mapping[str, Variable], attributes: Mapping[Any, Any]) 
         values = np.ascontiguousarray(variable.values)
         labels = name, values.dtype.str, str(values.shape), *variable.dimensions, variable.units, variable.long_name
         digest.update("\0".join(labels).encode())
-        digest.update(values.tobytes() if values.dtype.kind != "O" else "\0".join(map(str, values.ravel())).encode())
+        digest.update(values.tobytes())
     return digest.hexdigest()
 
 

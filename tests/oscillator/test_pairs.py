@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from roughslip.oscillator import dormand_prince as dp
-from roughslip.oscillator.equation import completed, jerk
+from roughslip.oscillator.bounds import branch_at
+from roughslip.oscillator.equation import State, completed, jerk
 from roughslip.oscillator.law import CoulombLaw
 from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, ORDERS, step
 from roughslip.oscillator.path import path_through, piece_at
@@ -152,5 +153,6 @@ def test_jerk_is_the_derivative_of_acceleration(sigma, advance):
 def test_jerk_of_friction_that_is_cut_is_that_of_a_free_mass():
     p = DRIVEN._replace(q=0.0)
     piece = piece_at(path_through(np.array([-3.0, -2.0, -2.5]), 0, 0.02, True, True), 0.01)
-    y = completed(0.0, 0.004, 0.5 * p.V, 0.01, 1.0, piece, p)
+    place = State(0.0, 0.004, 0.5 * p.V, 0.01, 0.0, 0.0)
+    y = completed(*place[:4], 1.0, piece, branch_at(place, 1.0, piece, p).p)
     assert (y.a, y.j) == (pytest.approx(-2 * p.D * y.u - y.x), pytest.approx(-2 * p.D * y.a - y.u))

@@ -8,8 +8,10 @@ import pytest
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator import return_map as module
-from roughslip.oscillator.equation import acceleration
+from roughslip.oscillator.bounds import branch_at
+from roughslip.oscillator.equation import State, acceleration
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw, TableLaw
+from roughslip.oscillator.path import Piece
 from roughslip.oscillator.return_map import falling_root, growth, slip_flow, turn, turn_from
 from roughslip.oscillator.system import Oscillator, coefficients
 
@@ -55,7 +57,10 @@ def test_negative_friction_is_cut_as_in_the_motion():
     law = StribeckLaw(fit=0.6, static=0.4)  # below zero from 1.4 m/s on
     p, flow = coefficients(STUDY, law), slip_flow(STUDY, law)
     for w in (-2.0, 0.5):
-        expected = acceleration(0.0, flow.position(0.1), w * p.V, 1.0, 0.0, p) / p.V
+        y = State(0.0, flow.position(0.1), w * p.V, 0.0, 0.0, 0.0)
+        here = branch_at(y, 1.0, Piece(0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 1.0), p)
+        assert here.cut == (w < 0.0)
+        expected = acceleration(0.0, y.x, y.u, 1.0, 0.0, here.p) / p.V
         assert flow.at_peak(w) - 0.1 == pytest.approx(expected, abs=1e-13)
     assert flow.slope(-2.0) == 0.0
 

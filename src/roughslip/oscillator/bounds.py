@@ -34,7 +34,7 @@ class Branch(NamedTuple):
 
     row : of the table of friction, 0 for the closed form
     cut : whether friction is cut to zero
-    p : its coefficients, continued beyond its bounds; without friction where it is cut
+    p : its coefficients; without friction where it is cut
     """
 
     row: int
@@ -58,7 +58,7 @@ def branch(row: int, cut: bool, p: Coefficients) -> Branch:
     """The branch of a row, friction cut or not."""
     force = 0.0 if cut else p.F
     law = in_row(p.law, row)
-    return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.advance, -np.inf, law))
+    return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.advance, law))
 
 
 @njit(cache=True, error_model="numpy")

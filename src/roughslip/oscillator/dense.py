@@ -16,7 +16,7 @@ from numba import njit
 from roughslip.oscillator.equation import State
 
 HALVINGS = 52
-SETTLED = 1e-15  # of a step, between two iterates of a root
+SETTLED = 1e-9  # of a step, between two iterates of a root: Newton has doubled the digits by then
 
 
 class Quintic(NamedTuple):

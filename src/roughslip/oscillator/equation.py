@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from roughslip.oscillator.law import CONTRACTED, sliding, sliding_slope
+from roughslip.oscillator.law import CONTRACTED, excess_force, sliding, sliding_slope
 from roughslip.oscillator.path import Piece, offset, offset_slope
 from roughslip.oscillator.system import Coefficients
 
@@ -31,20 +31,16 @@ def place(tau: float, s: float, p: Coefficients) -> float:
 
 @njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: Coefficients) -> float:
-    """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0."""
-    mu = max(sliding(sigma * p.omega * (p.V - u), p.law) + mu_s, p.floor)
+    """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0 and friction = 0."""
     drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
-    return sigma * p.F * mu - (2.0 * p.D * u + x - drive)
+    return excess_force(sigma * p.F, sigma * p.omega * (p.V - u), mu_s, 2.0 * p.D * u + x - drive, p.law)
 
 
 @njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
 def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p: Coefficients) -> float:
-    """X''' [m] in slip of sign sigma."""
-    speed, z = sigma * p.omega * (p.V - u), place(tau, s, p)
-    mu_rate = 0.0
-    if p.law.least + offset(piece, z) > p.floor or sliding(speed, p.law) + offset(piece, z) > p.floor:
-        advance = p.advance if p.advance > 0.0 else sigma * (p.V - u)
-        mu_rate = -sliding_slope(speed, p.law) * sigma * p.omega * a + offset_slope(piece, z) * advance
+    """X''' [m] in slip of sign sigma, continued likewise."""
+    speed, along = sigma * p.omega * (p.V - u), p.advance if p.advance > 0.0 else sigma * (p.V - u)
+    mu_rate = offset_slope(piece, place(tau, s, p)) * along - sliding_slope(speed, p.law) * sigma * p.omega * a
     drive = p.q * p.r * math.sin(p.r * tau) if p.q > 0.0 else 0.0
     return sigma * p.F * mu_rate - 2.0 * p.D * a - u - drive
 

@@ -150,6 +150,11 @@ def sliding_slope(speed: float, law: SlidingLaw) -> float:
     return _tabulated_slope(speed, law.table)
 
 
+def excess_force(normal: float, speed: float, more: float, held: float, law: SlidingLaw) -> float:
+    """normal (mu_D + more) - held at a speed |v_rel| >= 0, which is what the stages of a step wait for one by one."""
+    return normal * (sliding(speed, law) + more) - held
+
+
 @overload(sliding, jit_options={"error_model": "numpy"}, strict=False)
 def _compiled_sliding(speed: Any, law: Any) -> Any:
     if law.instance_class is ClosedForm:
@@ -162,6 +167,18 @@ def _compiled_sliding_slope(speed: Any, law: Any) -> Any:
     if law.instance_class is ClosedForm:
         return lambda speed, law: stribeck_slope(speed, law.fit, law.decay, law.quadratic)
     return lambda speed, law: _tabulated_slope(speed, law.table)
+
+
+@overload(excess_force, jit_options={"error_model": "numpy", "fastmath": CONTRACTED}, strict=False)
+def _compiled_excess_force(normal: Any, speed: Any, more: Any, held: Any, law: Any) -> Any:
+    def closed(normal: Any, speed: Any, more: Any, held: Any, law: Any) -> Any:
+        rest = normal * (law.rest - law.fit + more + law.quadratic * (speed * speed)) - held
+        return normal * law.fit / (1.0 + law.decay * speed) + rest  # the quotient comes last: all else is there by then
+
+    def table(normal: Any, speed: Any, more: Any, held: Any, law: Any) -> Any:
+        return normal * (_tabulated(speed, law.table) + more) - held
+
+    return closed if law.instance_class is ClosedForm else table
 
 
 def sliding_curvature(speed: float, law: SlidingLaw) -> float:

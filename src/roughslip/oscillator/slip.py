@@ -29,9 +29,9 @@ from roughslip.oscillator.path import Path, Piece, largest_kink, offset, piece_a
 from roughslip.oscillator.system import Coefficients
 
 AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP, NODES_OVER, NEGATIVE = 0, 1, 2, 3, 4, 5, 6
-FIRST_STEP = 1e-2  # of a slip phase, in units of 1/omega
+FIRST_STEP = 0.1  # of a slip phase, in units of 1/omega; one that hides in it is smaller than its error may be
 MOST_TRIED = 5  # steps, until one ends at a node
-LONGEST_STEP = 0.5  # so that the quintic dense output sees every extreme of X'
+LONGEST_STEP = 0.75  # so that the quintic dense output, which errs by h^6 / 46080, sees every extreme of X'
 SHORTEST_SLIP = 1e-7  # a phase back at the belt after so short a time is none: V h^2 / 2 drowns in the rounding of V
 SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it, if friction is that of either side
 AT_NODE = 1e-9  # of a node spacing: no distance

@@ -79,7 +79,6 @@ class Coefficients(NamedTuple):
 
     advance : [m or s] by which the coordinate of the friction path grows in a unit of tau; 0 where it is the slipped
         distance
-    floor : [-] what friction is not to fall below: 0, or none in an equation that goes on smoothly
     """
 
     F: float
@@ -89,7 +88,6 @@ class Coefficients(NamedTuple):
     q: float
     r: float
     advance: float
-    floor: float
     law: SlidingLaw
 
 
@@ -114,6 +112,5 @@ def coefficients(oscillator: Oscillator, law: FrictionLaw, friction_follows: str
         q=float(oscillator.q),
         r=float(oscillator.r),
         advance=float(advances[friction_follows]),
-        floor=0.0,
         law=law.compiled(),
     )

@@ -62,7 +62,7 @@ def test_a_small_run_measures_and_draws(tmp_path, monkeypatch):
     rows = json.loads((tmp_path / "oscillator.json").read_text())["rows"]
     methods = {row["method"] for row in rows if "asked" in row["case"]}
     assert methods == {name for name in oscillator_figure.LOOKS if not name.startswith("diffrax")}
-    assert len(rows) == 2 * 2 * 4 + 1 + 2 + 2
+    assert len(rows) == 2 * 2 * (2 * 2 + 2) + 1 + 2 + 2
     steady = [row for row in rows if row["case"] == "motion=long-run"]
     assert all(row["work"] == 2000 for row in steady)
     assert all(row["error"] < 1e-6 for row in steady)  # two cycles a block

@@ -99,7 +99,7 @@ def pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, 
 
     Returns three arrays (S, lags).
     """
-    return _pair_sums(np.ascontiguousarray(x), np.ascontiguousarray(valid), lags)
+    return _pair_sums(np.ascontiguousarray(x), valid.astype(np.float64), lags)
 
 
 @njit(cache=True)
@@ -107,12 +107,11 @@ def _pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray,
     strips, windows = x.shape
     pairs, products, ends = np.zeros((strips, lags)), np.zeros((strips, lags)), np.zeros((strips, lags))
     for s in range(strips):
-        for k in range(lags):
-            for i in range(windows - k):
-                if valid[s, i] and valid[s, i + k]:
-                    pairs[s, k] += 1.0
-                    products[s, k] += x[s, i] * x[s, i + k]
-                    ends[s, k] += x[s, i] + x[s, i + k]
+        for i in range(windows):  # and within it the lags, whose sums are independent: several at once
+            for k in range(min(lags, windows - i)):
+                pairs[s, k] += valid[s, i] * valid[s, i + k]
+                products[s, k] += x[s, i] * x[s, i + k]
+                ends[s, k] += x[s, i] * valid[s, i + k] + x[s, i + k] * valid[s, i]
     return pairs, products, ends
 
 

@@ -6,8 +6,8 @@ within a strip. A replicate is a row of counts, one a strip, and a statistic is 
 of every replicate follows from one product of the counts with sums over each strip. Row 0 counts each strip once: the
 sample itself. Levels of penetration share their counts, so that differences between levels are paired.
 
-Sums over strips go through einsum, not BLAS: their bits do not depend on threads. Searches of a table of shapes take a
-hundred times as many operations and go through BLAS; in the study a stage has one thread.
+Sums over strips and searches of a table of shapes go through BLAS, whose bits depend on its threads; in the study a
+stage has one.
 """
 
 from __future__ import annotations
@@ -152,16 +152,18 @@ def resampled_extremes(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -
 def _reached(counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
     """(1 + n,) how often a replicate counts the first 0 ... n windows, from the strip of each."""
     reached = np.empty(strip.size + 1, np.int64)
+    total = 0
     reached[0] = 0
     for window in range(strip.size):
-        reached[window + 1] = reached[window] + counts[strip[window]]
+        total += counts[strip[window]]
+        reached[window + 1] = total
     return reached
 
 
 def _sorted_windows(mu: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Ascending mu of the valid windows and the strip of each."""
     values, strip = mu[valid], np.nonzero(valid)[0]
-    order = np.argsort(values, kind="stable")
+    order = np.argsort(values)  # equal ones in any order: only what comes after all of them is asked for
     return values[order], strip[order]
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from roughslip.oscillator.dense import Quintic, first_zero, lowest, quintic, sign_changes, slope, stationary, value
-from roughslip.oscillator.equation import State, completed, place
+from roughslip.oscillator.equation import State, completed, friction, place
 from roughslip.oscillator.law import in_row, knots, row_at, sliding, sliding_curvature, sliding_slope, spread
 from roughslip.oscillator.pairs import step
 from roughslip.oscillator.path import Piece, lowest_offset, offset, offset_curvature, offset_slope
@@ -59,12 +59,6 @@ def branch(row: int, cut: bool, p: Coefficients) -> Branch:
     force = 0.0 if cut else p.F
     law = in_row(p.law, row)
     return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.advance, law))
-
-
-@njit(cache=True, error_model="numpy")
-def friction(y: State, sigma: float, piece: Piece, p: Coefficients) -> float:
-    """mu_D + mu_S, below zero where it is cut."""
-    return sliding(sigma * p.omega * (p.V - y.u), p.law) + offset(piece, place(y.tau, y.s, p))
 
 
 @njit(cache=True)

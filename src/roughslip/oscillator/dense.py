@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
 
 from roughslip.oscillator.equation import State
@@ -41,12 +40,6 @@ def quintic(h: float, y0: float, d0: float, e0: float, y1: float, d1: float, e1:
 def velocity(y0: State, y1: State) -> Quintic:
     """X' over a step."""
     return quintic(y1.tau - y0.tau, y0.u, y0.a, y0.j, y1.u, y1.a, y1.j)
-
-
-@njit(cache=True)
-def position(y0: State, y1: State) -> Quintic:
-    """X over a step."""
-    return quintic(y1.tau - y0.tau, y0.x, y0.u, y0.a, y1.x, y1.u, y1.a)
 
 
 @njit(cache=True)
@@ -114,15 +107,3 @@ def stationary(b: Quintic) -> float:
         else:
             high = middle
     return 0.5 * (low + high)
-
-
-@njit(cache=True)
-def draw(y0: State, y1: State, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray) -> None:
-    """X and X' of one step at the multiples of interval in (tau0, tau1]; exact on stick lines."""
-    h = y1.tau - y0.tau
-    x, u = position(y0, y1), velocity(y0, y1)
-    for k in range(int(y0.tau / interval), min(int(y1.tau / interval) + 2, x_drawn.size)):
-        t = (k * interval - y0.tau) / h
-        if 0.0 < t <= 1.0:
-            x_drawn[k] = value(x, t)
-            u_drawn[k] = value(u, t)

@@ -52,8 +52,13 @@ def completed(tau: float, x: float, u: float, s: float, sigma: float, piece: Pie
     return State(tau, x, u, s, a, jerk(tau, u, s, a, sigma, piece, p))
 
 
+@njit(cache=True, error_model="numpy")
+def friction(y: State, sigma: float, piece: Piece, p: Coefficients) -> float:
+    """mu_D + mu_S in slip, below zero where it is cut."""
+    return sliding(sigma * p.omega * (p.V - y.u), p.law) + offset(piece, place(y.tau, y.s, p))
+
+
 @njit(cache=True)
 def cut(y: State, sigma: float, piece: Piece, p: Coefficients) -> bool:
     """Whether friction in slip would be negative, and is cut to zero."""
-    mu_s = offset(piece, place(y.tau, y.s, p))
-    return p.law.least + mu_s < 0.0 and sliding(sigma * p.omega * (p.V - y.u), p.law) + mu_s < 0.0
+    return p.law.least + offset(piece, place(y.tau, y.s, p)) < 0.0 and friction(y, sigma, piece, p) < 0.0

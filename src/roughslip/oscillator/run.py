@@ -8,7 +8,6 @@ import numpy as np
 from numba import njit
 
 from roughslip.oscillator.bounds import branch_at
-from roughslip.oscillator.dense import draw
 from roughslip.oscillator.equation import State, completed, place
 from roughslip.oscillator.path import Path, offset, piece_at
 from roughslip.oscillator.slip import (
@@ -31,6 +30,7 @@ from roughslip.oscillator.stick import (
     PAUSED,
     UPPER,
     departure,
+    draw_stick,
     passage,
     static_limit,
     stick_force,
@@ -140,7 +140,7 @@ def go_on(
             held = y
             side, y = _leave(held, limit, tau_end, path, stochastic, p)
             if x_drawn.size > 0 and y.tau > held.tau:
-                draw(held, y, interval, x_drawn, u_drawn)
+                draw_stick(held.tau, held.x, y.tau, interval, p, x_drawn, u_drawn)
             if side == PAUSED:
                 status = PATH_OVER if path.ends else NODES_OVER
                 break

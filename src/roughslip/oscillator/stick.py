@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 from roughslip.oscillator.path import Path, Piece, offset, offset_curvature, piece_at, reaches
@@ -89,6 +90,16 @@ def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficient
         rising = not rising
         stop = start + (rise if rising else fall)
     return HELD, tau_end, x + p.V * (tau_end - tau)
+
+
+@njit(cache=True)
+def draw_stick(
+    start: float, x: float, end: float, interval: float, p: Coefficients, x_drawn: np.ndarray, u_drawn: np.ndarray
+) -> None:
+    """X and X' in stick from (start, x) on, at the multiples of interval in (start, end]."""
+    for k in range(int(start / interval), min(int(end / interval) + 2, x_drawn.size)):
+        if start < k * interval <= end:
+            x_drawn[k], u_drawn[k] = x + p.V * (k * interval - start), p.V
 
 
 @njit(cache=True)

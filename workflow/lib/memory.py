@@ -99,8 +99,10 @@ def _designs(scene: Scene) -> float:
 
 
 def _surface(scene: Scene, _: int) -> float:
-    dense = min(_nodes(scene), 4096) ** 2 if _nodes(scene) <= 4096 else 0
-    return _PLAIN + 80 + 4 * _modes_mb(scene) + 3 * _megabytes(dense)
+    """Modes, and the covariance matrix of the nodes where these are few, or the modes many."""
+    nodes = _nodes(scene)
+    formed = nodes <= 1024 or (nodes <= 4096 and _modes(scene) > nodes // 4)  # as karhunen_loeve decides
+    return _PLAIN + 80 + 4 * _modes_mb(scene) + (3 * _megabytes(nodes**2) if formed else 0)
 
 
 def _read_modes(scene: Scene) -> float:

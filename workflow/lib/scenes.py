@@ -270,12 +270,13 @@ class Scenes:
 
 
 def _not_writable(name: str) -> list[Path]:
-    """The folders that stand in the way of a scene's results, if there are any."""
-    folder = Path("results") / name / "keys"
-    while not folder.exists() and folder != folder.parent:
-        folder = folder.parent
-    inner = [path for path in (Path("results") / name).glob("*/") if path.is_dir()]
-    return [path for path in (folder, *inner) if not (path.is_dir() and os.access(path, os.W_OK))]
+    """The folders that stand in the way of a scene's results, if there are any.
+
+    Snakemake would end with a traceback where it is to remove what it makes anew.
+    """
+    results = Path("results")
+    there = [path for path in (results, results / name, *(results / name).glob("*/")) if path.exists()]
+    return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
 
 
 def _scene_of(word: str) -> str:

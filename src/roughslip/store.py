@@ -156,7 +156,7 @@ def read(path: Path) -> Result:
             file.set_auto_maskandscale(False)
             variables = {name: _variable(variable) for name, variable in file.variables.items()}
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-    except (OSError, ValueError, RuntimeError, AttributeError) as error:
+    except (OSError, ValueError, RuntimeError, AttributeError, KeyError) as error:
         raise StoreError(f"{path}: truncated or not a result ({error}); {_rebuild(path)}") from error
     if attributes.pop("checksum", None) != _checksum(variables, attributes):
         raise StoreError(f"{path}: its contents differ from its checksum; {_rebuild(path)}")

@@ -14,8 +14,6 @@ from roughslip.errors import InputError, StoreError
 from roughslip.scan_file import read_scan, write_x3p
 from roughslip.surface.topography import Topography, topography
 
-pytestmark = pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
-
 DAMAGES = 400
 
 

@@ -14,8 +14,6 @@ from roughslip.errors import InputError
 from roughslip.scan_file import read_scan, write_x3p
 from roughslip.surface.topography import Topography
 
-# the library of the instruments' formats says on import that it found no MPI, which nobody asked for
-pytestmark = pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
 instruments = pytest.mark.skipif(
     importlib.util.find_spec("SurfaceTopography") is None, reason="needs SurfaceTopography (the extra `scans`)"
 )

@@ -19,7 +19,6 @@ from roughslip.surface.topography import Topography
 instruments = pytest.mark.skipif(
     importlib.util.find_spec("SurfaceTopography") is None, reason="needs SurfaceTopography (the extra `scans`)"
 )
-pytestmark = pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
 
 N, STEP = 96, 1e-6
 STATED = {"spacing_x_m": STEP, "spacing_y_m": STEP, "height_unit": "nm"}

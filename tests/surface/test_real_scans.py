@@ -19,7 +19,6 @@ DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 pytestmark = [
     pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data"),
     pytest.mark.skipif(importlib.util.find_spec("SurfaceTopography") is None, reason="needs the extra `scans`"),
-    pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning"),
 ]
 
 

@@ -16,7 +16,7 @@ from roughslip.errors import InputError
 from tests.scene.fuzzed import overlays
 from tests.scene.shipped import SCENES, SCHEMA_PATH
 from workflow.lib import run_lock
-from workflow.lib.scenes import _load
+from workflow.lib.scenes import checked
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = int(os.environ.get("SCENE_CASES", "150"))
@@ -40,7 +40,7 @@ def taken(folder: Path, count: int) -> list[str]:
         file = folder / f"{name}.yaml"
         file.write_text(yaml.safe_dump(overlay), encoding="utf-8")
         try:
-            _load(name, folder, SCHEMA_PATH)  # as a start of Snakemake does: a scan, too, has to be there
+            checked(name, folder, SCHEMA_PATH)  # as a start of Snakemake does: a scan, too, has to be there
             names.append(name)
         except InputError:
             file.unlink()

@@ -116,7 +116,6 @@ def test_a_scan_that_is_not_there_is_told_before_any_job(empty, tmp_path):
 
 @needs_library
 @pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data")
-@pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
 def test_real_scans_go_to_figures_3_and_5(finished):
     """In the project of `tiny` itself. The larger scan is cut to nine correlation lengths across its grooves; its twins
     are enough, as `ground` takes its kind of model to Figure 3."""

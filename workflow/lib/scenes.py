@@ -71,12 +71,12 @@ class Scenes:
         mistakes: list[str] = []
         for name in scene_names(folder):
             try:
-                self.valid[name] = _load(name, folder, root / "config" / "scene.schema.yaml")
+                self.valid[name] = checked(name, folder, root / "config" / "scene.schema.yaml")
             except InputError as error:
                 if name in asked:
                     mistakes += error.lines
         mistakes += [line for name in sorted(asked & self.valid.keys()) for line in self._too_large(name)]
-        mistakes += [f"{folder}: cannot be written to" for name in sorted(asked) for folder in _not_writable(name)]
+        mistakes += [f"{folder}: cannot be written to" for name in sorted(asked) for folder in not_writable(name)]
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
         self.asked = sorted(asked)
@@ -269,23 +269,11 @@ class Scenes:
         return records
 
 
-def _not_writable(name: str) -> list[Path]:
-    """The folders that stand in the way of a scene's results, if there are any.
+def checked(name: str, folder: Path, schema: Path) -> dict[str, Any]:
+    """The scene of that name as a run takes it, from the folder of the scene files: its scan, too, has to be there.
 
-    Snakemake would end with a traceback where it is to remove what it makes anew.
+    Raises InputError with every mistake of the scene.
     """
-    results = Path("results")
-    there = [path for path in (results, results / name, *(results / name).glob("*/")) if path.exists()]
-    return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
-
-
-def _scene_of(word: str) -> str:
-    """The scene that a target of the command line belongs to: its name, or the folder of a result."""
-    parts = Path(word).parts
-    return parts[1] if len(parts) > 1 and parts[0] == "results" else word
-
-
-def _load(name: str, folder: Path, schema: Path) -> dict[str, Any]:
     if name in RULES:
         file = scene_yaml.display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
@@ -300,6 +288,22 @@ def _load(name: str, folder: Path, schema: Path) -> dict[str, Any]:
             where = ("roughness", "scan", "file")
             raise InputError(scene_yaml.line(folder / f"{name}.yaml", where, f"{scene_yaml.shown(file)} {text}"))
     return scene
+
+
+def not_writable(name: str) -> list[Path]:
+    """The folders that stand in the way of a scene's results, if there are any.
+
+    Snakemake would end with a traceback where it is to remove what it makes anew.
+    """
+    results = Path("results")
+    there = [path for path in (results, results / name, *(results / name).glob("*/")) if path.exists()]
+    return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
+
+
+def _scene_of(word: str) -> str:
+    """The scene that a target of the command line belongs to: its name, or the folder of a result."""
+    parts = Path(word).parts
+    return parts[1] if len(parts) > 1 and parts[0] == "results" else word
 
 
 def _is_inside(file: Path, root: Path) -> bool:

@@ -1,14 +1,23 @@
 """What tests of motions share: the oscillator of the study, Coulomb friction of a given drop, steps of equal length."""
 
+import numpy as np
+
 from roughslip.oscillator.equation import completed, place
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw
 from roughslip.oscillator.pairs import step
 from roughslip.oscillator.path import piece_at
+from roughslip.oscillator.run import REATTACHMENT
 from roughslip.oscillator.system import Oscillator
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 LAW = StribeckLaw(0.3)
 F, V = STUDY.F, STUDY.V
+
+
+def ends(motion):
+    """Time, position and slipped distance of every reattachment."""
+    keep = motion.kind == REATTACHMENT
+    return np.column_stack((motion.time[keep], motion.position[keep], motion.slipped_distance[keep]))
 
 
 def coulomb(ratio: float, kinetic: float = 0.3) -> CoulombLaw:

@@ -1,0 +1,302 @@
+"""Stick and slip in turn along a friction path: an independent integrator, micro-slips, paths in pieces, faults."""
+
+import math
+import weakref
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import cumulative_simpson, solve_ivp
+from scipy.interpolate import CubicHermiteSpline
+
+from roughslip.errors import ParameterError
+from roughslip.oscillator.limits import limit_cycle
+from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
+from roughslip.oscillator.run import CROSSING, DEPARTURE, REATTACHMENT
+from tests.oscillator.motions import LAW, STUDY, F, V, ends
+
+
+def wave(spacing=1e-4, length=0.25, amplitude=0.05, wavelength=4e-3):
+    """A smooth friction path."""
+    return amplitude * np.sin(2.0 * math.pi * spacing * np.arange(round(length / spacing) + 1) / wavelength), spacing
+
+
+def reference(oscillator, path, spacing, cycles):
+    """Reattachments by scipy's DOP853 with its own events, in X, X' and s with the sign of the law written out."""
+    nodes = spacing * np.arange(path.size)
+    mu_s = CubicHermiteSpline(nodes, path, np.gradient(path, spacing))
+    p, q, r, D = oscillator, oscillator.q, oscillator.r, oscillator.damping_ratio
+
+    def slip(tau, y):
+        velocity = p.natural_frequency_rad_per_s * (V - y[1])
+        mu = float(LAW.mu(velocity)) + float(mu_s(y[2]))
+        return [y[1], F * mu - 2.0 * D * y[1] - y[0] + q * math.cos(r * tau), V - y[1]]
+
+    def at_belt(tau, y):
+        return y[1] - V
+
+    at_belt.terminal, at_belt.direction = True, 1.0
+    tau, x, s, found = 0.0, 0.0, 0.0, []
+    for _ in range(cycles):
+        limit = F * (0.4 + float(mu_s(s)))
+        grid = tau + np.linspace(0.0, 10.0, 200_001)
+        force = x + V * (grid - tau) + 2.0 * D * V - q * np.cos(r * grid)
+        k = np.flatnonzero(force > limit)[0]
+        leave = grid[k - 1] + (limit - force[k - 1]) / (force[k] - force[k - 1]) * (grid[k] - grid[k - 1])
+        x, tau = x + V * (leave - tau), leave
+        # X' leaves V like V tau^2 / 2: a Taylor step off the belt, of error tau^4
+        drop = V + q * r * math.sin(r * tau)
+        h = 1e-3
+        y = [x + V * h - drop * h**3 / 6.0, V - drop * h**2 / 2.0, s + drop * h**3 / 6.0]
+        run = solve_ivp(
+            slip, (tau + h, tau + 20.0), y, method="DOP853", rtol=1e-11, atol=1e-14, events=at_belt, max_step=0.02
+        )
+        tau, (x, _, s) = run.t[-1], run.y[:, -1]
+        found.append((tau, x, s))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("excited", [False, True])
+def test_against_scipy(excited):
+    """DOP853 at rtol 1e-11 on the same path, four cycles; 1e-9 F grows by F mu_S' ~ 2 at each departure."""
+    oscillator = STUDY
+    if excited:
+        oscillator = replace(STUDY, excitation_force_n=60.0, excitation_frequency_rad_per_s=430.0)
+    path, spacing = wave()
+    expected = reference(oscillator, path, spacing, 4)
+    found = ends(simulate(oscillator, LAW, path, spacing, 6.0, tolerance=1e-11))[:4]
+    assert found[:, 0] == pytest.approx(expected[:, 0], abs=1e-6)
+    assert found[:, 1] == pytest.approx(expected[:, 1], abs=1e-7 * F)
+    assert found[:, 2] == pytest.approx(expected[:, 2], abs=1e-7 * F)
+
+
+def test_energy_balance_in_slip():
+    """(X'^2 + X^2) / 2 changes by the work of friction less 2 D X'^2; the samples interpolate to h^4 ~ 1e-8."""
+    path, spacing = wave()
+    drawn = trajectory(STUDY, LAW, path, spacing, 2.5, tolerance=1e-12, samples_per_period=4000)
+    leave, back = drawn.motion.time[:2]
+    keep = (drawn.time > leave) & (drawn.time < back)
+    tau, x, u = drawn.time[keep], drawn.position[keep], drawn.velocity[keep]
+    s = drawn.motion.slipped_distance[0] + V * (tau - leave) - (x - drawn.motion.position[0])
+    mu_s = CubicHermiteSpline(spacing * np.arange(path.size), path, np.gradient(path, spacing))(s)
+    power = F * (LAW.mu(316.0 * (V - u)) + mu_s) * u - 2.0 * 0.17 * u**2
+    energy = 0.5 * (x**2 + u**2)
+    assert energy - energy[0] == pytest.approx(cumulative_simpson(power, x=tau, initial=0.0), abs=1e-7 * F**2)
+
+
+def test_micro_slip_and_cycle_are_told_apart():
+    """Friction that climbs by 0.3 over the first 0.3 mm of slip stops the mass before it turns; beyond it is level.
+
+    Stick holds again at the higher limit; on the level part the slip is the deterministic one and ends a cycle.
+    """
+    spacing = 2e-5
+    path = np.minimum(np.arange(8000) * spacing / 3e-4, 1.0) * 0.3
+    drawn = trajectory(STUDY, LAW, path, spacing, 4.0, samples_per_period=4000)
+    motion = drawn.motion
+    reattached = np.flatnonzero(motion.kind == REATTACHMENT)
+    assert motion.cycles + motion.micro_slips == reattached.size
+    assert motion.micro_slips >= 1
+    assert motion.cycles >= 1
+    for k in reattached:
+        inside = (drawn.time > motion.time[k - 1]) & (drawn.time < motion.time[k])
+        if inside.sum() > 2:
+            assert bool(motion.backwards[k]) == bool(drawn.velocity[inside].min() < 0.0)
+        if not motion.backwards[k]:
+            assert motion.slipped_distance[k] < 3.1e-4  # micro-slips happen on the climb alone
+    level = motion.position[(motion.kind == DEPARTURE) & (motion.slipped_distance > 4e-4)]
+    assert level == pytest.approx(np.full(level.size, 0.7 * F - 2 * 0.17 * V), rel=1e-9)
+
+
+def test_turning_point_between_steps():
+    """A climb of friction lifts the least X' of a slip through zero: the flag turns where the drawn minimum is zero.
+
+    Nodes 1 mm apart and a tolerance of 1e-7 make steps so long (0.1) that none ends near the minimum.
+    """
+
+    def draw(height):
+        climb = np.full(60, 0.6)
+        climb[:2] = 0.0, height
+        drawn = trajectory(STUDY, LAW, climb, 1e-3, 3.0, tolerance=1e-7, samples_per_period=4000)
+        k = np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0]
+        return bool(drawn.motion.backwards[k]), drawn.velocity[drawn.time < drawn.motion.time[k]].min()
+
+    low, high = 0.0, 0.2
+    assert draw(low)[0]
+    assert not draw(high)[0]
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if draw(middle)[0] else (low, middle)
+    # the nearest sample is at most 0.0008 away, and misses by the rate of X'' (below F) times 0.0008^2 / 2
+    assert draw(high)[1] == pytest.approx(0.0, abs=1e-5 * V)
+
+
+def test_micro_slip_after_a_cycle():
+    """The climb begins just after the slip of one cycle: the next slip is a micro-slip, though the last was none."""
+    cycle = limit_cycle(STUDY, LAW)
+    spacing = 1e-5
+    s = spacing * np.arange(6000) - cycle.slipped_distance - 3 * spacing
+    motion = simulate(STUDY, LAW, 0.3 * np.clip(s / 3e-4, 0.0, 1.0), spacing, 3.0)
+    back = motion.kind == REATTACHMENT
+    assert motion.backwards[back].tolist()[:2] == [True, False]
+    assert motion.position[back][0] == pytest.approx(cycle.reattachment, abs=1e-8 * F)
+
+
+def test_zero_path_is_the_deterministic_motion():
+    """The same motion through other steps."""
+    plain = simulate(STUDY, LAW, None, 0.0, 5.0, tolerance=1e-11)
+    zero = simulate(STUDY, LAW, np.zeros(10_000), 2e-5, 5.0, tolerance=1e-11)
+    assert np.array_equal(plain.kind, zero.kind)
+    assert zero.position == pytest.approx(plain.position, abs=1e-9 * F)
+
+
+def test_departure_follows_the_path():
+    """Each departure at F (0.4 + mu_S(s)) - 2 D V; with a constant limit at F max(0.4, 0.4 + mu_S(s)) - 2 D V."""
+    path, spacing = wave()
+    mu_s = CubicHermiteSpline(spacing * np.arange(path.size), path, np.gradient(path, spacing))
+    for stochastic in (True, False):
+        motion = simulate(STUDY, LAW, path, spacing, 8.0, stochastic_static_limit=stochastic)
+        leave = motion.kind == DEPARTURE
+        scatter = mu_s(motion.slipped_distance[leave])
+        limit = 0.4 + (scatter if stochastic else np.maximum(scatter, 0.0))
+        assert motion.position[leave] == pytest.approx(F * limit - 2 * 0.17 * V, rel=1e-12)
+
+
+def test_weak_excitation_is_continuous():
+    """Q -> 0: events move in proportion to Q (here q = 1e-6 F and 1e-7 F)."""
+    path, spacing = wave()
+    plain = simulate(STUDY, LAW, path, spacing, 3.0, tolerance=1e-12)
+    shifts = []
+    for share in (1e-6, 1e-7):
+        weak = replace(STUDY, excitation_force_n=share * 2500.0, excitation_frequency_rad_per_s=400.0)
+        motion = simulate(weak, LAW, path, spacing, 3.0, tolerance=1e-12)
+        assert np.array_equal(motion.kind, plain.kind)
+        shifts.append(np.max(np.abs(motion.position - plain.position)))
+    assert 0.0 < shifts[1] < shifts[0] < 1e-4 * F
+    assert shifts[0] / shifts[1] == pytest.approx(10.0, rel=0.05)
+
+
+def test_friction_is_never_negative():
+    """A path below -mu_D leaves the undamped mass free: X' = V cos tau from X = 0, no stick, no force."""
+    path = np.full(4000, -5.0)
+    drawn = trajectory(
+        replace(STUDY, damping_ratio=0.0), LAW, path, 1e-4, 1.0, start_position_m=1e-6, samples_per_period=100
+    )
+    free = 1e-6 * np.cos(drawn.time) + V * np.sin(drawn.time)
+    inside = drawn.time < 6.0
+    assert drawn.position[inside] == pytest.approx(free[inside], abs=1e-7 * F)
+
+
+def test_negative_friction_is_counted_or_refused():
+    """mu_D is 0.24 to 0.4: a path of +- 0.35 cuts it at times, one of +- 0.2 never does."""
+    wide, narrow = (size * np.sin(np.arange(4000) / 20.0) for size in (0.35, 0.2))
+    assert simulate(STUDY, LAW, narrow, 5e-5, 8.0).cuts == 0
+    assert simulate(STUDY, LAW, narrow, 5e-5, 8.0, negative_friction="refuse").cycles > 0
+    clipped = simulate(STUDY, LAW, wide, 5e-5, 8.0)
+    assert 0 < clipped.cuts < clipped.steps
+    with pytest.raises(ParameterError, match="negative after"):
+        simulate(STUDY, LAW, wide, 5e-5, 8.0, negative_friction="refuse")
+
+
+@settings(derandomize=True, max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    damping=st.floats(0.0, 0.6),
+    scatter=st.floats(0.0, 0.15),
+    force=st.floats(0.0, 500.0),
+    frequency=st.floats(10.0, 2000.0),
+)
+def test_order_of_events(seed, damping, scatter, force, frequency):
+    """Property: time and slip never run back, departures and reattachments alternate, |stick force| <= limit."""
+    oscillator = replace(
+        STUDY, damping_ratio=damping, excitation_force_n=force, excitation_frequency_rad_per_s=frequency
+    )
+    path = scatter * np.random.default_rng(seed).uniform(-1.0, 1.0, 2500)
+    motion = simulate(oscillator, LAW, path, 1e-4, 4.0, tolerance=1e-7)
+    assert np.all(np.diff(motion.time) >= 0.0)
+    assert np.all(np.diff(motion.slipped_distance) >= 0.0)
+    changes = motion.kind[motion.kind != CROSSING]
+    assert np.array_equal(changes, np.where(np.arange(changes.size) % 2 == 0, DEPARTURE, REATTACHMENT))
+    mu_s = CubicHermiteSpline(1e-4 * np.arange(2500), path, np.gradient(path, 1e-4))
+    back = motion.kind == REATTACHMENT
+    drive = oscillator.q * np.cos(oscillator.r * motion.time[back])
+    held = np.abs(motion.position[back] + 2 * damping * V - drive)
+    assert np.all(held <= F * (0.4 + mu_s(motion.slipped_distance[back])) * (1 + 1e-9))
+
+
+def test_counts_over_dampings_are_those_of_single_runs():
+    path, spacing = wave(length=1.0)
+    ratios = [0.05, 0.17, 0.3, 0.5]
+    counts = ensemble_counts(STUDY, LAW, path, spacing, 30.0, ratios)
+    singles = [simulate(replace(STUDY, damping_ratio=d), LAW, path, spacing, 30.0) for d in ratios]
+    assert counts.cycles.tolist() == [m.cycles for m in singles]
+    assert counts.micro_slips.tolist() == [m.micro_slips for m in singles]
+    reversed_counts = ensemble_counts(STUDY, LAW, path, spacing, 30.0, ratios[::-1])
+    assert np.array_equal(counts.cycles, reversed_counts.cycles[::-1])
+
+
+@pytest.mark.parametrize("interpolation", ["cubic", "linear"])
+@pytest.mark.parametrize("size", [1, 3, 1000])
+def test_a_path_in_pieces_gives_the_same_motion(interpolation, size):
+    """Bit by bit, whatever the length of the pieces, drawn or not, where pieces end in the midst of a slip."""
+    path = 0.1 * np.random.default_rng(5).uniform(-1.0, 1.0, 4000)
+    pieces = [path[k : k + size] for k in range(0, 4000, size)]
+    whole = trajectory(STUDY, LAW, path, 5e-5, 6.0, interpolation=interpolation)
+    found = trajectory(STUDY, LAW, pieces, 5e-5, 6.0, interpolation=interpolation)
+    assert np.count_nonzero(whole.motion.kind == DEPARTURE) > 3
+    for name in ("kind", "time", "position", "slipped_distance", "backwards", "total_slip", "steps"):
+        assert np.array_equal(getattr(found.motion, name), getattr(whole.motion, name))
+    assert np.array_equal(found.position, whole.position)
+    assert found.motion.local_error == pytest.approx(whole.motion.local_error, rel=1e-12)  # summed in another order
+
+
+def test_a_phase_that_goes_on_is_no_new_phase():
+    """Close nodes, pieces of one and long steps, so that the step to the belt is often the first after a pause."""
+    path = 0.1 * np.random.default_rng(1).uniform(-1.0, 1.0, 24_000)
+    whole = simulate(STUDY, LAW, path, 1e-5, 12.0, tolerance=1e-5)
+    found = simulate(STUDY, LAW, (path[k : k + 1] for k in range(24_000)), 1e-5, 12.0, tolerance=1e-5)
+    assert np.count_nonzero(whole.kind == REATTACHMENT) > 10
+    assert np.array_equal(found.time, whole.time)
+    assert np.array_equal(found.kind, whole.kind)
+    assert found.steps == whole.steps
+
+
+def test_linear_interpolation_of_a_line_is_cubic_interpolation():
+    """Where mu_S is a line both are it; where it is not they part by the curvature."""
+    s = 5e-5 * np.arange(4000)
+    line, bent = 0.1 * s, 0.05 * np.sin(s / 3e-4)
+    runs = {
+        (name, way): simulate(STUDY, LAW, path, 5e-5, 6.0, interpolation=way).position
+        for name, path in (("line", line), ("bent", bent))
+        for way in ("cubic", "linear")
+    }
+    assert runs["line", "linear"] == pytest.approx(runs["line", "cubic"], abs=1e-9 * F)
+    # a chord errs by h^2 / 8 times the curvature at most, here 1.7e-4 of F
+    apart = np.abs(runs["bent", "linear"][:4] - runs["bent", "cubic"][:4])
+    assert 1e-8 * F < apart.max() < 1e-3 * F
+
+
+def test_a_path_without_end_is_kept_a_few_nodes_at_a_time():
+    """Pieces that nobody keeps can be let go: at most three are alive at any time, the one drawn among them."""
+    alive: list[weakref.ref] = []
+
+    def pieces():
+        while True:
+            piece = np.zeros(100)
+            alive.append(weakref.ref(piece))
+            assert sum(ref() is not None for ref in alive) <= 3
+            yield piece
+            del piece
+
+    motion = simulate(STUDY, LAW, pieces(), 5e-5, 20.0)
+    assert len(alive) > 50
+    assert np.array_equal(motion.position, simulate(STUDY, LAW, np.zeros(20_000), 5e-5, 20.0).position)
+
+
+def test_end_of_the_path_is_an_error():
+    """And the length that the message asks for is enough."""
+    with pytest.raises(ParameterError, match="friction path") as caught:
+        simulate(STUDY, LAW, np.zeros(1001), 5e-5, 20.0)
+    needed = float(str(caught.value).split("about ")[1].split(" m")[0])
+    assert simulate(STUDY, LAW, np.zeros(math.ceil(1.5 * needed / 5e-5)), 5e-5, 20.0).cycles > 0

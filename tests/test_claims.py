@@ -1,7 +1,4 @@
-"""Verdicts follow from their written rules: intervals are moved across each effect size, and laws that are known are
-put through the statistics that feed the rules."""
-
-import json
+"""Verdicts follow from their written rules: intervals are moved across each effect size."""
 
 import numpy as np
 import pytest
@@ -10,12 +7,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from roughslip import claims as module
-from roughslip.claims import P_VALUES, RULES, STATEMENTS, VISIBLE, claims, inside
-from roughslip.friction.correlation import autocorrelation, correlation_fit
-from roughslip.friction.marginal import distance_to_beta
-from roughslip.friction.resampling import strip_weights
-from roughslip.friction.statistics import window_statistics
-from roughslip.oscillator.cycles import reattachment_statistics
+from roughslip.claims import P_VALUES, RULES, STATEMENTS, claims, inside
+from tests.claimed import LEVELS, everything, friction, judge, oscillator, square, with_interval
 
 IDS = [
     *("fig2-mcs-lhs", "fig2-pc-lhs", "fig2-pc-tail", "fig2-variants-agree"),
@@ -25,83 +18,6 @@ IDS = [
     *("fig5-limit-cycle", "fig5-reattachment-nonnormal", "fig5-sharp-limit", "fig5-range-beyond-limit"),
 ]
 VERDICTS = {"reproduced", "not reproduced", "contradicts itself", "not tested"}
-METHODS = ("monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip")
-LEVELS = 3  # 10, 50, 90
-
-
-def with_interval(name, value, low, high):
-    return {name: np.array(value), f"{name}_low": np.array(low), f"{name}_high": np.array(high)}
-
-
-def square():
-    """A scene in which every statement on Figure 2 holds."""
-    return {
-        "method": np.array(METHODS),
-        "fit": np.array(METHODS[2:]),
-        "fit_samples": np.array([634, 634, 1000]),
-        "fit_distance_at_contact": np.array([0.04, 0.06, 0.01]),
-        "captured_variance": np.array(0.95),
-        "fit_positive_share": np.array([0.4, 1.0, 0.16]),
-        **with_interval("distance_in_contact", [0.02] * 5, [0.01] * 5, [0.03] * 5),
-        **with_interval("tail_error", [0.1] * 5, [0.05] * 5, [0.2] * 5),
-        **with_interval("distance_between_variants", 0.02, 0.01, 0.03),
-    }
-
-
-def friction():
-    """A scene in which every statement on the friction coefficient holds, but for the one that cannot."""
-    lag = 15e-6 * np.arange(121)
-    table = {"percentile": np.array([10.0, 50.0, 90.0]), "lag": lag, "triangle": np.maximum(1 - lag / 600e-6, 0)}
-    for name, value, half in (
-        ("misfit_difference", -0.01, 0.005),
-        ("length_least_squares", 250e-6, 20e-6),
-        ("skewness", 0.56, 0.1),
-        ("kurtosis", 0.3, 0.1),
-        ("beta_distance_standardised", 0.02, 0.02),
-    ):
-        ones = np.ones((2, LEVELS))
-        table |= with_interval(name, value * ones, (value - half) * ones, (value + half) * ones)
-    for name in ("misfit_exponential", "misfit_triangle", "length_one_over_e", "length_integral"):
-        table[name] = np.full((2, LEVELS), 3e-4)
-    for name in ("beta_a", "beta_b", "scaled_beta_a", "scaled_beta_b"):
-        table[name] = np.full((2, LEVELS), 2.0)
-    table["beta_at_bound"] = np.zeros((2, LEVELS), dtype=np.int8)
-    for name in ("mean", "std", "variation"):
-        table[f"combined_{name}"] = np.array([0.3, 0.2, 0.1])
-        table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
-        table |= with_interval(f"trend_combined_{name}_slope", -0.02, -0.03, -0.01)
-    table |= dict.fromkeys((variable for variable, _ in P_VALUES.values()), np.array(0.031))
-    return table | with_interval("trend_length_least_squares_change", [0.0, 0.0], [-1e-5, -1e-5], [1e-5, 1e-5])
-
-
-def oscillator():
-    """A scene in which every statement on Figure 5 holds."""
-    return {
-        "nominal_damping": np.array(0.17),
-        "deterministic_existence_limit": np.array(0.3244),
-        "damping_ratio": np.array([0.05, 0.17, 0.32, 0.33, 0.4]),
-        "deterministic_cycles": np.array([83, 91, 94, 0, 0]),
-        "mean_cycles": np.array([83.0, 91.0, 60.0, 5.0, 0.5]),
-        "difference_low": np.array([-1.0, -1.0, 30.0, -6.0, -0.7]),
-        "difference_high": np.array([1.0, 1.0, 38.0, -4.0, -0.3]),
-        **with_interval("still_cycling", [1, 1, 0.6, 0.3, 0], [0.98, 0.98, 0.5, 0.2, 0], [1, 1, 0.7, 0.4, 0.01]),
-        **with_interval("cycling_share", 1.0, 0.98, 1.0),
-        **with_interval("reattachment_distance_to_normal", 0.03, 0.02, 0.04),
-        **with_interval("reattachment_skewness", 0.3, 0.2, 0.4),
-        **with_interval("reattachment_kurtosis", 0.0, -0.1, 0.1),
-        "normality_jarque_bera_p": np.array(3e-9),
-        "normality_anderson_darling_p": np.array(0.0025),
-    }
-
-
-def judge(*, square_=None, friction_=None, oscillator_=None):
-    found = claims(square_, friction_, oscillator_)
-    json.dumps(found, allow_nan=False)
-    return {claim["id"]: claim for claim in found}
-
-
-def everything():
-    return judge(square_=square(), friction_=friction(), oscillator_=oscillator())
 
 
 def test_every_statement_in_the_order_of_the_paper_with_a_rule_and_a_verdict():
@@ -314,92 +230,6 @@ def test_a_range_beyond_the_limit_needs_runs_that_cycle_to_the_end(share, half, 
     best = max(share[1:])
     assert (found["verdict"], "undecided" in found["note"]) == (verdict, undecided)
     assert (found["ours"], *found["interval"]) == pytest.approx((best, best - half, best + half), abs=1e-12)
-
-
-def stationary(strips, windows, draw, seed):
-    """Friction arrays of a known law in independent windows, through the statistics of the friction stage."""
-    rng = np.random.default_rng([20110913, seed])
-    mu, valid = 0.3 + 0.05 * draw(rng, (strips, windows)), np.ones((strips, windows), dtype=bool)
-    weights = strip_weights(strips, 400, rng)
-    distance = distance_to_beta(mu, valid, weights).standardised
-    skewness = window_statistics(mu, valid, weights).skewness
-    arrays = friction()
-    for name, found in (("beta_distance_standardised", distance), ("skewness", skewness)):
-        for suffix, part in (("", "value"), ("_low", "low"), ("_high", "high")):
-            arrays[name + suffix] = np.full((2, LEVELS), float(getattr(found, part)))
-    return judge(friction_=arrays)["mu-beta-2.1-5"]
-
-
-def beta(rng, shape):
-    return rng.beta(2.1, 5.0, shape)
-
-
-def normal(rng, shape):
-    return np.clip(rng.standard_normal(shape), -5.0, 5.0)
-
-
-def test_beta_is_found_in_900_windows_and_never_claimed_from_30():
-    """With n windows a sample of the law itself lies 0.6 / sqrt(n) from it, and the bootstrap adds 0.9 / sqrt(n): 0.05
-    in all for 900, 0.27 for 30; the skewness is known to some 3.5 / sqrt(n), 0.12 or 0.6, of the 0.28 allowed."""
-    assert [stationary(225, 4, beta, seed)["verdict"] for seed in range(6)] == ["reproduced"] * 6
-    few = [stationary(8, 4, beta, seed) for seed in range(6)]
-    assert [claim["verdict"] for claim in few] == ["not reproduced"] * 6
-    assert all("undecided" in claim["note"] for claim in few)
-
-
-def test_a_normal_law_is_not_taken_for_the_beta():
-    """It lies 0.052 from the standardised Beta(2.1, 5), less than a reader sees; its skewness tells it apart."""
-    u = np.linspace(-4.0, 4.0, 4001)
-    mean, std = stats.beta.mean(2.1, 5.0), stats.beta.std(2.1, 5.0)
-    apart = np.max(np.abs(stats.norm.cdf(u) - stats.beta.cdf(mean + std * u, 2.1, 5.0)))
-    assert apart == pytest.approx(0.0518, abs=5e-4)
-    assert apart < VISIBLE
-    for seed in range(3):
-        found = stationary(225, 16, normal, seed)
-        assert found["interval"][1] < VISIBLE
-        assert found["verdict"] == "not reproduced"
-        assert "undecided" not in found["note"]
-
-
-def along_strips(mu, spacing=15e-6, window=600e-6):
-    weights = strip_weights(len(mu), 200, np.random.default_rng(5))
-    valid = np.ones(mu.shape, dtype=bool)
-    lags = spacing * np.arange(mu.shape[1])
-    fit = correlation_fit(lags, autocorrelation(mu, valid, len(lags), weights), window)
-    arrays = friction()
-    for name, found in (("misfit_difference", fit.misfit_difference), ("length_least_squares", fit.least_squares)):
-        for suffix, part in (("", "value"), ("_low", "low"), ("_high", "high")):
-            arrays[name + suffix] = np.full((2, LEVELS), float(getattr(found, part)))
-    found = judge(friction_=arrays)
-    return found["mu-correlation-exponential"]["verdict"], found["mu-correlation-250um"]["verdict"]
-
-
-def test_an_exponential_process_is_told_from_a_moving_average():
-    """480 strips of 1.8 mm: an Ornstein-Uhlenbeck process of length 250 um, and white noise averaged over a window."""
-    rng = np.random.default_rng(11)
-    noise, step = rng.standard_normal((480, 121)), np.exp(-15 / 250)
-    process = np.empty_like(noise)
-    process[:, 0] = noise[:, 0]
-    for k in range(1, 121):
-        process[:, k] = step * process[:, k - 1] + np.sqrt(1 - step**2) * noise[:, k]
-    assert along_strips(0.3 + 0.03 * process) == ("reproduced", "reproduced")
-    sums = np.cumsum(rng.standard_normal((480, 161)), axis=1)
-    assert along_strips(0.3 + 0.005 * (sums[:, 40:] - sums[:, :-40])) == ("not reproduced", "not reproduced")
-
-
-def test_normal_reattachment_points_are_not_called_non_normal():
-    """300 runs of 80 cycles: the distance is noise, 0.6 / sqrt(24000) = 0.004; a Gamma of shape 16 is 0.03 away."""
-    owners = np.repeat(np.arange(300), 80)
-    for draw, verdict in (
-        (lambda rng: rng.normal(3e-3, 3e-4, 24_000), "not reproduced"),
-        (lambda rng: 2e-4 * rng.gamma(16.0, size=24_000), "reproduced"),
-    ):
-        rng = np.random.default_rng(3)
-        found = reattachment_statistics(draw(rng), owners, rng)
-        arrays = oscillator()
-        for name in ("distance_to_normal", "skewness", "kurtosis"):
-            arrays |= with_interval(f"reattachment_{name}", *getattr(found, name))
-        assert judge(oscillator_=arrays)["fig5-reattachment-nonnormal"]["verdict"] == verdict
 
 
 def test_notes_tell_the_p_values_that_there_are():

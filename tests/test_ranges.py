@@ -28,7 +28,7 @@ from roughslip.ranges import (
     with_standings,
 )
 from roughslip.ranges_oscillator import PARALLEL, of_the_oscillator, with_runs
-from tests.test_claims import friction, oscillator, square, with_interval
+from tests.claimed import friction, oscillator, square, with_interval
 
 ROUGHNESS = {"covariance": "gaussian", "rms_height_m": 5e-8, "correlation_length_m": 6e-7}
 STRIP = {"length_m": 2.4e-3, "margin_m": 3e-4, "cell_m": 2.5e-6, "window_m": 6e-4, "window_spacing_m": 1.5e-5}

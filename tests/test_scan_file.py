@@ -46,7 +46,7 @@ def write_netcdf(path, heights, *, units="um", dims=("x", "y"), **changes):
             z.units = units
 
 
-def refused(path, words, *, spacing=None, unit=None):
+def check_refused(path, words, *, spacing=None, unit=None):
     with pytest.raises(InputError) as caught:
         read_scan(path, spacing, unit)
     assert len(caught.value.lines) == 1
@@ -75,21 +75,21 @@ def test_a_netcdf_map_carries_its_units(tmp_path, heights, dims):
 def test_bad_netcdf_maps(tmp_path, heights):
     path = tmp_path / "map.nc"
     write_netcdf(path, heights, units=None)
-    refused(path, "does not give its unit of heights; state it")
+    check_refused(path, "does not give its unit of heights; state it")
     assert read_scan(path, unit="um").heights == pytest.approx(heights, rel=1e-6)
     write_netcdf(path, heights, units="V")
-    refused(path, "'V', which is no length")
+    check_refused(path, "'V', which is no length")
     write_netcdf(path, heights)
-    refused(path, "leave the stated one, nm, out", unit="nm")
-    refused(path, "gives its spacing", spacing=(DX, DY))
+    check_refused(path, "leave the stated one, nm, out", unit="nm")
+    check_refused(path, "gives its spacing", spacing=(DX, DY))
     write_netcdf(path, heights, x=np.arange(NX) ** 2 * 1e-3)
-    refused(path, "does not increase in equal steps")
+    check_refused(path, "does not increase in equal steps")
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
-    refused(path, "truncated or not netCDF")
+    check_refused(path, "truncated or not netCDF")
     with netCDF4.Dataset(path, "w") as file:
         file.createDimension("x", 3)
-    refused(path, "no variable 'heights'")
+    check_refused(path, "no variable 'heights'")
 
 
 @pytest.mark.parametrize(
@@ -99,20 +99,20 @@ def test_bad_netcdf_maps(tmp_path, heights):
 def test_bad_matrices(tmp_path, text, words):
     path = tmp_path / "bad.txt"
     path.write_text(text)
-    refused(path, words, spacing=(DX, DY), unit="um")
+    check_refused(path, words, spacing=(DX, DY), unit="um")
 
 
 def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
     path = tmp_path / "plain.txt"
     np.savetxt(path, heights.T * 1e9)
-    refused(path, "check the unit", spacing=(DX, DY), unit="m")  # 100 m of roughness on a scan of 0.02 mm
-    refused(path, "m apart", spacing=(0.5, 0.75), unit="nm")
-    refused(path, "an unknown unit; known are m, mm", spacing=(DX, DY), unit="inch")
+    check_refused(path, "check the unit", spacing=(DX, DY), unit="m")  # 100 m of roughness on a scan of 0.02 mm
+    check_refused(path, "m apart", spacing=(0.5, 0.75), unit="nm")
+    check_refused(path, "an unknown unit; known are m, mm", spacing=(DX, DY), unit="inch")
     monkeypatch.setattr(scan_file, "MOST_POINTS", 1000)
-    refused(path, "at most 1000 are read", spacing=(DX, DY), unit="nm")
+    check_refused(path, "at most 1000 are read", spacing=(DX, DY), unit="nm")
     monkeypatch.setattr(scan_file, "MOST_BYTES", 1000)
-    refused(path, "MB are read", spacing=(DX, DY), unit="nm")
-    refused(tmp_path / "absent.al3d", "no such file")
+    check_refused(path, "MB are read", spacing=(DX, DY), unit="nm")
+    check_refused(tmp_path / "absent.al3d", "no such file")
 
 
 def test_an_archive_is_not_unpacked_beyond_the_limit(tmp_path, monkeypatch):
@@ -121,14 +121,14 @@ def test_an_archive_is_not_unpacked_beyond_the_limit(tmp_path, monkeypatch):
         archive.writestr("main.xml", bytes(3 * 10**6))
     monkeypatch.setattr(scan_file, "MOST_BYTES", 10**6)
     assert path.stat().st_size < 10**6
-    refused(path, "unpacks to 3 MB; at most 1 MB are read")
+    check_refused(path, "unpacks to 3 MB; at most 1 MB are read")
 
 
 def test_without_the_library_the_line_says_how_to_get_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "SurfaceTopography", None)  # as if it were not installed
     path = tmp_path / "scan.al3d"
     path.write_bytes(b"AliconaImaging\x00\r\n")
-    refused(path, "pip install 'roughslip[scans]'")
+    check_refused(path, "pip install 'roughslip[scans]'")
 
 
 @instruments
@@ -152,13 +152,13 @@ def test_bad_instrument_files(tmp_path, scan):
     path = tmp_path / "scan.x3p"
     write_x3p(path, scan)
     whole = path.read_bytes()
-    refused(path, "leave the stated one, nm, out", unit="nm")
+    check_refused(path, "leave the stated one, nm, out", unit="nm")
     path.write_bytes(whole[: len(whole) // 2])
-    refused(path, "truncated or damaged archive")
+    check_refused(path, "truncated or damaged archive")
     path.write_bytes(np.random.default_rng(52).bytes(2 * 64**2))  # 2 n^2 bytes: not taken for a radar map of the Earth
-    refused(path, "unknown format, or damaged")
+    check_refused(path, "unknown format, or damaged")
     path.write_bytes(b"AliconaImaging\x00\r\nVersion")
-    refused(path, "truncated or damaged (")
+    check_refused(path, "truncated or damaged (")
 
 
 @instruments
@@ -174,7 +174,7 @@ def test_bad_instrument_files(tmp_path, scan):
 def test_text_with_heights_in_unknown_units(tmp_path, heights, header, words):
     path = tmp_path / "export.asc"
     path.write_text(header + "\n".join(" ".join(f"{z:.9e}" for z in row) for row in heights.T * 1e9))
-    refused(path, words)
+    check_refused(path, words)
 
 
 @instruments

@@ -34,7 +34,7 @@ FUZZ = settings(
 )
 
 
-def loads_or_tells(mine, content: str | bytes) -> None:
+def check_loads_or_tells(mine, content: str | bytes) -> None:
     try:
         scene = mine(content)
     except InputError as error:
@@ -65,7 +65,7 @@ def test_any_changed_value_loads_or_is_told(mine, path, value):
         del inner[path[-1]]
     else:
         inner[path[-1]] = value
-    loads_or_tells(mine, yaml.safe_dump(scene))
+    check_loads_or_tells(mine, yaml.safe_dump(scene))
 
 
 @settings(FUZZ)
@@ -75,4 +75,4 @@ def test_any_changed_value_loads_or_is_told(mine, path, value):
 )
 def test_any_text_loads_or_is_told(mine, place, text):
     inserted = text if isinstance(text, bytes) else text.encode()
-    loads_or_tells(mine, PAPER_TEXT[:place].encode() + inserted + PAPER_TEXT[place:].encode())
+    check_loads_or_tells(mine, PAPER_TEXT[:place].encode() + inserted + PAPER_TEXT[place:].encode())

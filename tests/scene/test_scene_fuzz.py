@@ -63,7 +63,7 @@ def check_lines(lines: tuple[str, ...], name: str) -> None:
         assert line.startswith(("scenes/", f"scenes: {name!r}")), line
 
 
-def outcome(folder: Path, content: bytes) -> dict | None:
+def checked_outcome(folder: Path, content: bytes) -> dict | None:
     """The scene of a file, or None where it is refused, its lines checked."""
     (folder / "scenes" / "fuzz.yaml").write_bytes(content)
     try:
@@ -93,7 +93,7 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch):
 @FUZZ
 @given(overlay=overlays(SCENES, valid=True))
 def test_values_within_the_schema_are_taken_or_refused_by_a_rule(folder, overlay):
-    scene = outcome(folder, yaml.safe_dump(overlay, allow_unicode=True).encode())
+    scene = checked_outcome(folder, yaml.safe_dump(overlay, allow_unicode=True).encode())
     if scene is not None:
         check_taken(scene)
 
@@ -101,7 +101,7 @@ def test_values_within_the_schema_are_taken_or_refused_by_a_rule(folder, overlay
 @FUZZ
 @given(overlay=overlays(SCENES, valid=False))
 def test_any_values_are_taken_or_refused(folder, overlay):
-    scene = outcome(folder, yaml.safe_dump(overlay, allow_unicode=True).encode())
+    scene = checked_outcome(folder, yaml.safe_dump(overlay, allow_unicode=True).encode())
     if scene is not None:
         check_taken(scene)
 
@@ -116,19 +116,19 @@ def test_files_with_wrong_bytes_are_taken_or_refused(folder, overlay, cuts):
     for place, put in cuts:
         at = int(place * len(content))
         content = content[:at] + put + content[at + len(put) // 2 :]
-    outcome(folder, content)
+    checked_outcome(folder, content)
 
 
 @FUZZ
 @example(text=":\n")
 @given(text=st.text(alphabet=st.sampled_from("ab01.-+e:{}[]&*!|>%@`\"'#?,\n\t \u2028\x85é"), max_size=80))
 def test_any_text_is_taken_or_refused(folder, text):
-    outcome(folder, text.encode())
+    checked_outcome(folder, text.encode())
 
 
 @pytest.mark.parametrize("content", HOSTILE, ids=range(len(HOSTILE)))
 def test_hostile_files_are_refused_at_once(folder, content):
-    assert outcome(folder, content) is None
+    assert checked_outcome(folder, content) is None
 
 
 def test_a_scene_may_not_be_a_link_out_of_its_folder(folder, tmp_path):

@@ -197,8 +197,7 @@ def test_an_ensemble_of_known_runs_is_summed_up(run, stored):
     np.testing.assert_allclose(found["mean_micro_slips"], micro.mean(axis=0))
     np.testing.assert_allclose(found["still_cycling"], [0.8, 0.5, 0.2])
     assert found["cycling_share"] == pytest.approx(0.7)
-    ends = wilson_interval(7, 10)
-    assert (found["cycling_share_low"], found["cycling_share_high"]) == (pytest.approx(ends[0]), pytest.approx(ends[1]))
+    assert (found["cycling_share_low"], found["cycling_share_high"]) == pytest.approx(wilson_interval(7, 10)[:2])
     assert np.isnan([found["normality_jarque_bera_p"], found["normality_anderson_darling_p"]]).all()  # of 60 events
     assert (found["reattachment_mean"], found["reattachment_std"]) == (
         pytest.approx(place.mean()),

@@ -49,8 +49,8 @@ def run(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def refused(run, capsys, tmp_path, recwarn):
-    def refused(file, words, **wanted):
+def check_refused(run, capsys, tmp_path, recwarn):
+    def check_refused(file, words, **wanted):
         with pytest.raises(SystemExit) as stop:
             run(file, **wanted)
         assert stop.value.code == 1
@@ -61,7 +61,7 @@ def refused(run, capsys, tmp_path, recwarn):
         assert [str(one.message) for one in recwarn if issubclass(one.category, UserWarning)] == []
         return line
 
-    return refused
+    return check_refused
 
 
 def matrix(path, heights):
@@ -80,9 +80,9 @@ def matrix(path, heights):
     ],
     ids=["all missing", "one row", "one column", "constant", "holes"],
 )
-def test_heights_that_are_no_scan(refused, tmp_path, heights, change, words):
+def test_heights_that_are_no_scan(check_refused, tmp_path, heights, change, words):
     path = matrix(tmp_path / "bad.txt", change(heights))
-    assert refused(path, words, **STATED).startswith(f"scan: {path}: ")
+    assert check_refused(path, words, **STATED).startswith(f"scan: {path}: ")
 
 
 def test_a_rim_without_heights_is_cut_off(run, tmp_path, heights):
@@ -98,53 +98,55 @@ def test_a_rim_without_heights_is_cut_off(run, tmp_path, heights):
     assert np.isfinite(found["map"]).all()
 
 
-def test_files_that_are_no_text_of_heights(refused, tmp_path, heights):
+def test_files_that_are_no_text_of_heights(check_refused, tmp_path, heights):
     empty = tmp_path / "empty.txt"
     empty.write_bytes(b"")
-    refused(empty, "empty; export it again", **STATED)
+    check_refused(empty, "empty; export it again", **STATED)
     empty.write_text("# no numbers\n\n")
-    refused(empty, "empty; a matrix has a row of numbers", **STATED)
+    check_refused(empty, "empty; a matrix has a row of numbers", **STATED)
     cut = matrix(tmp_path / "cut.txt", heights)
     cut.write_bytes(cut.read_bytes()[:30001])
-    refused(cut, "not a matrix of numbers", **STATED)
-    refused(tmp_path / "absent.x3p", "no such file")
-    refused(tmp_path, "no such file")
-    refused(
+    check_refused(cut, "not a matrix of numbers", **STATED)
+    check_refused(tmp_path / "absent.x3p", "no such file")
+    check_refused(tmp_path, "no such file")
+    check_refused(
         matrix(tmp_path / "volt.txt", heights), "'V', an unknown unit; known are m,", **{**STATED, "height_unit": "V"}
     )
 
 
 @instruments
-def test_files_of_instruments(refused, tmp_path, heights):
+def test_files_of_instruments(check_refused, tmp_path, heights):
     foreign = tmp_path / "scan.foo"
     foreign.write_bytes(b"hello " * 99)
-    refused(foreign, "unknown format, or damaged")
+    check_refused(foreign, "unknown format, or damaged")
     bare = matrix(tmp_path / "bare.txt", heights)
-    refused(bare, "does not give its unit of heights; state it")
+    check_refused(bare, "does not give its unit of heights; state it")
     header = f"# Width: {N} um\n# Height: {N} um\n"
     volts = tmp_path / "volts.txt"
     volts.write_text(f"{header}# Value units: V\n{bare.read_text()}")
-    refused(volts, "heights in m, mm, ")
+    check_refused(volts, "heights in m, mm, ")
     cut = tmp_path / "cut.txt"
     cut.write_text(f"{header}# Value units: nm\n{bare.read_text()[:30001]}")
-    refused(cut, "no matrix of heights")
+    check_refused(cut, "no matrix of heights")
     whole = tmp_path / "scan.x3p"
     write_x3p(whole, Topography(heights, STEP, STEP, np.zeros(heights.shape, dtype=bool)))
     whole.write_bytes(whole.read_bytes()[:5000])
-    refused(whole, "truncated or damaged archive")
+    check_refused(whole, "truncated or damaged archive")
 
 
-def test_a_law_that_the_heights_do_not_have(refused, tmp_path, heights):
+def test_a_law_that_the_heights_do_not_have(check_refused, tmp_path, heights):
     """Cubed heights have long tails on both sides: excess kurtosis some 30, which no beta law of small skewness has."""
     path = matrix(tmp_path / "tails.txt", heights**3 / np.std(heights) ** 2)
-    line = refused(path, "nearest", **{**STATED, "marginal": "beta"})
+    line = check_refused(path, "nearest", **{**STATED, "marginal": "beta"})
     assert "use an empirical law" in line
 
 
-def test_a_model_that_cannot_be_fitted_is_told_once(refused, tmp_path):
+def test_a_model_that_cannot_be_fitted_is_told_once(check_refused, tmp_path):
     """Heights independent from point to point: no lag has a correlation above 0.3, for whatever kind."""
     noise = 1e-7 * np.random.default_rng(42).standard_normal((N, N))
-    line = refused(matrix(tmp_path / "noise.txt", noise), "take the measured one", **{**STATED, "covariance": "best"})
+    line = check_refused(
+        matrix(tmp_path / "noise.txt", noise), "take the measured one", **{**STATED, "covariance": "best"}
+    )
     assert line.count("give shorter lags") == 1
     assert "gaussian, exponential, separable_exponential, matern, self_affine: fewer than 3 lags" in line
 

@@ -48,9 +48,10 @@ def test_jobs_of_rules_from_this_folder_are_refused(lines, told, here, tmp_path,
 
 def test_without_slurm_or_an_answer_of_it_none_are_known(here, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
-    orphans.refuse(here)
+    assert orphans.jobs(here) == []
     monkeypatch.setenv("PATH", str(answering(tmp_path / "fails", f"echo '12|rule_costs|{here}' >&2; exit 1")))
-    orphans.refuse(here)
+    assert orphans.jobs(here) == []
     monkeypatch.setattr(orphans, "_SECONDS", 0.2)
     monkeypatch.setenv("PATH", str(answering(tmp_path / "hangs", "exec /bin/sleep 5")))
+    assert orphans.jobs(here) == []
     orphans.refuse(here)

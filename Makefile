@@ -24,7 +24,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup reproduce smoke test lint benchmark stress verify faults fuzz cluster reference clean
+.PHONY: FORCE help setup reproduce smoke test lint benchmark stress verify faults fuzz cluster reference clean
 
 # A home that cannot be written to: what libraries keep there goes into the project.
 ifneq ($(shell test -w "$$HOME" && echo yes),yes)
@@ -81,28 +81,28 @@ clean: ## remove all that was generated, .venv too; results/reference stays
 	@if [ -d results ]; then find results -mindepth 1 -maxdepth 1 ! -name reference -exec rm -rf {} +; fi
 	@find . -name .git -prune -o \( -name __pycache__ -o -name '*.egg-info' \) -type d -prune -exec rm -rf {} +
 
-# A stamp is a copy of the lock that was installed, written last: an interrupted set-up has none and starts afresh, and
-# a lock that only got a new time stamp (a checkout) is not installed again.
-$(VENV)/run.stamp: requirements.lock
-	@if cmp -s $< $@; then touch $@; else $(install-run); fi
+# A stamp is a copy of the lock that was installed, written last: an interrupted set-up has none and starts afresh. They are
+# compared whenever make runs, as the times of files say nothing after a copy, and a lock that is equal is not installed again.
+$(VENV)/run.stamp: FORCE
+	@cmp -s requirements.lock $@ || { $(call install-run,requirements.lock); }
 
-$(PEERS_VENV)/run.stamp: requirements-peers.lock
-	@if cmp -s $< $@; then touch $@; else $(install-run); fi
+$(PEERS_VENV)/run.stamp: FORCE
+	@cmp -s requirements-peers.lock $@ || { $(call install-run,requirements-peers.lock); }
 
-$(VENV)/dev.stamp: requirements-dev.lock $(VENV)/run.stamp
-	@if cmp -s $< $@; then touch $@; else $(install-dev); fi
+$(VENV)/dev.stamp: $(VENV)/run.stamp FORCE
+	@cmp -s requirements-dev.lock $@ || { $(call install-more,requirements-dev.lock); }
 
-$(VENV)/cluster.stamp: requirements-cluster.lock $(VENV)/run.stamp
-	@if cmp -s $< $@; then touch $@; else $(install-dev); fi
+$(VENV)/cluster.stamp: $(VENV)/run.stamp FORCE
+	@cmp -s requirements-cluster.lock $@ || { $(call install-more,requirements-cluster.lock); }
 
 define install-run
 $(check-python) && echo "Setting up $(@D), a minute or two" && rm -rf $(@D) && "$(PYTHON)" -m venv $(@D) \
-	&& $(@D)/bin/python -m $(PIP_INSTALL) -r $< && cp $< $@
+	&& $(@D)/bin/python -m $(PIP_INSTALL) -r $1 && cp $1 $@
 endef
 
 # Held to the pins of the run, so that neither a tool for checks nor the plug-in of a cluster changes what computes.
-define install-dev
-echo "Adding $< to $(VENV)" && $(RUN) $(PIP_INSTALL) -r $< -c requirements.lock && cp $< $@
+define install-more
+echo "Adding $1 to $(VENV)" && $(RUN) $(PIP_INSTALL) -r $1 -c requirements.lock && cp $1 $@
 endef
 
 define check-python

@@ -13,6 +13,7 @@ sys.path[:0] = [str(ROOT), str(SOURCE)]
 from roughslip.errors import InputError
 from roughslip.stages.usage import PARENT
 from workflow.lib import start
+from workflow.lib.options import whole_numbers
 from workflow.lib.scenes import Scenes
 
 # One stage's command. `exec`, so that the stage is a child of Snakemake itself and dies with it. Paths reach it through the
@@ -20,12 +21,13 @@ from workflow.lib.scenes import Scenes
 os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
 os.environ[PARENT] = str(os.getpid())
 STAGE = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
-EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow'  # references, benchmarks, stress campaigns: no part of a scene
+EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow.job'  # references, benchmarks, stress campaigns: no part of a scene
 
 # Of the run that a user starts, not of a job of it on another machine: what an earlier one left is settled before anything
 # is planned, its lock where it was killed, and results that are not what its jobs wrote.
 try:
-    scenes = Scenes(ROOT, words=sys.argv[1:], memory_mb=config.get("memory_mb"))
+    numbers = whole_numbers(config)
+    scenes = Scenes(ROOT, words=sys.argv[1:], memory_mb=numbers["memory_mb"])
     compared = scenes.compared(config.get("compare"))
     if workflow.is_main_process:
         told = start.settle(scenes)

@@ -9,7 +9,7 @@ import netCDF4
 import numpy as np
 import pytest
 
-from roughslip import scan_file
+from roughslip import scan_limits
 from roughslip.errors import InputError
 from roughslip.scan_file import read_scan, write_x3p
 from roughslip.surface.topography import Topography
@@ -108,9 +108,9 @@ def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
     check_refused(path, "check the unit", spacing=(DX, DY), unit="m")  # 100 m of roughness on a scan of 0.02 mm
     check_refused(path, "m apart", spacing=(0.5, 0.75), unit="nm")
     check_refused(path, "an unknown unit; known are m, mm", spacing=(DX, DY), unit="inch")
-    monkeypatch.setattr(scan_file, "MOST_POINTS", 1000)
+    monkeypatch.setattr(scan_limits, "MOST_POINTS", 1000)
     check_refused(path, "at most 1000 are read", spacing=(DX, DY), unit="nm")
-    monkeypatch.setattr(scan_file, "MOST_BYTES", 1000)
+    monkeypatch.setattr(scan_limits, "MOST_BYTES", 1000)
     check_refused(path, "MB are read", spacing=(DX, DY), unit="nm")
     check_refused(tmp_path / "absent.al3d", "no such file")
 
@@ -119,7 +119,7 @@ def test_an_archive_is_not_unpacked_beyond_the_limit(tmp_path, monkeypatch):
     path = tmp_path / "bomb.x3p"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("main.xml", bytes(3 * 10**6))
-    monkeypatch.setattr(scan_file, "MOST_BYTES", 10**6)
+    monkeypatch.setattr(scan_limits, "MOST_BYTES", 10**6)
     assert path.stat().st_size < 10**6
     check_refused(path, "unpacks to 3 MB; at most 1 MB are read")
 

@@ -45,6 +45,7 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
 
 def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
     """A figure in the style of the study with its panels, each `width` inches wide."""
+    mpl.rcdefaults()  # whatever a user's matplotlibrc says
     sns.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)
     mpl.rcParams.update({"svg.hashsalt": "roughslip", "savefig.dpi": 160, "legend.frameon": False})
     figure = Figure(figsize=(width * columns, 3.5 * rows), layout="constrained")

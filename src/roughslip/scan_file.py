@@ -20,15 +20,12 @@ import netCDF4
 import numpy as np
 
 from roughslip.errors import InputError
+from roughslip.scan_limits import check_archive, check_hdf5, check_points, check_size, check_text, first_line
 from roughslip.store import replacing
 from roughslip.surface.topography import Topography, topography
 
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "μm": 1e-6, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
 
-MOST_POINTS = 2**23
-"""Statistics of so many points take some 2 GB."""
-
-MOST_BYTES = 2**29
 SPACINGS = (1e-11, 1e-2)
 """[m] what the distance of neighbouring points may be: from below an atom to a centimetre."""
 
@@ -56,8 +53,8 @@ def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str 
         raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
     if path.stat().st_size == 0:
         raise InputError(f"{path}: empty; export it again")
-    if path.stat().st_size > MOST_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
+    check_size(path)
+    check_hdf5(path)
     if path.suffix == ".nc":
         heights, dx, dy = _read_netcdf(path, spacing, unit)
     elif path.suffix == ".txt" and spacing is not None and unit is not None:
@@ -107,13 +104,6 @@ def write_x3p(path: Path, scan: Topography) -> None:
         raise InputError(f"{path}: cannot be written ({error})") from error
 
 
-def _check_points(path: Path, shape: tuple[int, ...]) -> None:
-    if len(shape) != 2:
-        raise InputError(f"{path}: holds {len(shape)}-dimensional heights; a map of heights has two dimensions")
-    if math.prod(shape) > MOST_POINTS:
-        raise InputError(f"{path}: {shape[0]} x {shape[1]} points; at most {MOST_POINTS} are read")
-
-
 def _choose(path: Path, what: str, found: Any, stated: Any) -> Any:
     """What the file says, or what was stated where it says nothing."""
     if found is not None and stated is not None:
@@ -138,10 +128,10 @@ def _read_matrix(path: Path) -> np.ndarray:
         rows = np.loadtxt(path, ndmin=2, encoding="utf-8")
     except (ValueError, OSError) as error:
         raise InputError(
-            f"{path}: not a matrix of numbers ({_first_line(error)}); where a header gives the spacing and the unit, "
+            f"{path}: not a matrix of numbers ({first_line(error)}); where a header gives the spacing and the unit, "
             "state neither"
         ) from error
-    _check_points(path, rows.shape)
+    check_points(path, rows.shape)
     return rows.T
 
 
@@ -152,7 +142,7 @@ def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | No
             if "heights" not in file.variables:
                 raise InputError(f"{path}: holds no variable 'heights'; a map has heights(x, y), x(x) and y(y)")
             heights = file.variables["heights"]
-            _check_points(path, heights.shape)
+            check_points(path, heights.shape)
             if sorted(heights.dimensions) != ["x", "y"]:
                 raise InputError(f"{path}: heights over {', '.join(heights.dimensions)}; a map is over x and y")
             scale = _metres(path, _choose(path, "unit of heights", _units(heights), unit))
@@ -166,7 +156,7 @@ def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | No
                 values[np.ma.filled(file.variables["mask"][:], 1) != 0] = np.nan
             values = values if heights.dimensions == ("x", "y") else values.T
     except (OSError, RuntimeError, ValueError, TypeError, IndexError) as error:
-        raise InputError(f"{path}: truncated or not netCDF ({_first_line(error)})") from error
+        raise InputError(f"{path}: truncated or not netCDF ({first_line(error)})") from error
     return values * scale, dx, dy
 
 
@@ -209,7 +199,8 @@ def _read_instrument(
     path: Path, spacing: tuple[float, float] | None, unit: str | None
 ) -> tuple[np.ndarray, float, float]:
     """Heights of an instrument's file. A reader of such files can fail in any way on a damaged one."""
-    _check_archive(path)
+    check_archive(path)
+    check_text(path)
     library = _library(path)
     try:
         with library.open_topography(path, format=_format(library, path)) as reader:
@@ -220,7 +211,7 @@ def _read_instrument(
                 raise InputError(
                     f"{path}: holds no heights but {reader.channels[0].data_kind.value}; a scan has heights"
                 )
-            _check_points(path, channel.nb_grid_pts)
+            check_points(path, channel.nb_grid_pts)
             scale = _metres(path, _choose(path, "unit of heights", channel.unit, unit))
             dx, dy = _choose(path, "spacing", _found_spacing(channel), spacing)
             stated = {} if channel.physical_sizes is not None else {"physical_sizes": (1.0, 1.0)}
@@ -230,7 +221,7 @@ def _read_instrument(
     except library.IO.CannotDetectFileFormat as error:
         raise InputError(_unknown(library, path)) from error
     except Exception as error:
-        reason = f"{type(error).__name__}: {_first_line(error)}"
+        reason = f"{type(error).__name__}: {first_line(error)}"
         raise InputError(f"{path}: truncated or damaged ({reason}); export it again") from error
     return np.ma.filled(np.ma.asarray(heights, dtype=np.float64), np.nan) * scale, dx, dy
 
@@ -253,7 +244,7 @@ def _unknown(library: ModuleType, path: Path) -> str:
             library.open_topography(path, format="asc").close()
         except Exception as error:
             return (
-                f"{path}: no matrix of heights ({type(error).__name__}: {_first_line(error)}); "
+                f"{path}: no matrix of heights ({type(error).__name__}: {first_line(error)}); "
                 f"a header may give sizes, and heights in {', '.join(METRES)}"
             )
     return f"{path}: unknown format, or damaged; allowed are instrument files, .nc and .txt"
@@ -266,21 +257,3 @@ def _found_spacing(channel: Any) -> tuple[float, float] | None:
         return None
     dx, dy = channel.pixel_size
     return float(dx) * METRES[unit], float(dy) * METRES[unit]
-
-
-def _check_archive(path: Path) -> None:
-    """Refuses a ZIP archive that is damaged, or that unpacks to more than MOST_BYTES."""
-    with path.open("rb") as file:
-        if file.read(4) != b"PK\x03\x04":
-            return
-    try:
-        with zipfile.ZipFile(path) as archive:
-            unpacked = sum(member.file_size for member in archive.infolist())
-    except (zipfile.BadZipFile, OSError, ValueError) as error:
-        raise InputError(f"{path}: truncated or damaged archive ({_first_line(error)}); export it again") from error
-    if unpacked > MOST_BYTES:
-        raise InputError(f"{path}: unpacks to {unpacked / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).strip().splitlines() or ["no reason given"])[0][:200]

@@ -6,6 +6,7 @@ A line reads `file: key: what was given and what is allowed`. Only the Snakefile
 from __future__ import annotations
 
 import difflib
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -22,7 +23,7 @@ from roughslip.scene_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line
 
 __all__ = ["Scene", "describe_allowed", "load", "scene_names", "slice_for", "stages_needed"]
 
-RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean"})
+RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,39}")
 _NAME_ALLOWED = "a small letter, then at most 39 small letters, digits, _ or -"
 
@@ -113,8 +114,9 @@ def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
 
 def _stay_inside(file: Path, scenes_folder: Path) -> None:
     """Refuses a link that leads out of the folder of the scenes: what is read should be what the project shows."""
-    if file.is_symlink() and not file.resolve().is_relative_to(scenes_folder.resolve()):
-        raise InputError(f"{display(file)}: a link to {shown(str(file.resolve()))}, out of its folder; copy the file")
+    real = os.path.realpath(file)  # of a link to itself, too
+    if file.is_symlink() and not Path(real).is_relative_to(os.path.realpath(scenes_folder)):
+        raise InputError(f"{display(file)}: a link to {shown(real)}, out of its folder; copy the file")
 
 
 def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, list[str]]:
@@ -141,7 +143,7 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
             text = f"{shown(base)} is not allowed; {_nearest(str(base), known, 'scenes')}"
             raise InputError([*lines, line(file, ("extends",), text)])
         chain.append(scenes_folder / f"{base}.yaml")
-        if chain[-1].resolve() in [earlier.resolve() for earlier in chain[:-1]]:
+        if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
             text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
             raise InputError([*lines, line(file, ("extends",), text)])
     merged = _Merged(top)

@@ -17,7 +17,7 @@ KeyPath = tuple[str | int, ...]
 INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,30})")
 FLOAT = re.compile(r"[-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?")
 _CONSTANTS = {"": None, "~": None, "null": None, "true": True, "false": False}
-_LARGEST_FILE = 1_000_000  # bytes
+_LARGEST_FILE = 100_000  # bytes
 _DEEPEST = 12  # mappings and lists within each other
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve, sweep
 from roughslip.grid import Grid
+from roughslip.stages.usage import die_with_parent
 from workflow.benchmarks import measure
 from workflow.benchmarks.contact_peers import PEERS, Peer
 from workflow.benchmarks.contact_problem import (
@@ -196,7 +197,7 @@ def memory(campaign: Campaign) -> dict[str, dict[str, float | None]]:
     """
     found = {}
     for n in (campaign.nodes[-1], *campaign.growing):
-        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        with ProcessPoolExecutor(1, get_context("spawn"), die_with_parent) as pool:
             peaks = pool.submit(peak_of_a_solve, surface("gauss", square(n))).result()
         array = 8 * (2 * n) ** 2
         found[f"{n}"] = {k: peak and peak / array for k, peak in zip(("traced", "resident"), peaks, strict=True)}

@@ -10,6 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from roughslip.figures import save
+from roughslip.stages.usage import Usage
 from workflow.benchmarks.measure import Row
 
 
@@ -18,7 +19,10 @@ def draw(figure: Callable[[Sequence[Row]], Figure], description: str | None) -> 
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--benchmark", type=Path, required=True, help="the JSON file")
     parser.add_argument("--output", type=Path, nargs="+", required=True, help="pictures, PNG or SVG")
+    parser.add_argument("--usage", type=Path, required=True, help="record of cost to write")
     arguments = parser.parse_args()
-    drawn = figure(json.loads(arguments.benchmark.read_text(encoding="utf-8"))["rows"])
-    for path in arguments.output:
-        save(drawn, path)
+    with Usage(arguments.usage, "draw") as usage:
+        drawn = figure(json.loads(arguments.benchmark.read_text(encoding="utf-8"))["rows"])
+        for path in arguments.output:
+            save(drawn, path)
+        usage.files(read=[arguments.benchmark], made=arguments.output)

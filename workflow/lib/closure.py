@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+from workflow.lib.installed import departures
 from workflow.lib.syntax import syntax
 
 
@@ -44,7 +45,7 @@ def closure(module_name: str, source_root: str | Path) -> list[Path]:
 
 
 def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:
-    """SHA-256 of what the closure of a module does and of the locked packages.
+    """SHA-256 of what the closure of a module does, of the locked packages, and of those installed in their place.
 
     Comments, docstrings and layout leave it alone, and so does the Python version. A file that moves changes it.
     """
@@ -52,8 +53,11 @@ def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> st
     digest = hashlib.sha256()
     for file in closure(module_name, root):
         digest.update(f"{file.relative_to(root).as_posix()} {syntax(file, file.read_bytes()).digest}\n".encode())
-    pins = (line.strip() for line in Path(lock).read_text(encoding="utf-8").splitlines())
-    digest.update("\n".join(line for line in pins if line and not line.startswith("#")).encode())
+    locked = Path(lock).read_text(encoding="utf-8")
+    pins = (line.strip() for line in locked.splitlines())
+    digest.update(
+        "\n".join([*(line for line in pins if line and not line.startswith("#")), *departures(locked)]).encode()
+    )
     return digest.hexdigest()
 
 

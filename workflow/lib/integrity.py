@@ -1,8 +1,9 @@
 """Results against the records of the jobs that made them, before Snakemake looks at time stamps.
 
 A result that is not what its job wrote is set aside, so that it is made again. One that was made from something else
-than what is there now has that touched, so that Snakemake sees the change even where times of files are in disorder
-and its own records are gone. Nothing is lost by either, not in a dry run and not where an edit is taken back.
+than what is there now has that touched, and Snakemake's record of it removed where that says otherwise, so that
+Snakemake sees the change even where times of files are in disorder, its own records are gone, or the result was put
+back from a copy. Nothing is lost by either, not in a dry run and not where an edit is taken back.
 """
 
 from __future__ import annotations
@@ -14,25 +15,30 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from roughslip.stages import record
+from workflow.lib import metadata
 
 DAMAGED = ".damaged"  # what is added to the name of a file that is set aside
 _TEMPORARY = re.compile(r"\..+\.(\d+|[0-9a-f]{32})(\.\w+)?")  # a name, and the process or the chance that wrote it
 _TEMPORARY_SECONDS = 3600.0  # after which the temporary file of a job is that of a dead one
 
 
-def settle(records: Iterable[str]) -> list[str]:
+def settle(records: Iterable[str], state: Path = Path(".snakemake")) -> list[str]:
     """Set aside what is damaged and touch what has changed; lines that tell what was set aside.
 
     records : records of cost, whether they exist or not
+    state : Snakemake's folder
+
+    Key files must be those of now.
     """
     lines: list[str] = []
     sound: list[tuple[Path, Mapping[str, dict[str, str]]]] = []
     for path in map(Path, records):
         if path.is_file():
             found = record.read(path)
-            if found is None:
+            if found is None or not _is_of(path, found):
                 lines.append(f"{path}: damaged; its job runs again")
                 path.unlink()
             elif found.get("made"):
@@ -48,7 +54,7 @@ def settle(records: Iterable[str]) -> list[str]:
             path.unlink()
     for path, found in sound:
         if path.is_file():
-            _touch_changed(found, now)
+            _make_seen(found, now, state)
     return lines
 
 
@@ -69,10 +75,23 @@ def tidy(folder: Path, others: Iterable[Path] = ()) -> None:
                 os.utime(path, (now - 1.0, now - 1.0))
 
 
-def _touch_changed(found: Mapping[str, dict[str, str]], now: Callable[[str], str]) -> None:
-    """Make inputs that changed newer than the oldest result; those that are so already are left alone."""
+def _is_of(path: Path, found: Mapping[str, Any]) -> bool:
+    """Whether a record tells of results beside it: a stranger's, or a copy of another scene's, may name any file."""
+    folder = Path(os.path.realpath(path)).parents[1]
+    return all(Path(os.path.realpath(name)).is_relative_to(folder) for name in found.get("made", ()))
+
+
+def _make_seen(found: Mapping[str, dict[str, str]], now: Callable[[str], str], state: Path) -> None:
+    """Let Snakemake see the inputs that changed since the results were made, newer than the oldest of them."""
+    changed = {name: now(name) for name, was in found["read"].items() if _is_ours(name) and now(name) != was}
+    metadata.forget(state, found["made"], changed)
     oldest = min(Path(name).stat().st_mtime for name in found["made"])
-    for name, was in found["read"].items():
-        path = Path(name)
-        if path.is_file() and path.stat().st_mtime <= oldest and now(name) != was:
-            os.utime(path)
+    for name in changed:
+        if Path(name).stat().st_mtime <= oldest:
+            os.utime(name)
+
+
+def _is_ours(name: str) -> bool:
+    """Whether it is a file of this folder or of its results, wherever these lie. Others are seen by their content."""
+    file = Path(os.path.realpath(name))
+    return file.is_file() and any(file.is_relative_to(os.path.realpath(folder)) for folder in (".", "results"))

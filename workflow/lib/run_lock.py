@@ -23,7 +23,7 @@ class Start(NamedTuple):
     lines: list[str]
 
 
-def hold(state: Path = Path(".snakemake")) -> Start:
+def hold(state: Path) -> Start:
     """Be known in the folder until this process ends, and clear the lock of a run that is gone.
 
     state : Snakemake's folder
@@ -36,7 +36,7 @@ def hold(state: Path = Path(".snakemake")) -> Start:
     except OSError as error:
         raise InputError(f"{state}: cannot be written to ({error.strerror})") from None
     _held.append(file)
-    locks = sorted((state / "locks").glob("*.lock"))
+    locks = sorted((state / "locks").glob("*.lock")) if (state / "locks").is_dir() else [*state.glob("locks")]
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         alone = True
@@ -52,5 +52,7 @@ def hold(state: Path = Path(".snakemake")) -> Start:
             lines = [f"{state / 'locks'}: left by a run that was killed, as nothing is at work here; cleared"]
     elif locks:
         lines = [f"{state.resolve().parent}: another run is at work here; wait for it, or stop it"]
+    else:
+        lines = [f"{state.resolve().parent}: another snakemake looks at this folder; results were not checked"]
     fcntl.flock(file, fcntl.LOCK_SH)
     return Start(alone, lines)

@@ -45,6 +45,7 @@ RULES = frozenset({*scene_rules.SLICES, "scene_report", "report_of_the_default_s
 ASIDE = ("reference", "comparison", "verify")  # stages of several scenes together, asked for by name
 ENDS = ("costs", "report")  # of a scene, which its sum of costs does not hold
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
+FOLDERS = ("keys", "logs", "usage", "surface", "contact", "chaos", "friction", "oscillator")  # of a scene's results
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
 
@@ -106,6 +107,14 @@ class Scenes:
         """Path of a stage's key file. All those of the scene are written where scene, code or the lock file changed."""
         self._write_keys(name)
         return f"results/{name}/keys/{stage}.json"
+
+    def write_keys(self) -> None:
+        """Write all key files of the scenes asked for. Raises InputError where they cannot be written."""
+        for name in self.asked:
+            try:
+                self._write_keys(name)
+            except OSError as error:
+                raise InputError(f"results/{name}/keys: cannot be written to ({error.strerror})") from None
 
     @cache  # noqa: B019
     def _write_keys(self, name: str) -> None:
@@ -296,7 +305,8 @@ def not_writable(name: str) -> list[Path]:
     Snakemake would end with a traceback where it is to remove what it makes anew.
     """
     results = Path("results")
-    there = [path for path in (results, results / name, *(results / name).glob("*/")) if path.exists()]
+    folders = (results, results / name, *(results / name / inner for inner in FOLDERS))
+    there = [path for path in folders if os.path.lexists(path)]
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
-from workflow.lib import integrity, orphans, run_lock
+from workflow.lib import compiled, installed, integrity, metadata, orphans, run_lock
 from workflow.lib.scenes import Scenes
+
+STATE = Path(".snakemake")
+BESIDE = ("", "evidence", "benchmarks")  # folders of results beside those of scenes
 
 
 def settle(scenes: Scenes) -> list[str]:
@@ -14,10 +18,21 @@ def settle(scenes: Scenes) -> list[str]:
     Nothing is touched while another run is at work. Raises InputError where the folder cannot be written to, and
     where jobs of a dead run are in the queue of a cluster.
     """
-    alone, lines = run_lock.hold()
+    lines = installed.told((scenes.root / "requirements.lock").read_text(encoding="utf-8"))
+    alone, found = run_lock.hold(STATE)
+    lines += found
     if not alone:
         return lines
     orphans.refuse(Path())
     scans = [Path(scenes.scan_file(name)) for name in scenes.asked if "scan" in scenes.stages(name)]
     integrity.tidy(Path("results"), scans)
-    return lines + integrity.settle(record for name in scenes.asked for record in scenes.all_records(name))
+    lines += compiled.settle(Path(os.environ["NUMBA_CACHE_DIR"]))
+    scenes.write_keys()
+    records = [*_beside_scenes(), *(record for name in scenes.asked for record in scenes.all_records(name))]
+    return lines + metadata.settle(STATE) + integrity.settle(records, STATE)
+
+
+def _beside_scenes() -> list[str]:
+    """Records of what belongs to no scene alone: the joint page, comparisons, figures of benchmarks."""
+    found = [file for folder in BESIDE for file in Path("results", folder, "usage").glob("*.json")]
+    return [file.as_posix() for file in sorted(found)]

@@ -45,7 +45,7 @@ for stage in BENCHMARKS:
             module=stage,
             options=" ".join(f"--{name}" for name in BENCHMARK_OPTIONS),
         shell:
-            EVIDENCE + ".benchmarks.{params.module} {params.options} --output {output.result:q} 2> {log:q}"
+            EVIDENCE + " benchmarks.{params.module} {params.options} --output {output.result:q} 2> {log:q}"
 
     rule:
         name:
@@ -56,6 +56,7 @@ for stage in BENCHMARKS:
         output:
             png=f"results/benchmarks/{stage}.png",
             svg=f"results/benchmarks/{stage}.svg",
+            usage=f"results/benchmarks/usage/{stage}_figure.json",
         log:
             f"results/benchmarks/logs/{stage}_figure.log",
         threads: 1
@@ -65,7 +66,8 @@ for stage in BENCHMARKS:
             module=f"{stage}_figure",
         shell:
             EVIDENCE
-            + ".benchmarks.{params.module} --benchmark {input.result:q} --output {output.png:q} {output.svg:q} 2> {log:q}"
+            + " benchmarks.{params.module} --benchmark {input.result:q} --output {output.png:q} {output.svg:q}"
+            " --usage {output.usage:q} 2> {log:q}"
 
 
 rule evidence_drawn:
@@ -74,6 +76,7 @@ rule evidence_drawn:
         result=lambda wildcards: kept_evidence(wildcards.stage),
     output:
         png="results/evidence/{stage}.png",
+        usage="results/evidence/usage/{stage}.json",
     log:
         "results/evidence/logs/{stage}.log",
     wildcard_constraints:
@@ -82,8 +85,8 @@ rule evidence_drawn:
     resources:
         mem_mb=EVIDENCE_MB,
     shell:
-        EVIDENCE
-        + ".benchmarks.{wildcards.stage}_figure --benchmark {input.result:q} --output {output.png:q} 2> {log:q}"
+        EVIDENCE + " benchmarks.{wildcards.stage}_figure --benchmark {input.result:q} --output {output.png:q}"
+        " --usage {output.usage:q} 2> {log:q}"
 
 
 rule stress:
@@ -97,7 +100,7 @@ rule stress:
     resources:
         mem_mb=EVIDENCE_MB,
     shell:
-        EVIDENCE + ".stress.gather --campaigns {input.campaigns:q} --output {output.result:q} 2> {log:q}"
+        EVIDENCE + " stress.gather --campaigns {input.campaigns:q} --output {output.result:q} 2> {log:q}"
 
 
 for stage in STRESSED:
@@ -118,4 +121,4 @@ for stage in STRESSED:
             module=stage,
             options=" ".join(f"--{name} {shlex.quote(value)}" for name, value in STRESS_OPTIONS.items()),
         shell:
-            EVIDENCE + ".stress.{params.module} {params.options} -j {threads} --output {output.result:q} 2> {log:q}"
+            EVIDENCE + " stress.{params.module} {params.options} -j {threads} --output {output.result:q} 2> {log:q}"

@@ -204,7 +204,7 @@ rule report_of_the_default_scenes:
         drawn=[f"results/evidence/{Path(file).stem}.png" for file in kept_evidence() if Path(file).stem in BENCHMARKS],
     output:
         result="results/report.html",
-        usage=temp("results/.report-usage.json"),
+        usage="results/usage/report.json",
     log:
         "results/logs/report.log",
     threads: 1
@@ -226,7 +226,7 @@ rule comparison:
         numbers="results/comparison.nc",
         png=report("results/comparison.png", caption="../report/comparison.rst", category="comparison"),
         svg="results/comparison.svg",
-        usage=temp("results/.comparison-usage.json"),
+        usage="results/usage/comparison.json",
     log:
         "results/logs/comparison.log",
     threads: 1
@@ -247,7 +247,7 @@ rule verify:
     output:
         result="results/verify.json",
         text="results/verify.txt",
-        usage=temp("results/.verify-usage.json"),
+        usage="results/usage/verify.json",
     log:
         "results/logs/verify.log",
     threads: 1

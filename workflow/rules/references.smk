@@ -7,7 +7,7 @@
 from workflow.lib.references import SAMPLES, missing, solves, solves_key
 
 FEWER = {"pressure": "reference_surfaces", "friction": "reference_strips"}
-REFERENCE_SAMPLES = {kind: int(config[option]) for kind, option in FEWER.items() if option in config}
+REFERENCE_SAMPLES = {kind: numbers[option] for kind, option in FEWER.items()}
 
 
 for kind in SAMPLES:
@@ -29,7 +29,7 @@ for kind in SAMPLES:
         params:
             kind=kind,
         shell:
-            EVIDENCE + ".references.{params.kind}_solves --key {input.key:q} --first {wildcards.first}"
+            EVIDENCE + " references.{params.kind}_solves --key {input.key:q} --first {wildcards.first}"
             " --last {wildcards.last} --output {output.result:q} 2> {log:q}"
 
     rule:
@@ -51,4 +51,4 @@ for kind in SAMPLES:
             kind=kind,
         shell:
             EVIDENCE
-            + ".references.{params.kind} --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"
+            + " references.{params.kind} --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
+from roughslip.stages.usage import die_with_parent
 from workflow.benchmarks.measure import fields
 
 CONVERGED, FALSE_CLAIM, ACCEPTED = "converged", "false claim", "accepted"
@@ -158,7 +159,7 @@ def campaign(rows_of: Callable[[int, int], list[Row]], seed: int, numbers: Seque
     work = partial(rows_of, seed)
     if jobs == 1:
         return [row for number in numbers for row in work(number)]
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs, get_context("spawn"), die_with_parent) as pool:
         return [row for rows in pool.map(work, numbers, chunksize=CHUNK) for row in rows]
 
 

@@ -1,0 +1,104 @@
+"""What a scan from a stranger may be, asked of its file before any of it is read: no bomb, and nothing but itself.
+
+Each check raises InputError with a line that names the file.
+"""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from pathlib import Path
+
+import h5py
+
+from roughslip.errors import InputError
+
+MOST_POINTS = 2**23
+"""Statistics of so many points take some 2 GB."""
+
+MOST_BYTES = 2**29
+MOST_TEXT = 2**26
+"""[bytes] The library of the instruments' formats takes some thirty times as much for text with a header."""
+
+_PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""Of these no more is unpacked than the archive says; of others Python unpacks whatever there is."""
+
+
+def check_size(path: Path) -> None:
+    """Refuses a file of more than MOST_BYTES."""
+    if path.stat().st_size > MOST_BYTES:
+        raise InputError(f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
+
+
+def check_text(path: Path) -> None:
+    """Refuses text, a file that begins without a zero byte, of more than MOST_TEXT."""
+    with path.open("rb") as file:
+        is_text = b"\0" not in file.read(4096)
+    if is_text and path.stat().st_size > MOST_TEXT:
+        raise InputError(
+            f"{path}: {path.stat().st_size / 1e6:.0f} MB of text; at most {MOST_TEXT / 1e6:.0f} MB are read"
+        )
+
+
+def check_points(path: Path, shape: tuple[int, ...]) -> None:
+    """Refuses heights of that shape that are no map, or one of more than MOST_POINTS."""
+    if len(shape) != 2:
+        raise InputError(f"{path}: holds {len(shape)}-dimensional heights; a map of heights has two dimensions")
+    if math.prod(shape) > MOST_POINTS:
+        raise InputError(f"{path}: {shape[0]} x {shape[1]} points; at most {MOST_POINTS} are read")
+
+
+def check_archive(path: Path) -> None:
+    """Refuses a ZIP archive that is damaged, that unpacks to more than MOST_BYTES, or nobody knows to how much."""
+    with path.open("rb") as file:
+        if file.read(4) != b"PK\x03\x04":
+            return
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = archive.infolist()
+    except (zipfile.BadZipFile, OSError, ValueError) as error:
+        raise InputError(f"{path}: truncated or damaged archive ({first_line(error)}); export it again") from error
+    if any(member.compress_type not in _PACKED for member in members):
+        raise InputError(f"{path}: an archive that is packed otherwise than by DEFLATE; pack it so")
+    unpacked = sum(member.file_size for member in members)
+    if unpacked > MOST_BYTES:
+        raise InputError(f"{path}: unpacks to {unpacked / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
+
+
+def check_hdf5(path: Path) -> None:
+    """Refuses HDF5, which netCDF is, too, that takes its values from other files or from elsewhere in this one, or that
+    unpacks to more than MOST_BYTES, in pieces of more than MOST_POINTS."""
+    if not h5py.is_hdf5(path):
+        return
+    found: list[str] = []
+
+    def look_at_link(name: str, link: object) -> None:
+        if not isinstance(link, h5py.HardLink):
+            found.append(f"{name} is a link")
+
+    def look_at(name: str, part: h5py.Group | h5py.Dataset) -> None:
+        if not isinstance(part, h5py.Dataset):
+            return
+        if part.is_virtual or part.external:
+            found.append(f"{name} has its values elsewhere")
+        elif part.nbytes > MOST_BYTES:
+            found.append(f"{name} unpacks to {part.nbytes / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
+        elif part.chunks and math.prod(part.chunks) > MOST_POINTS:
+            found.append(
+                f"{name} is stored in pieces of {math.prod(part.chunks)} values; at most {MOST_POINTS} are read"
+            )
+
+    try:
+        with h5py.File(path) as file:
+            file.visititems_links(look_at_link)
+            if not found:
+                file.visititems(look_at)
+    except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
+        raise InputError(f"{path}: truncated or damaged ({first_line(error)}); export it again") from error
+    if found:
+        raise InputError(f"{path}: {found[0]}; export the heights alone, into a file of their own")
+
+
+def first_line(error: Exception) -> str:
+    """What an error of a library says, on one line."""
+    return (str(error).strip().splitlines() or ["no reason given"])[0][:200]

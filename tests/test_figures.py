@@ -5,6 +5,7 @@ Warnings are errors in every test of this project, so a figure that warns fails 
 
 from itertools import pairwise
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -160,6 +161,14 @@ def test_the_same_numbers_give_the_same_bytes(name, tmp_path):
         content = (tmp_path / file).read_bytes()
         assert b"atplotlib v" not in content  # a new version would make new bytes of the same picture
         assert b"dc:date" not in content
+
+
+def test_a_user_s_matplotlibrc_changes_nothing(tmp_path):
+    """It may lie in the working folder or at home; other bytes would be no reproduction."""
+    save(figure2(FULL["figure2"]), tmp_path / "a.png")
+    mpl.rcParams.update({"savefig.bbox": "tight", "lines.antialiased": False, "axes.facecolor": "0.9"})
+    save(figure2(FULL["figure2"]), tmp_path / "b.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 @pytest.mark.parametrize("case", CASES)

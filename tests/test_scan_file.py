@@ -5,6 +5,7 @@ import importlib.util
 import sys
 import zipfile
 
+import h5py
 import netCDF4
 import numpy as np
 import pytest
@@ -86,7 +87,7 @@ def test_bad_netcdf_maps(tmp_path, heights):
     check_refused(path, "does not increase in equal steps")
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
-    check_refused(path, "truncated or not netCDF")
+    check_refused(path, "truncated or damaged")
     with netCDF4.Dataset(path, "w") as file:
         file.createDimension("x", 3)
     check_refused(path, "no variable 'heights'")
@@ -122,6 +123,71 @@ def test_an_archive_is_not_unpacked_beyond_the_limit(tmp_path, monkeypatch):
     monkeypatch.setattr(scan_limits, "MOST_BYTES", 10**6)
     assert path.stat().st_size < 10**6
     check_refused(path, "unpacks to 3 MB; at most 1 MB are read")
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_an_archive_that_hides_its_size_is_refused(tmp_path, method):
+    """Python unpacks all that bzip2 and LZMA hold, whatever size the archive states."""
+    path = tmp_path / "bomb.x3p"
+    with zipfile.ZipFile(path, "w", method) as archive:
+        archive.writestr("main.xml", bytes(10**6))
+    check_refused(path, "an archive that is packed otherwise than by DEFLATE")
+
+
+def test_text_is_read_up_to_a_size_of_its_own(tmp_path, monkeypatch):
+    path = tmp_path / "long.asc"
+    path.write_text("# Width: 20 um\n" + "1.0 2.0\n" * 1000)
+    monkeypatch.setattr(scan_limits, "MOST_TEXT", 8000)
+    check_refused(path, "0 MB of text; at most 0 MB are read")
+
+
+def elsewhere(path, kind):
+    """A map whose heights are not in the file: in another as bytes, as a data set, or behind a link."""
+    with h5py.File(path.with_name("other.h5"), "w") as other:
+        other["heights"] = np.zeros((NX, NY))
+    source = h5py.VirtualSource(path.with_name("other.h5"), "heights", shape=(NX, NY))
+    layout = h5py.VirtualLayout(shape=(NX, NY), dtype="f8")
+    layout[:] = source
+    with h5py.File(path, "w") as file:
+        if kind == "external":
+            file.create_dataset("heights", (NX, NY), "u1", external=[(str(path.with_name("other.h5")), 0, NX * NY)])
+        elif kind == "virtual":
+            file.create_virtual_dataset("heights", layout)
+        elif kind == "link":
+            file["heights"] = h5py.ExternalLink("other.h5", "heights")
+        else:
+            file["heights"] = h5py.SoftLink("/x")
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".h5"])
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("external", "heights has its values elsewhere"),
+        ("virtual", "heights has its values elsewhere"),
+        ("link", "heights is a link"),
+        ("soft link", "heights is a link"),
+    ],
+)
+def test_a_file_that_takes_its_values_from_another_is_refused(tmp_path, kind, words, suffix):
+    """A stranger's scan would publish what it points at."""
+    path = tmp_path / f"scan{suffix}"
+    elsewhere(path, kind)
+    check_refused(path, f"{words}; export the heights alone, into a file of their own")
+
+
+@pytest.mark.parametrize(
+    ("shape", "chunks", "words"),
+    [
+        ((10**5, 10**4), (10, 10), "heights unpacks to 8000 MB; at most 537 MB are read"),
+        ((NX, NY), (2**20, NY), f"heights is stored in pieces of {2**20 * NY} values; at most {2**23} are read"),
+    ],
+)
+def test_a_file_that_unpacks_to_more_than_it_shows_is_refused(tmp_path, shape, chunks, words):
+    path = tmp_path / "bomb.nc"
+    with h5py.File(path, "w") as file:
+        file.create_dataset("heights", shape, "f8", chunks=chunks, maxshape=(None, shape[1]), compression="gzip")
+    check_refused(path, words)
 
 
 def test_without_the_library_the_line_says_how_to_get_it(tmp_path, monkeypatch):

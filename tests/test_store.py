@@ -50,6 +50,16 @@ def test_a_truncated_file_is_named_with_the_command_that_rebuilds_it(tmp_path, s
         store.read(path)
 
 
+def test_a_file_that_declares_more_than_it_holds_is_refused_before_it_fills_the_memory(tmp_path):
+    """Six kilobytes that claim eight terabytes."""
+    path = tmp_path / "a.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("x", 10**12)
+        file.createVariable("pressure", "f8", ("x",), zlib=True).setncatts({"units": "Pa", "long_name": "p"})
+    with pytest.raises(StoreError, match=r"declares more than it holds\); rebuild it with: rm -f .*a\.nc && snakemake"):
+        store.read(path)
+
+
 def test_an_altered_value_is_noticed(tmp_path):
     path = tmp_path / "a.nc"
     store.write(path, example(), KEY)

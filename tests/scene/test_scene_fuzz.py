@@ -131,6 +131,12 @@ def test_hostile_files_are_refused_at_once(folder, content):
     assert checked_outcome(folder, content) is None
 
 
+def test_a_link_to_itself_is_no_file(folder):
+    (folder / "scenes" / "loop.yaml").symlink_to("loop.yaml")
+    with pytest.raises(InputError, match=r"loop\.yaml: no such file"):
+        load("loop", Path("scenes"), SCHEMA_PATH)
+
+
 def test_a_scene_may_not_be_a_link_out_of_its_folder(folder, tmp_path):
     """Nor may what it extends: a project from a stranger should not read what lies elsewhere."""
     (tmp_path / "secret.yaml").write_text("extends: paper\n")

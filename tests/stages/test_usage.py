@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -110,15 +111,46 @@ def test_wall_time_runs_from_the_start_of_the_process():
     assert 0.29 <= float(out.split("'wall_seconds': ")[1].split(",")[0]) < 5.0  # to one clock tick; slow machines
 
 
+STAGE = (
+    "import time; from roughslip.stages.usage import die_with_parent\n"
+    "die_with_parent(); print('ready', flush=True); time.sleep(60)"
+)
+POOL = """
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+import time
+from roughslip.stages.usage import die_with_parent
+
+def work(number):
+    print("ready", flush=True)
+    time.sleep(60)
+
+if __name__ == "__main__":
+    with ProcessPoolExecutor(1, get_context("spawn"), die_with_parent) as pool:
+        pool.submit(work, 1).result()
+"""
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux only")
-def test_stage_dies_with_its_parent():
-    """The child holds the other end of the pipe: reading it ends when the child is gone, long before its 60 s."""
-    child = (
-        "import time; from roughslip.stages.usage import die_with_parent\n"
-        "die_with_parent(); print('ready', flush=True); time.sleep(60)"
+@pytest.mark.parametrize("kind", ["stage", "processes of a campaign"])
+def test_a_job_dies_with_its_parent(tmp_path, kind):
+    """The child holds the other end of the pipe: reading it ends when the child is gone, long before its 60 s.
+
+    A campaign is a job that starts processes: `python -m workflow.job campaign`.
+    """
+    command = [sys.executable, "-c", STAGE]
+    if kind != "stage":
+        (tmp_path / "workflow").mkdir()
+        (tmp_path / "workflow" / "campaign.py").write_text(POOL)
+        shutil.copy(SOURCE.parent / "workflow" / "job.py", tmp_path / "workflow" / "job.py")
+        command = [sys.executable, "-m", "workflow.job", "campaign"]
+    parent = (
+        "import os, subprocess; from roughslip.stages.usage import PARENT\n"
+        f"os.environ[PARENT] = str(os.getpid()); subprocess.run({command!r})"
     )
-    parent = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {child!r}])"
-    process = subprocess.Popen([sys.executable, "-c", parent], env=environment(), stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-c", parent], env=environment(), stdout=subprocess.PIPE, text=True, cwd=tmp_path
+    )
     assert process.stdout.readline() == "ready\n"
     process.kill()
     assert process.communicate(timeout=20)[0] == ""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
 
 from roughslip.errors import InputError
-from workflow.lib.scenes import Scenes
+from workflow.lib.scenes import Scenes, not_writable
 
 PROJECT = Path(__file__).resolve().parents[2]
 
@@ -176,3 +177,51 @@ def test_a_file_where_results_should_go_is_named(tmp_path, monkeypatch):
         Scenes(PROJECT, words=["smoke"])
     assert caught.value.lines == (f"{Path('results/smoke')}: cannot be written to",)
     assert Scenes(PROJECT, words=["given"]).valid
+
+
+def test_a_link_that_leads_nowhere_is_named(tmp_path, monkeypatch):
+    """Of results that lay on a disk that is gone, or of a folder of a scene that is a file."""
+    monkeypatch.chdir(tmp_path)
+    Path("results").symlink_to(tmp_path / "gone")
+    assert not_writable("smoke") == [Path("results")]
+    Path("results").unlink()
+    Path("results/smoke").mkdir(parents=True)
+    Path("results/smoke/keys").write_text("in the way")
+    assert not_writable("smoke") == [Path("results/smoke/keys")]
+
+
+def test_a_key_file_that_cannot_be_written_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("results/smoke/keys/surface.json").mkdir(parents=True)
+    scenes = Scenes(PROJECT, words=["smoke"])
+    with pytest.raises(InputError, match=r"^results/smoke/keys: cannot be written to \("):
+        scenes.write_keys()
+
+
+def test_numbers_of_the_command_line_are_checked_before_any_job(fresh):
+    lines = refused(fresh, "-n", "tiny", "--config", "memory_mb=abc", "reference_strips=0")
+    assert lines == [
+        "--config memory_mb: 'abc' is not allowed; a whole number from 1",
+        "--config reference_strips: 0 is not allowed; a whole number from 1",
+    ]
+
+
+def test_results_put_back_from_a_copy_are_not_taken_for_those_of_the_scene_of_now(project):
+    """Snakemake, which compares a key with that of its own last run, would find nothing to be done."""
+    target = "results/tiny/surface/modes.nc"
+    shutil.copytree(project.path("results/tiny"), project.path("copy"))
+    project.edit("config/scenes/tiny.yaml", "modes: 64", "modes: 63")
+    project.make("-j1", target)
+    shutil.rmtree(project.path("results/tiny"))
+    project.path("copy").rename(project.path("results/tiny"))
+    assert project.plan(target) == {"surface": 1}
+    assert project.plan(target) == {"surface": 1}
+
+
+def test_a_flipped_bit_in_what_snakemake_recorded_ends_no_run(project):
+    file = next(path for path in sorted(project.path(".snakemake/metadata").iterdir()) if path.is_file())
+    content = bytearray(file.read_bytes())
+    content[20] ^= 0x80
+    file.write_bytes(content)
+    assert project.plan("tiny") == {}
+    assert not file.exists()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
+from base64 import urlsafe_b64encode
 from pathlib import Path
 
 import pytest
@@ -88,6 +89,56 @@ def test_a_change_that_times_tell_is_left_to_snakemake(chain):
     os.utime("key.json", (NEW + 5, NEW + 5))
     integrity.settle(chain)
     assert Path("key.json").stat().st_mtime == NEW + 5
+
+
+@pytest.mark.parametrize("link", [False, True])
+def test_a_record_that_tells_of_files_elsewhere_is_none(chain, tmp_path_factory, link):
+    """A stranger's, sealed as any, or that of a copied scene: nothing outside its own results is touched."""
+    secret = tmp_path_factory.mktemp("home") / "secret"
+    secret.write_text("mine")
+    made = secret
+    if link:
+        Path("leads").symlink_to(secret.parent)
+        made = Path("leads/secret")
+    text = json.loads(Path("a.json").read_text())
+    text.pop(record.SEAL)
+    Path("usage").mkdir()
+    Path("usage/a.json").write_text(json.dumps(record.sealed({**text, "made": {str(made): "0" * 64}})))
+    assert integrity.settle(["usage/a.json"]) == ["usage/a.json: damaged; its job runs again"]
+    assert [file.name for file in secret.parent.iterdir()] == ["secret"]
+
+
+def test_what_a_record_reads_elsewhere_keeps_its_time(chain, tmp_path_factory):
+    outside = tmp_path_factory.mktemp("home") / "scan.x3p"
+    outside.write_text("now")
+    os.utime(outside, (OLD, OLD))
+    text = json.loads(Path("a.json").read_text())
+    text.pop(record.SEAL)
+    Path("a.json").write_text(json.dumps(record.sealed({**text, "read": {str(outside): "0" * 64}})))
+    assert integrity.settle(chain) == []
+    assert outside.stat().st_mtime == OLD
+
+
+def snakemake_says(output: str, **read: str) -> Path:
+    """Snakemake's record of an output, with the checksums of what it was made from."""
+    file = Path(".snakemake/metadata") / urlsafe_b64encode(output.encode()).decode()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    checksums = {f"{name}.json": f"sha256:{value}" for name, value in read.items()}
+    file.write_text(json.dumps({"rule": "a", "input_checksums": checksums}))
+    return file
+
+
+def test_records_of_another_run_than_that_of_the_result_are_forgotten(chain):
+    """Results put back from a copy: Snakemake holds the key of now for the one that they were made from."""
+    of_the_copy = record.checksum(Path("key.json"))
+    Path("key.json").write_text("other")
+    file = snakemake_says("a.nc", key=record.checksum(Path("key.json")))
+    integrity.settle(chain)
+    assert not file.exists()
+    assert Path("key.json").stat().st_mtime > Path("a.nc").stat().st_mtime
+    file = snakemake_says("a.nc", key=of_the_copy)
+    integrity.settle(chain)
+    assert file.exists()  # it will see the change by itself, and none where the edit is taken back
 
 
 def test_results_from_the_future_come_back_and_hide_no_change(chain):

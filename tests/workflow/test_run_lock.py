@@ -85,6 +85,26 @@ def test_a_living_run_keeps_its_lock_and_a_killed_one_does_not(state, held):
     assert locks(state) == []
 
 
+def test_one_that_only_looks_on_is_told(state):
+    """It holds no lock of Snakemake's, as a dry run: nothing is checked beside it, and nobody should think it was."""
+    other = Other(state)
+    (state / "locks" / "0.input.lock").unlink(missing_ok=True)
+    try:
+        assert run_lock.hold(state) == run_lock.Start(
+            alone=False, lines=[f"{state.parent}: another snakemake looks at this folder; results were not checked"]
+        )
+    finally:
+        other.kill()
+
+
+def test_a_file_in_place_of_the_locks_goes(state):
+    (state / "locks" / "0.input.lock").unlink()
+    (state / "locks").rmdir()
+    (state / "locks").write_text("")
+    assert run_lock.hold(state).alone
+    assert not (state / "locks").exists()
+
+
 def test_without_a_lock_nothing_is_told(state):
     (state / "locks" / "0.input.lock").unlink()
     assert run_lock.hold(state) == run_lock.Start(alone=True, lines=[])

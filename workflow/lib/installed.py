@@ -6,8 +6,11 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from packaging.requirements import Requirement
+from packaging.requirements import InvalidRequirement, Requirement
 from packaging.utils import canonicalize_name
+
+from roughslip.errors import InputError
+from roughslip.scene_yaml import shown
 
 _SHOWN = 3
 _INFO = ".dist-info"
@@ -15,11 +18,14 @@ _INFO = ".dist-info"
 
 @cache
 def departures(lock: str) -> tuple[str, ...]:
-    """`numpy 2.4.6 in place of 2.5.0`, of each package that the text of a lock file pins for this Python."""
+    """`numpy 2.4.6 in place of 2.5.0`, of each package that the text of a lock file pins for this Python.
+
+    Raises InputError for a line that pins nothing.
+    """
     there, found = _installed(), []
     for line in lock.splitlines():
         if "==" in line and not line.startswith(("#", " ")):
-            pinned = Requirement(line.rstrip(" \\"))
+            pinned = _requirement(line.rstrip(" \\"))
             version = there.get(canonicalize_name(pinned.name))
             if (pinned.marker is None or pinned.marker.evaluate()) and (
                 version is None or version not in pinned.specifier
@@ -38,6 +44,13 @@ def told(lock: str) -> list[str]:
         f"requirements.lock: installed are {', '.join(found[:_SHOWN])}{more}; results are kept apart from those of the "
         "locked packages, which `make setup` installs"
     ]
+
+
+def _requirement(line: str) -> Requirement:
+    try:
+        return Requirement(line)
+    except InvalidRequirement:
+        raise InputError(f"requirements.lock: {shown(line)} pins no package; put the file back as it was") from None
 
 
 def _installed() -> dict[str, str]:

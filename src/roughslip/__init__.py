@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 __version__ = "0.1.0"
-PREFIX = "roughslip-"
+_PREFIX = "roughslip-"
 
 
 def _numba_cache() -> Path:
@@ -28,7 +28,7 @@ def _numba_cache() -> Path:
     if (project / "pyproject.toml").is_file():
         caches.insert(0, project / ".cache")
     cache = next((folder for folder in caches if _writable(folder)), caches[-1])
-    return cache / "numba" / f"{PREFIX}{digest.hexdigest()}"
+    return cache / "numba" / f"{_PREFIX}{digest.hexdigest()}"
 
 
 def _writable(folder: Path) -> bool:
@@ -39,7 +39,7 @@ def _writable(folder: Path) -> bool:
 
 
 # A folder that a parent process chose is chosen anew, because the source may have changed since; a user's own is kept.
-if os.path.basename(os.environ.get("NUMBA_CACHE_DIR") or PREFIX).startswith(PREFIX):
+if os.path.basename(os.environ.get("NUMBA_CACHE_DIR") or _PREFIX).startswith(_PREFIX):
     os.environ["NUMBA_CACHE_DIR"] = str(_numba_cache())
     if "numba" in sys.modules:  # it read the environment when it was imported
         sys.modules["numba"].config.reload_config()

@@ -1,4 +1,4 @@
-"""Ten faults of the campaign that `make faults` runs 200 of, one of each kind, and the harness itself."""
+"""A fault of each kind of the campaign that `make faults` runs 200 of, and the harness itself."""
 
 from __future__ import annotations
 

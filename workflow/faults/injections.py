@@ -102,6 +102,25 @@ def read_only(scratch: Scratch, random: Random) -> str:
 def damage(scratch: Scratch, random: Random) -> str:
     """Cut a result short, empty it, or flip some of its bits; the time of the file may tell or not."""
     victim = random.choice(files(scratch))
+    return f"{victim.relative_to(scratch.results)} {_damage(victim, random, keep_time=random.random() < 0.5)}"
+
+
+def damaged_cache(scratch: Scratch, random: Random) -> str:
+    """The same of what numba compiled and a start has looked at, as by a failing disk; a lost result calls for it."""
+    scratch.run()
+    lost = lose_some(scratch, random)
+    compiled = sorted(Path(scratch.environment["NUMBA_CACHE_DIR"]).rglob("*.nb?"))
+    return f"{lost}; compiled code {_damage(random.choice(compiled), random, keep_time=True)}"
+
+
+def damaged_records(scratch: Scratch, random: Random) -> str:
+    """The same of what Snakemake recorded, alone or with a result lost."""
+    records = [path for path in sorted((scratch.folder / ".snakemake" / "metadata").rglob("*")) if path.is_file()]
+    lost = lose_some(scratch, random) if random.random() < 0.5 else "nothing lost"
+    return f"{lost}; a record of Snakemake {_damage(random.choice(records), random, keep_time=False)}"
+
+
+def _damage(victim: Path, random: Random, *, keep_time: bool) -> str:
     content, before = bytearray(victim.read_bytes()), victim.stat()
     how = random.choice(["cut short", "emptied", "flipped", "flipped"])
     if how == "flipped":
@@ -110,9 +129,9 @@ def damage(scratch: Scratch, random: Random) -> str:
     else:
         del content[random.randrange(len(content)) if how == "cut short" else 0 :]
     victim.write_bytes(content)
-    if kept := random.random() < 0.5:
+    if keep_time:
         os.utime(victim, ns=(before.st_atime_ns, before.st_mtime_ns))
-    return f"{victim.relative_to(scratch.results)} {how}{', its time kept' if kept else ''}"
+    return f"{how}{', its time kept' if keep_time else ''}"
 
 
 def records_gone(scratch: Scratch, random: Random) -> str:
@@ -153,6 +172,8 @@ FAULTS: dict[str, Fault] = {
     "disorder": disorder,
     "killed, records gone": killed_then_records_gone,
     "damage again": damage,
+    "damaged cache": damaged_cache,
+    "damaged records": damaged_records,
 }
 
 

@@ -8,38 +8,41 @@ as after a loss of power.
 from __future__ import annotations
 
 import json
-import shutil
+import re
 from pathlib import Path
 
-from roughslip import PREFIX
 from roughslip.stages.record import checksum
 from workflow.lib.whole import write_if_changed
 
 _LIST = "found.json"
 _END = b"."  # of a pickle
+_FUNCTION = re.compile(r"(.*?)(\.\d+\.nbc|\.nbi)")  # its index, and what was compiled for each signature
 
 
 def settle(folder: Path) -> list[str]:
-    """Remove the folder where one of its files is damaged, to be compiled anew, and tell so. Only while nothing runs.
+    """Remove all of a function of which a file is damaged, to be compiled anew; lines that tell of it.
 
-    A folder that a user chose for all that numba compiles is left alone.
+    Only while no other run is at work.
     """
-    if not folder.name.startswith(PREFIX):
-        return []
     found = {file.relative_to(folder).as_posix(): _state(file) for file in sorted(folder.rglob("*.nb[ci]"))}
-    if not found:
-        return []
     before = _listed(folder / _LIST)
     damaged = [
         name
         for name, (changed, content) in found.items()
-        if not content or (before.get(name, [changed, content]) != [changed, content] and before[name][0] == changed)
+        if not content or (name in before and before[name][0] == changed and before[name][1] != content)
     ]
-    if damaged:
-        shutil.rmtree(folder)
-        return [f"{folder / damaged[0]}: damaged; what numba compiled is removed, and compiled anew"]
-    write_if_changed(folder / _LIST, json.dumps(found))
-    return []
+    gone = {function for name in damaged if (function := _function(name))}
+    for name in [name for name in found if _function(name) in gone]:
+        (folder / name).unlink(missing_ok=True)
+        del found[name]
+    if found:
+        write_if_changed(folder / _LIST, json.dumps(found))
+    return [f"{folder / name}: damaged; removed, and compiled anew" for name in damaged]
+
+
+def _function(name: str) -> str:
+    match = _FUNCTION.fullmatch(name)
+    return match[1] if match else name
 
 
 def _state(file: Path) -> list:

@@ -77,13 +77,14 @@ def tidy(folder: Path, others: Iterable[Path] = ()) -> None:
 
 def _is_of(path: Path, found: Mapping[str, Any]) -> bool:
     """Whether a record tells of results beside it: a stranger's, or a copy of another scene's, may name any file."""
-    folder = Path(os.path.realpath(path)).parents[1]
-    return all(Path(os.path.realpath(name)).is_relative_to(folder) for name in found.get("made", ()))
+    folder = str(Path(os.path.realpath(path)).parents[1])
+    return all(os.path.commonpath([os.path.realpath(name), folder]) == folder for name in found.get("made", ()))
 
 
 def _make_seen(found: Mapping[str, dict[str, str]], now: Callable[[str], str], state: Path) -> None:
     """Let Snakemake see the inputs that changed since the results were made, newer than the oldest of them."""
-    changed = {name: now(name) for name, was in found["read"].items() if _is_ours(name) and now(name) != was}
+    there = {name: now(name) for name in found["read"] if Path(name).is_file()}
+    changed = {name: is_now for name, is_now in there.items() if is_now != found["read"][name] and _is_ours(name)}
     metadata.forget(state, found["made"], changed)
     oldest = min(Path(name).stat().st_mtime for name in found["made"])
     for name in changed:
@@ -92,6 +93,6 @@ def _make_seen(found: Mapping[str, dict[str, str]], now: Callable[[str], str], s
 
 
 def _is_ours(name: str) -> bool:
-    """Whether it is a file of this folder or of its results, wherever these lie. Others are seen by their content."""
-    file = Path(os.path.realpath(name))
-    return file.is_file() and any(file.is_relative_to(os.path.realpath(folder)) for folder in (".", "results"))
+    """Whether a changed file is one of this folder or of its results, wherever these lie."""
+    real = os.path.realpath(name)
+    return any(os.path.commonpath([real, folder]) == folder for folder in map(os.path.realpath, (".", "results")))

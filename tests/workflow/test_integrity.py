@@ -91,6 +91,15 @@ def test_a_change_that_times_tell_is_left_to_snakemake(chain):
     assert Path("key.json").stat().st_mtime == NEW + 5
 
 
+@pytest.mark.parametrize("part", ["made", "read"])
+@pytest.mark.parametrize("content", [None, 7, ["a.nc"]])
+def test_a_record_with_a_seal_but_without_files_is_none(chain, part, content):
+    text = json.loads(Path("a.json").read_text())
+    text.pop(record.SEAL)
+    Path("a.json").write_text(json.dumps(record.sealed({**text, part: content})))
+    assert integrity.settle(chain) == ["a.json: damaged; its job runs again"]
+
+
 @pytest.mark.parametrize("link", [False, True])
 def test_a_record_that_tells_of_files_elsewhere_is_none(chain, tmp_path_factory, link):
     """A stranger's, sealed as any, or that of a copied scene: nothing outside its own results is touched."""

@@ -41,7 +41,7 @@ def settle(records: Iterable[str], state: Path = Path(".snakemake")) -> list[str
             if found is None or not _is_of(path, found):
                 lines.append(f"{path}: damaged; its job runs again")
                 path.unlink()
-            elif found.get("made"):
+            elif found["made"]:
                 sound.append((path, {"made": found["made"], "read": found["read"]}))
     now = cache(record.checksum)
     for path, found in sound:
@@ -77,8 +77,10 @@ def tidy(folder: Path, others: Iterable[Path] = ()) -> None:
 
 def _is_of(path: Path, found: Mapping[str, Any]) -> bool:
     """Whether a record tells of results beside it: a stranger's, or a copy of another scene's, may name any file."""
+    if not all(isinstance(found.get(part), dict) for part in ("read", "made")):
+        return False
     folder = str(Path(os.path.realpath(path)).parents[1])
-    return all(os.path.commonpath([os.path.realpath(name), folder]) == folder for name in found.get("made", ()))
+    return all(os.path.commonpath([os.path.realpath(name), folder]) == folder for name in found["made"])
 
 
 def _make_seen(found: Mapping[str, dict[str, str]], now: Callable[[str], str], state: Path) -> None:

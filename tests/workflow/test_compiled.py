@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import os
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from workflow.faults.scratch import as_a_user
 from workflow.lib import compiled
+
+ROOT = Path(__file__).resolve().parents[2]
 
 OTHER = "slip-7.py311.nbi"
 FILES = ("solve-12.py311.nbi", "solve-12.py311.1.nbc", "solve-12.py311.2.nbc", OTHER)
@@ -74,3 +79,23 @@ def test_a_damaged_list_is_made_anew(folder, content):
 def test_before_anything_is_compiled_there_is_nothing_to_tell(tmp_path):
     assert compiled.settle(tmp_path / "absent") == []
     assert not (tmp_path / "absent").exists()
+
+
+def test_a_folder_closed_to_writing_is_read_all_the_same(folder):
+    """Of a user's own; a damaged file in it is named."""
+    (folder / "contact" / FILES[1]).write_bytes(b"")
+    (folder / "found.json").unlink()
+    for closed in (folder / "contact", folder):
+        closed.chmod(0o555)
+    ask = f"from pathlib import Path; from workflow.lib import compiled; compiled.settle(Path({str(folder)!r}))"
+    asked = subprocess.run(
+        [sys.executable, "-c", ask],
+        env={"PYTHONPATH": f"{ROOT}:{ROOT / 'src'}", "NUMBA_CACHE_DIR": str(folder)},
+        preexec_fn=as_a_user(),
+        capture_output=True,
+        text=True,
+    )
+    for closed in (folder, folder / "contact"):
+        closed.chmod(0o755)
+    assert asked.stderr.splitlines()[-1].startswith("roughslip.errors.InputError: ")
+    assert "damaged, and cannot be removed (Permission denied)" in asked.stderr

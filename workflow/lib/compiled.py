@@ -7,10 +7,12 @@ as after a loss of power.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from pathlib import Path
 
+from roughslip.errors import InputError
 from roughslip.stages.record import checksum
 from workflow.lib.whole import write_if_changed
 
@@ -22,7 +24,7 @@ _FUNCTION = re.compile(r"(.*?)(\.\d+\.nbc|\.nbi)")  # its index, and what was co
 def settle(folder: Path) -> list[str]:
     """Remove all of a function of which a file is damaged, to be compiled anew; lines that tell of it.
 
-    Only while no other run is at work.
+    Only while no other run is at work. Raises InputError where such a file cannot be removed.
     """
     found = {file.relative_to(folder).as_posix(): _state(file) for file in sorted(folder.rglob("*.nb[ci]"))}
     before = _listed(folder / _LIST)
@@ -33,10 +35,14 @@ def settle(folder: Path) -> list[str]:
     ]
     gone = {function for name in damaged if (function := _function(name))}
     for name in [name for name in found if _function(name) in gone]:
-        (folder / name).unlink(missing_ok=True)
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"{folder / name}: damaged, and cannot be removed ({error.strerror})") from None
         del found[name]
     if found:
-        write_if_changed(folder / _LIST, json.dumps(found))
+        with contextlib.suppress(OSError):  # a user's own folder may be closed to writing; then there is no list
+            write_if_changed(folder / _LIST, json.dumps(found))
     return [f"{folder / name}: damaged; removed, and compiled anew" for name in damaged]
 
 

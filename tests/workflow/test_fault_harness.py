@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from collections.abc import Iterator
 from random import Random
 
+import psutil
 import pytest
 
 from workflow.faults import campaign, injections
@@ -63,3 +65,18 @@ def test_a_process_that_outlives_its_run_is_found(scratch):
         left.kill()
         left.wait()
     assert os.getpid() not in [process.pid for process in scratch.processes()]
+
+
+def test_a_dead_process_that_nobody_has_waited_for_is_not_alive(scratch, monkeypatch):
+    """As where a killed run left it to an init that takes its time."""
+    code = "import subprocess, time; print(subprocess.Popen(['true']).pid, flush=True); time.sleep(60)"
+    parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    try:
+        dead = psutil.Process(int(parent.stdout.readline()))
+        while dead.status() != psutil.STATUS_ZOMBIE:
+            pass
+        monkeypatch.setattr(Scratch, "processes", lambda self: [dead])
+        assert campaign.still_alive(scratch, seconds=0.1) == []
+    finally:
+        parent.kill()
+        parent.communicate()

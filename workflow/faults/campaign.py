@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import shlex
 import subprocess
@@ -48,10 +49,11 @@ def outcomes(scratch: Scratch, seed: int, numbers: range) -> Iterator[Outcome]:
 
 def still_alive(scratch: Scratch, seconds: float = 10.0) -> list[str]:
     """Jobs that outlived the run that started them."""
-    left = psutil.wait_procs(scratch.processes(), timeout=seconds)[1]
-    lines = [f"process {process.pid} is alive: {' '.join(process.cmdline())}" for process in left]
-    for process in left:
-        process.kill()
+    lines = []
+    for process in psutil.wait_procs(scratch.processes(), timeout=seconds)[1]:
+        with contextlib.suppress(psutil.NoSuchProcess):  # gone meanwhile, or dead and nobody has asked how it ended
+            lines.append(f"process {process.pid} is alive: {' '.join(process.cmdline())}")
+            process.kill()
     return lines
 
 

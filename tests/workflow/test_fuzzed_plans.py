@@ -73,7 +73,7 @@ def plan(folder: Path, names: list[str], monkeypatch: pytest.MonkeyPatch) -> Non
         workflow.dag(DAGSettings(targets=set(names))).execute_workflow(executor="dryrun")
 
 
-@pytest.mark.filterwarnings("default")
+@pytest.mark.filterwarnings("default")  # Snakemake runs in this process, and what it warns of is its own
 def test_every_scene_that_is_taken_is_planned(empty, tmp_path, monkeypatch):
     """Those that this machine has no memory for are told before, in a line each, and so are the rest."""
     project = empty.copy(tmp_path / "copy").folder

@@ -8,12 +8,12 @@ as after a loss of power.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import re
 from pathlib import Path
 
 from roughslip.errors import InputError
-from roughslip.stages.record import checksum
 from workflow.lib.whole import write_if_changed
 
 _LIST = "found.json"
@@ -33,7 +33,7 @@ def settle(folder: Path) -> list[str]:
         for name, (changed, content) in found.items()
         if not content or (name in before and before[name][0] == changed and before[name][1] != content)
     ]
-    gone = {function for name in damaged if (function := _function(name))}
+    gone = {_function(name) for name in damaged}
     for name in [name for name in found if _function(name) in gone]:
         try:
             (folder / name).unlink(missing_ok=True)
@@ -54,7 +54,7 @@ def _function(name: str) -> str:
 def _state(file: Path) -> list:
     """Time and checksum of a file, without a checksum where it is cut short."""
     content = file.read_bytes()
-    return [file.stat().st_mtime_ns, checksum(file) if content.endswith(_END) else ""]
+    return [file.stat().st_mtime_ns, hashlib.sha256(content).hexdigest() if content.endswith(_END) else ""]
 
 
 def _listed(file: Path) -> dict[str, list]:

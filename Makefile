@@ -70,7 +70,7 @@ fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a
 	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_fuzzed_plans.py
 
 cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
-	$(RUN) snakemake --profile workflow/profiles/slurm
+	$(RUN) snakemake --profile profiles/slurm
 
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)
 	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input

@@ -1,5 +1,5 @@
 # The study: every file in config/scenes/ is a target of its own name; without a target, the scenes of config/config.yaml.
-# Stages and their files: workflow/rules. Science: src/roughslip. What re-runs a stage: the key files of workflow/lib/keys.py.
+# Stages and their files: workflow/rules. Science: src/roughslip. What re-runs a stage: the key files of workflow/keys/key_files.py.
 import os
 import shlex
 import sys
@@ -11,10 +11,10 @@ LOCK = ROOT / "requirements.lock"
 sys.path[:0] = [str(ROOT), str(SOURCE)]
 
 from roughslip.errors import InputError
-from roughslip.stages.usage import PARENT
-from workflow.lib import start
-from workflow.lib.options import whole_numbers
-from workflow.lib.scenes import Scenes
+from roughslip.stages.runtime.usage import PARENT
+from workflow.recovery import start
+from workflow.study.options import whole_numbers
+from workflow.study.scenes import Scenes
 
 # One stage's command. `exec`, so that the stage is a child of Snakemake itself and dies with it. Paths reach it through the
 # environment: in the command they would re-run everything when the tree moves or .venv is made anew.

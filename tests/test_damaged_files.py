@@ -11,8 +11,8 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import InputError, StoreError
-from roughslip.scan_file import read_scan, write_x3p
-from roughslip.surface.topography import Topography, topography
+from roughslip.scan.instrument_file import read_scan, write_x3p
+from roughslip.scan.topography import Topography, topography
 
 DAMAGES = 400
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from workflow.lib.licences import COPYLEFT, is_copyleft, licence, locked
+from workflow.study.licences import COPYLEFT, is_copyleft, licence, locked
 
 ROOT = Path(__file__).resolve().parents[1]
 NAMES = locked(ROOT / "requirements.lock")

@@ -29,7 +29,7 @@ def test_every_picture_and_page_that_it_links_exists():
 
 
 def test_the_scenes_that_it_shows_are_valid(tmp_path):
-    from roughslip.scene import load
+    from roughslip.scene.loader import load
 
     shown = [part.partition("```")[0] for part in (ROOT / "README.md").read_text().split("```yaml\n")[1:]]
     for scene in (ROOT / "config/scenes").glob("*.yaml"):

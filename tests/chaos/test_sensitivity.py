@@ -7,12 +7,7 @@ from numpy.polynomial.legendre import leggauss
 from roughslip.chaos.basis import legendre_polynomials
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.sensitivity import (
-    sensitivity,
-    sensitivity_along,
-    sensitivity_to_directions,
-    share_of_modes,
-)
+from roughslip.chaos.sensitivity import sensitivity, sensitivity_along, sensitivity_to_directions, share_of_modes
 from roughslip.errors import IllPosedError, ParameterError
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import convolve
 
-from roughslip.contact import conjugate_gradients, dense, fields
+from roughslip.contact import conjugate_gradients, dense_solver, kernels
 from roughslip.contact.conjugate_gradients import Problem, Solution
 from roughslip.contact.influence import Influence
 from roughslip.contact.residual import relative_residual
@@ -22,7 +22,7 @@ def test_agrees_with_the_dense_method(surface, shape: tuple[int, int], length: f
     """The error of the pressure is at most |B^-1| |B| < 100 times the residual; the sets are the same."""
     influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
     interference = surface(shape, length, 3) + penetration
-    exact, _ = dense.solve(influence, interference)
+    exact, _ = dense_solver.solve(influence, interference)
     ours = found(influence, interference, 1e-12)
     np.testing.assert_allclose(ours.pressure, exact, rtol=0, atol=1e-10 * exact.max())
     assert np.array_equal(ours.pressure > 0, exact > 0)
@@ -94,5 +94,5 @@ def test_stencil_product(shape: tuple[int, int]) -> None:
     stencil += stencil[:, ::-1]  # even on both axes, as every influence is
     nodes, ours = rng.random(shape) < 0.7, rng.standard_normal(shape)
     expected = np.where(nodes, convolve(field, stencil, mode="constant"), 0.0)
-    fields.stencil_product(stencil, field, nodes, ours)
+    kernels.stencil_product(stencil, field, nodes, ours)
     np.testing.assert_allclose(ours, expected, atol=1e-13)

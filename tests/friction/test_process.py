@@ -9,11 +9,11 @@ from scipy.stats import beta as beta_distribution
 from scipy.stats import kstest
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction import whole_paths as module
+from roughslip.friction import fft_paths as module
+from roughslip.friction.fft_paths import circulant_embedding, spectral_representation
 from roughslip.friction.paths import METHODS, prepare
 from roughslip.friction.process import BetaMarginal, FrictionProcess
 from roughslip.friction.translation import Translation, translate
-from roughslip.friction.whole_paths import circulant_embedding, spectral_representation
 
 LENGTH = 250e-6
 PUBLISHED = FrictionProcess(BetaMarginal(2.1, 5.0, 0.1, 0.7), LENGTH)

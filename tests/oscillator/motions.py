@@ -3,10 +3,10 @@
 import numpy as np
 
 from roughslip.oscillator.equation import completed, place
+from roughslip.oscillator.event_loop import REATTACHMENT
+from roughslip.oscillator.integrators import step
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw
-from roughslip.oscillator.pairs import step
 from roughslip.oscillator.path import piece_at
-from roughslip.oscillator.run import REATTACHMENT
 from roughslip.oscillator.system import Oscillator
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)

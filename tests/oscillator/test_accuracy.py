@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import simulate, trajectory
-from roughslip.oscillator.run import DEPARTURE, REATTACHMENT
 from tests.oscillator.motions import LAW, STUDY, F, V
 
 BOTH = pytest.mark.parametrize("integrator", ["fehlberg45", "dormand_prince853"])

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.law import CoulombLaw
 from roughslip.oscillator.motion import simulate, trajectory
-from roughslip.oscillator.run import CROSSING, DEPARTURE, REATTACHMENT
 from tests.oscillator.motions import STUDY, F, V, coulomb
 
 RATIOS = [0.5, 1.0, 2.0, 5.0]

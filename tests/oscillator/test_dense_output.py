@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughslip.oscillator.dense import (
+from roughslip.oscillator.dense_output import (
     first_zero,
     lowest,
     quintic,

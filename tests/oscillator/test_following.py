@@ -12,9 +12,9 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from roughslip.errors import ParameterError
+from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.motion import simulate, trajectory
 from roughslip.oscillator.path import path_through
-from roughslip.oscillator.run import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.stick import HELD, LOWER, PAUSED, UPPER, passage, stick_force
 from roughslip.oscillator.system import coefficients
 from tests.oscillator.motions import LAW, STUDY, F, V

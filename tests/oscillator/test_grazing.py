@@ -9,12 +9,12 @@ from scipy import stats
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator import grazing as module
+from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.grazing import grazing_response, miss_probability
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.return_map import slip_flow, turn_from
-from roughslip.oscillator.run import REATTACHMENT
 from roughslip.oscillator.system import Oscillator
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)

@@ -8,10 +8,10 @@ import pytest
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator import motion as module
+from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import simulate, trajectory
-from roughslip.oscillator.run import CROSSING, DEPARTURE, REATTACHMENT
 from tests.oscillator.motions import LAW, STUDY, F, V, ends
 
 COULOMB = StribeckLaw(fit=0.0, decay_s_per_m=0.0, quadratic_s2_per_m2=0.0)

@@ -12,9 +12,9 @@ from scipy.integrate import cumulative_simpson, solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
 from roughslip.errors import ParameterError
+from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
-from roughslip.oscillator.run import CROSSING, DEPARTURE, REATTACHMENT
 from tests.oscillator.motions import LAW, STUDY, F, V, ends
 
 

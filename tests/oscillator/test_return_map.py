@@ -8,11 +8,11 @@ import pytest
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator import return_map as module
-from roughslip.oscillator.bounds import branch_at
 from roughslip.oscillator.equation import State, acceleration
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw, TableLaw
 from roughslip.oscillator.path import Piece
 from roughslip.oscillator.return_map import falling_root, growth, slip_flow, turn, turn_from
+from roughslip.oscillator.switching_events import branch_at
 from roughslip.oscillator.system import Oscillator, coefficients
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)

@@ -5,21 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from roughslip.oscillator.bounds import LOWER, bound, bracket, branch, gap_over, meet
 from roughslip.oscillator.equation import State, completed
+from roughslip.oscillator.integrators import DORMAND_PRINCE853, FEHLBERG45, step
 from roughslip.oscillator.law import CoulombLaw, StribeckLaw
-from roughslip.oscillator.pairs import DORMAND_PRINCE853, FEHLBERG45, step
 from roughslip.oscillator.path import Piece, path_through
-from roughslip.oscillator.slip import (
-    AT_BELT,
-    NEGATIVE,
-    NO_SLIP,
-    TIME_OVER,
-    Numerics,
-    Pace,
-    slip,
-    step_to_node,
-)
+from roughslip.oscillator.slip import AT_BELT, NEGATIVE, NO_SLIP, TIME_OVER, Numerics, Pace, slip, step_to_node
+from roughslip.oscillator.switching_events import LOWER, bound, bracket, branch, gap_over, meet
 from roughslip.oscillator.system import coefficients
 from tests.oscillator.motions import STUDY, F, V
 

@@ -8,8 +8,8 @@ from scipy import stats
 from scipy.optimize import isotonic_regression
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.motion import Motion
-from roughslip.oscillator.run import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.survival import (
     LONG_SLIP,
     Spells,

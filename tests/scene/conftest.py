@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.scene import load
+from roughslip.scene.loader import load
 from tests.scene.shipped import CONFIG, SCENES, SCHEMA_PATH
 
 

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from roughslip.errors import InputError
-from roughslip.scene import load
+from roughslip.scene.loader import load
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCHEMA_PATH = CONFIG / "scene.schema.yaml"

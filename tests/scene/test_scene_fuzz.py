@@ -15,12 +15,12 @@ import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from roughslip import scene_rules
 from roughslip.errors import InputError
-from roughslip.scene import load
+from roughslip.scene import rules
+from roughslip.scene.loader import load
 from tests.scene.fuzzed import overlays
 from tests.scene.shipped import SCENES, SCHEMA_PATH
-from workflow.lib import memory
+from workflow.study import memory
 
 CASES = int(os.environ.get("SCENE_CASES", "150"))
 FUZZ = settings(
@@ -75,10 +75,10 @@ def checked_outcome(folder: Path, content: bytes) -> dict | None:
 
 def check_taken(scene: dict) -> None:
     """A scene that is taken has slices that JSON holds, stages, figures, and finite estimates of memory."""
-    stages = scene_rules.stages_needed(scene)
-    assert scene_rules.figures(scene)
+    stages = rules.stages_needed(scene)
+    assert rules.figures(scene)
     for stage in stages:
-        json.dumps(scene_rules.slice_for(scene, stage), allow_nan=False)
+        json.dumps(rules.slice_for(scene, stage), allow_nan=False)
         assert math.isfinite(memory.needed_mb(scene, stage, 1))
         assert memory.needed_mb(scene, stage, 1) > 0
 

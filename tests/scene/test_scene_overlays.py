@@ -3,7 +3,7 @@
 import copy
 from pathlib import Path
 
-from roughslip.scene import load
+from roughslip.scene.loader import load
 from tests.scene.shipped import FRACTAL, SCAN, SCHEMA_PATH, TABLE, lines_of, shipped_scene
 
 TIME = "correlation_time_s: 2.6e-4"

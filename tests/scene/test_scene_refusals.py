@@ -5,7 +5,7 @@ from pathlib import Path
 import yaml
 
 from roughslip.chaos.functionals import NAMES
-from roughslip.scene import RESERVED, describe_allowed, load, slice_for
+from roughslip.scene.loader import RESERVED, describe_allowed, load, slice_for
 from tests.scene.shipped import FIGURES, KINDS, PAPER, SCHEMA, SCHEMA_PATH, lines_of
 
 
@@ -74,8 +74,8 @@ def test_what_no_target_reads_may_not_fit(mine):
 
 
 def test_the_rule_on_training_strips_counts_the_columns_that_the_stages_take():
-    from roughslip.scene_rules import _FUNCTIONALS, _training_columns
-    from roughslip.stages.training import training_columns
+    from roughslip.scene.rules import _FUNCTIONALS, _training_columns
+    from roughslip.stages.from_scene.training import training_columns
 
     assert [_training_columns(n) for n in range(4, 60)] == [
         len(training_columns(slice(7, 7 + n))) for n in range(4, 60)
@@ -84,9 +84,9 @@ def test_the_rule_on_training_strips_counts_the_columns_that_the_stages_take():
 
 
 def test_the_rules_on_the_best_number_of_variables_count_as_its_choice_does():
-    from roughslip import scene_expansion as rules
     from roughslip.chaos.selection import COUNTS
-    from roughslip.stages.expansion import BEST
+    from roughslip.scene import expansion as rules
+    from roughslip.stages.from_scene.expansion import BEST
 
     assert (BEST, COUNTS[0], len(NAMES), COUNTS[-1]) == (rules.BEST, rules.FEWEST, rules.GIVEN, rules.MOST)
 

@@ -6,7 +6,7 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from roughslip.scene import describe_allowed, load, scene_names
+from roughslip.scene.loader import describe_allowed, load, scene_names
 from tests.scene.shipped import CONFIG, FIGURES, KINDS, SCENES, SCHEMA, SCHEMA_PATH, properties, shipped_scene
 
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from roughslip.scene import stages_needed
-from roughslip.scene_rules import SLICES
-from roughslip.scene_spared import not_needed
+from roughslip.scene.loader import stages_needed
+from roughslip.scene.rules import SLICES
+from roughslip.scene.skipped_stages import not_needed
 from tests.scene.shipped import ALWAYS, ASIDE, SCAN, SCENES, shipped_scene
 
 

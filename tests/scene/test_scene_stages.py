@@ -5,8 +5,8 @@ import copy
 import pytest
 import yaml
 
-from roughslip.scene import slice_for, stages_needed
-from roughslip.scene_rules import SLICES, figures
+from roughslip.scene.loader import slice_for, stages_needed
+from roughslip.scene.rules import SLICES, figures
 from tests.scene.shipped import (
     ALWAYS,
     ASIDE,

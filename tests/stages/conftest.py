@@ -10,8 +10,8 @@ from types import ModuleType
 import pytest
 
 from roughslip import store
-from roughslip.stages.command import Job
-from roughslip.stages.usage import Usage
+from roughslip.stages.runtime.command import Job
+from roughslip.stages.runtime.usage import Usage
 
 KEY = store.Key({}, "code")
 

@@ -9,7 +9,7 @@ from roughslip.oscillator.law import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator
-from roughslip.stages.oscillator_ranges import LONGEST, PARAMETERS, cycle_period, range_variables
+from roughslip.stages.result_tables.oscillator_ranges import LONGEST, PARAMETERS, cycle_period, range_variables
 
 BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 LAW = StribeckLaw(fit=0.3)

@@ -9,7 +9,7 @@ from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.regression import wild_coefficients
 from roughslip.errors import IllPosedError
-from roughslip.stages.centre_distribution import (
+from roughslip.stages.result_tables.centre_distribution import (
     BLOCK,
     REFIT_BLOCKS,
     REPLICATES,

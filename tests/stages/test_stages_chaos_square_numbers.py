@@ -10,7 +10,9 @@ from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import even_terms, multi_indices
 from roughslip.contact.influence import Influence
-from roughslip.stages import centre_distribution, chaos_square, design, expansion, geometry, nodes, surface, surfaces
+from roughslip.stages import chaos_square, design, surface
+from roughslip.stages.from_scene import expansion, geometry, nodes, surface_model
+from roughslip.stages.result_tables import centre_distribution
 
 MODES, SAMPLES, DRAWS, MONTE_CARLO = 16, 300, 20_000, 1500
 CONFIGURATION = {
@@ -42,7 +44,7 @@ def designs(run, modes):
 @pytest.fixture(scope="module")
 def variables(modes):
     """(4, 4, MODES) at the four central nodes, which are all that train on so coarse a mesh."""
-    model, grid = surfaces.gaussian_model(CONFIGURATION), geometry.square_grid(CONFIGURATION)
+    model, grid = surface_model.gaussian_model(CONFIGURATION), geometry.square_grid(CONFIGURATION)
     return expansion.directions(model, grid, modes["modes"], nodes.training_nodes(model, grid), 4)[0]
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from roughslip.errors import ConvergenceError, InputError, ParameterError
-from roughslip.stages import command
-from roughslip.stages.command import execute
+from roughslip.stages.runtime import command
+from roughslip.stages.runtime.command import execute
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 

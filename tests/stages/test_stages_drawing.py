@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.stages.drawing import draw_and_save
+from roughslip.stages.runtime.drawing import draw_and_save
 
 KEY = store.Key({"description": "Mine"}, "abc")
 

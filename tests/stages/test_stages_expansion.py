@@ -5,8 +5,8 @@ import pytest
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.stages.expansion import candidates, directions, heights_around
-from roughslip.stages.nodes import central_nodes, training_nodes
+from roughslip.stages.from_scene.expansion import candidates, directions, heights_around
+from roughslip.stages.from_scene.nodes import central_nodes, training_nodes
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from roughslip.surface.model import GaussianModel

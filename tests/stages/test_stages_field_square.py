@@ -9,7 +9,8 @@ from roughslip.contact.material import Material
 from roughslip.contact.solve import solve
 from roughslip.errors import InputError
 from roughslip.grid import Grid
-from roughslip.stages import field_square, geometry, surface
+from roughslip.stages import field_square, surface
+from roughslip.stages.from_scene import geometry
 
 SQ, NODES, MODES, SAMPLES = 2e-7, 6, 36, 600
 SCENE = {

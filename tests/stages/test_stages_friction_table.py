@@ -10,7 +10,7 @@ import pytest
 from roughslip.friction.resampling import Estimate, strip_weights
 from roughslip.friction.statistics import Combined, combine
 from roughslip.stages.friction import combined_at, describe
-from roughslip.stages.friction_table import (
+from roughslip.stages.result_tables.friction_table import (
     COMBINED,
     SOURCES,
     TITLES,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from roughslip.grid import Grid
-from roughslip.stages import expansion, geometry
-from roughslip.stages.training import TRAINING_SPACING, training_columns
+from roughslip.stages.from_scene import expansion, geometry
+from roughslip.stages.from_scene.training import TRAINING_SPACING, training_columns
 from roughslip.surface.covariance import Covariance
 
 

@@ -15,7 +15,7 @@ from roughslip.oscillator.motion import ensemble_counts
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.periodic import LOOPS, counts_by_period
 from roughslip.oscillator.system import Oscillator
-from roughslip.stages import left_out, solves
+from roughslip.stages.runtime import skip_counts, skip_reasons
 
 
 def summit(n: int, radius: float) -> tuple[Influence, np.ndarray]:
@@ -25,16 +25,16 @@ def summit(n: int, radius: float) -> tuple[Influence, np.ndarray]:
 
 
 def counted(*solutions) -> dict[str, int]:
-    counts = solves.nothing_yet()
+    counts = skip_counts.nothing_yet()
     for solution in solutions:
-        solves.count_solve(counts, solution)
+        skip_counts.count_solve(counts, solution)
     return {name: number for name, number in counts.items() if number}
 
 
 def test_no_contact_is_no_solve():
     influence, gap = summit(16, 3.0)
-    assert counted(solve(influence, gap - 1e-6)) == {left_out.NO_CONTACT: 1}
-    assert set(solves.nothing_yet()) == set(left_out.OF_SOLVES)
+    assert counted(solve(influence, gap - 1e-6)) == {skip_reasons.NO_CONTACT: 1}
+    assert set(skip_counts.nothing_yet()) == set(skip_reasons.OF_SOLVES)
 
 
 def test_few_nodes_are_solved_alone_and_summed_one_by_one():
@@ -42,11 +42,11 @@ def test_few_nodes_are_solved_alone_and_summed_one_by_one():
     found = solve(influence, u_bar)
     inside = np.count_nonzero(u_bar > 0)
     assert (found.method, found.nodes, found.start) == ("dense", inside, "none")
-    assert counted(found) == {left_out.BELOW: 256 - inside, left_out.SUMMED: 1}
+    assert counted(found) == {skip_reasons.BELOW: 256 - inside, skip_reasons.SUMMED: 1}
     influence, u_bar = summit(32, 9.0)
     found = solve(influence, u_bar)
     assert np.count_nonzero(found.pressure) > DIRECT_SUM_LIMIT
-    assert counted(found, found) == {left_out.BELOW: 2 * (1024 - np.count_nonzero(u_bar > 0))}
+    assert counted(found, found) == {skip_reasons.BELOW: 2 * (1024 - np.count_nonzero(u_bar > 0))}
 
 
 def test_what_cannot_touch_is_cropped():
@@ -54,14 +54,14 @@ def test_what_cannot_touch_is_cropped():
     influence, u_bar = summit(128, 28.5)
     found = solve(influence, u_bar)
     assert (found.method, found.nodes, found.start) == ("fft", 57**2, "zero")
-    assert counted(found) == {left_out.CROPPED: 128**2 - 57**2}
+    assert counted(found) == {skip_reasons.CROPPED: 128**2 - 57**2}
 
 
 def test_sweeps_start_warm_and_large_meshes_from_coarser_ones():
     influence, u_bar = summit(128, 90.0)
     found = sweep(influence, u_bar, [0.0, -1e-7, -2e-7])
     assert [one.start for one in found] == ["nested", "given", "given"]
-    assert counted(*found) == {left_out.NESTED: 1, left_out.WARM: 2}
+    assert counted(*found) == {skip_reasons.NESTED: 1, skip_reasons.WARM: 2}
 
 
 def test_periods_that_are_counted_and_not_followed():
@@ -83,5 +83,5 @@ def test_nodes_that_runs_have_asked_for():
 
 
 def test_terms_that_a_basis_leaves_out():
-    assert left_out.forbidden_terms(multi_indices(8, 3), 3) == 0
-    assert left_out.forbidden_terms(multi_indices(8, 3)[:75], 3) == 90
+    assert skip_reasons.forbidden_terms(multi_indices(8, 3), 3) == 0
+    assert skip_reasons.forbidden_terms(multi_indices(8, 3)[:75], 3) == 90

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from roughslip.chaos.distribution import wilson_interval
-from roughslip.stages import cycles, deterministic, left_out, oscillator
+from roughslip.stages import cycles, deterministic, oscillator
+from roughslip.stages.runtime import skip_reasons
 from tests.stages.paper import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -245,13 +246,13 @@ def test_what_runs_left_out_is_counted(run):
     for some four periods."""
     found = run(oscillator, CONFIGURATION, "counted", first=0, last=2)
     skipped, events = run.skipped, found["cycles"].sum() + found["micro_slips"].sum()
-    assert skipped[left_out.KEPT] == 2 * len(DAMPINGS) + 2
-    assert events + 2 * 20 < skipped[left_out.STICK] < events + 2 * 30  # 27 or so of the scene's own damping
-    assert skipped[left_out.UNREAD] > 0
+    assert skipped[skip_reasons.KEPT] == 2 * len(DAMPINGS) + 2
+    assert events + 2 * 20 < skipped[skip_reasons.STICK] < events + 2 * 30  # 27 or so of the scene's own damping
+    assert skipped[skip_reasons.UNREAD] > 0
     run(deterministic, CONFIGURATION)
-    assert run.skipped[left_out.BY_PERIOD] == 0
-    assert run.skipped[left_out.STICK] > 0
+    assert run.skipped[skip_reasons.BY_PERIOD] == 0
+    assert run.skipped[skip_reasons.STICK] > 0
     by_period = CONFIGURATION | {"ensemble": CONFIGURATION["ensemble"] | {"count_by_period": True}}
     run(deterministic, by_period, "by_period")
-    assert run.skipped[left_out.STICK] == 0
-    assert 24 * len(DAMPINGS) < run.skipped[left_out.BY_PERIOD] < 30 * len(DAMPINGS)
+    assert run.skipped[skip_reasons.STICK] == 0
+    assert 24 * len(DAMPINGS) < run.skipped[skip_reasons.BY_PERIOD] < 30 * len(DAMPINGS)

@@ -5,12 +5,12 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
-from roughslip.stages import mass_on_belt
 from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
 from roughslip.stages.deterministic import where_it_exists
-from roughslip.stages.friction_paths import friction_paths, friction_process
-from roughslip.stages.friction_table import quantiles
-from roughslip.stages.mass_on_belt import FrictionNumbers, friction_numbers
+from roughslip.stages.from_scene import mass_on_belt
+from roughslip.stages.from_scene.friction_paths import friction_paths, friction_process
+from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers
+from roughslip.stages.result_tables.friction_table import quantiles
 from tests.stages.paper import OSCILLATOR
 
 GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4, "beta_a": 2.1, "beta_b": 5.0}

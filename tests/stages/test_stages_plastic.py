@@ -11,8 +11,9 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.grid import Grid
-from roughslip.stages import chaos_strip, contact_square, contact_strip, elastic, expansion, expansion_strip, geometry
-from roughslip.stages.surfaces import surface_model
+from roughslip.stages import chaos_strip, contact_square, contact_strip, expansion_strip
+from roughslip.stages.from_scene import elastic, expansion, geometry
+from roughslip.stages.from_scene.surface_model import surface_model
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
 

@@ -9,12 +9,13 @@ import pytest
 
 from roughslip import store
 from roughslip.grid import Grid
-from roughslip.scan_file import write_x3p
-from roughslip.stages import command, scan
-from roughslip.stages.command import execute
+from roughslip.scan.instrument_file import write_x3p
+from roughslip.scan.topography import Topography
+from roughslip.stages import scan
+from roughslip.stages.runtime import command
+from roughslip.stages.runtime.command import execute
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
-from roughslip.surface.topography import Topography
 
 instruments = pytest.mark.skipif(
     importlib.util.find_spec("SurfaceTopography") is None, reason="needs SurfaceTopography (the extra `scans`)"

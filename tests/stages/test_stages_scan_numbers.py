@@ -7,10 +7,11 @@ import pytest
 from scipy.stats import skew
 
 from roughslip.grid import Grid
-from roughslip.stages import geometry, scan, scan_model, twins
+from roughslip.scan.topography import topography
+from roughslip.stages import scan, twins
+from roughslip.stages.from_scene import geometry, scan_model
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.model import gaussian_model
-from roughslip.surface.topography import topography
 
 SQ, DX, DY = 2e-7, 1e-6, 2e-6
 GRID = Grid(160, 120, DX, DY)

@@ -7,7 +7,8 @@ import pytest
 from scipy.special import ndtr, ndtri
 
 from roughslip.chaos.designs import monte_carlo
-from roughslip.stages import contact_square, design, geometry, surface
+from roughslip.stages import contact_square, design, surface
+from roughslip.stages.from_scene import geometry
 
 SQ = 2e-7
 CONFIGURATION = {

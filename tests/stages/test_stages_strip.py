@@ -12,9 +12,10 @@ import pytest
 from scipy.special import ndtri
 
 from roughslip.contact.influence import Influence
-from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, geometry
-from roughslip.stages.surfaces import surface_model
-from roughslip.stages.training import training_columns
+from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.surface_model import surface_model
+from roughslip.stages.from_scene.training import training_columns
 
 SQ = 2e-7
 CONFIGURATION = {

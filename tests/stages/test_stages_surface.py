@@ -9,9 +9,9 @@ from roughslip import store
 from roughslip.chaos.designs import latin_hypercube
 from roughslip.errors import IllPosedError, InputError
 from roughslip.stages import design, surface
-from roughslip.stages.command import Job
-from roughslip.stages.geometry import STREAM_EXPANSION_DESIGN, STREAM_LATIN_HYPERCUBE
-from roughslip.stages.usage import Usage
+from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN, STREAM_LATIN_HYPERCUBE
+from roughslip.stages.runtime.command import Job
+from roughslip.stages.runtime.usage import Usage
 
 RMS = 2e-7
 RESOLVED = {"covariance": "gaussian", "rms_height_m": RMS, "correlation_length_m": 0.1035}

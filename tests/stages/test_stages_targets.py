@@ -4,7 +4,7 @@ import pytest
 
 from roughslip.chaos.pressure import KINDS
 from roughslip.grid import Grid
-from roughslip.stages import expansion
+from roughslip.stages.from_scene import expansion
 
 
 class Surface:

@@ -11,9 +11,9 @@ from roughslip.chaos.designs import design
 from roughslip.errors import ConvergenceError
 from roughslip.stages import contact_square, surface, training_square
 from roughslip.stages import design as design_stage
-from roughslip.stages.command import Job
-from roughslip.stages.geometry import STREAM_EXPANSION_DESIGN
-from roughslip.stages.usage import Usage
+from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN
+from roughslip.stages.runtime.command import Job
+from roughslip.stages.runtime.usage import Usage
 
 SCENE = {
     "seed": 7,

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from roughslip.stages import usage as module
-from roughslip.stages.usage import Usage, peak_memory_mib
+from roughslip.stages.runtime import usage as module
+from roughslip.stages.runtime.usage import Usage, peak_memory_mib
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 
@@ -95,7 +95,7 @@ def test_progress_is_a_line_every_few_seconds_and_one_at_the_end(tmp_path, capsy
 @pytest.mark.skipif(sys.platform not in ("linux", "darwin"), reason="no peak memory on this platform")
 def test_peak_memory_sees_an_array_of_known_size():
     script = (
-        "from roughslip.stages.usage import peak_memory_mib\n"
+        "from roughslip.stages.runtime.usage import peak_memory_mib\n"
         "before = peak_memory_mib(); block = bytearray(64 * 2**20); block[::4096] = b'x' * 2**14\n"
         "del block; print(peak_memory_mib() - before)"
     )
@@ -106,13 +106,14 @@ def test_peak_memory_sees_an_array_of_known_size():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel's own time of start is read on Linux only")
 def test_wall_time_runs_from_the_start_of_the_process():
-    script = "import time; time.sleep(0.3); from roughslip.stages.usage import Usage; print(Usage('x', 'y').record())"
+    script = "import time; time.sleep(0.3); from roughslip.stages.runtime.usage import Usage; "
+    script += "print(Usage('x', 'y').record())"
     out = subprocess.run([sys.executable, "-c", script], env=environment(), capture_output=True, text=True).stdout
     assert 0.29 <= float(out.split("'wall_seconds': ")[1].split(",")[0]) < 5.0  # to one clock tick; slow machines
 
 
 STAGE = (
-    "import time; from roughslip.stages.usage import die_with_parent\n"
+    "import time; from roughslip.stages.runtime.usage import die_with_parent\n"
     "die_with_parent(); print('ready', flush=True); time.sleep(60)"
 )
 POOL = """
@@ -145,7 +146,7 @@ def test_a_job_dies_with_its_parent(tmp_path, kind):
         shutil.copy(SOURCE.parent / "workflow" / "job.py", tmp_path / "workflow" / "job.py")
         command = [sys.executable, "-m", "workflow.job", "campaign"]
     parent = (
-        "import os, subprocess; from roughslip.stages.usage import PARENT\n"
+        "import os, subprocess; from roughslip.stages.runtime.usage import PARENT\n"
         f"os.environ[PARENT] = str(os.getpid()); subprocess.run({command!r})"
     )
     process = subprocess.Popen(

@@ -7,7 +7,10 @@ import pytest
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.surface.autocorrelation import autocorrelation
+from roughslip.scan.autocorrelation import autocorrelation
+from roughslip.scan.model_fit import fitted_covariances, fitted_marginal, lags_to_fit
+from roughslip.scan.statistics import scan_statistics
+from roughslip.scan.topography import topography
 from roughslip.surface.corrected_covariance import corrected
 from roughslip.surface.covariance import KINDS, Covariance, plane_height
 from roughslip.surface.embedding import embed
@@ -15,9 +18,6 @@ from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.marginal import Marginal
 from roughslip.surface.measured_covariance import tapered
 from roughslip.surface.model import FractalModel, GaussianModel, gaussian_model, measured_model
-from roughslip.surface.scan_fit import fitted_covariances, fitted_marginal, lags_to_fit
-from roughslip.surface.statistics import scan_statistics
-from roughslip.surface.topography import topography
 from roughslip.surface.translation import translate
 
 BETA = Marginal("beta", 2.0, (2.1, 5.0))

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from roughslip.errors import InputError
-from workflow.lib.scenes import Scenes, not_writable
+from workflow.study.scenes import Scenes, not_writable
 
 PROJECT = Path(__file__).resolve().parents[2]
 

@@ -14,11 +14,11 @@ import pytest
 
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
-from roughslip.figures import save
+from roughslip.figures.style import save
 from roughslip.grid import Grid
+from roughslip.source_hash import absolute_imports
 from workflow.benchmarks import contact, contact_figure, contact_problem, measure, tuning
 from workflow.benchmarks.contact_peers import PEERS, PolonskyKeer
-from workflow.lib.closure import absolute_imports
 
 ROOT = Path(__file__).resolve().parents[2]
 TINY = contact.Campaign((16,), (24,), (16,), (16,), levels=("50",), quick=True)

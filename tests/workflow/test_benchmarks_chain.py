@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from roughslip.figures import save
+from roughslip.figures.style import save
 from workflow.benchmarks import chain, chain_figure
 from workflow.benchmarks.chain_oscillator import Friction, counts, told
 from workflow.benchmarks.chain_problem import Change, jackknifed, rows

@@ -16,14 +16,14 @@ import pytest
 from scipy.special import ndtr
 
 from roughslip.contact.solve import solve
-from roughslip.figures import save
+from roughslip.figures.style import save
 from workflow.benchmarks import chaos, chaos_figure, chaos_generic, chaos_multilevel
 from workflow.benchmarks.chaos_generic import ADAPTIVE, PROBLEMS, QUICK, morris, rows_of
 from workflow.benchmarks.chaos_generic_peers import PEERS, Lars
 from workflow.benchmarks.chaos_problem import Reference, Square
 from workflow.benchmarks.chaos_summary import LIMITS, beside_limits
 from workflow.benchmarks.measure import OURS
-from workflow.lib.evidence import evidence_key, measured_scenes
+from workflow.keys.evidence_keys import evidence_key, measured_scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -258,7 +258,7 @@ def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch):
     first = key()
     for change, changes in (
         (lambda: append("src/roughslip/chaos/local.py"), True),
-        (lambda: append("src/roughslip/stages/elastic.py"), True),
+        (lambda: append("src/roughslip/stages/from_scene/elastic.py"), True),
         (lambda: append("src/roughslip/friction/process.py"), False),
         (lambda: append("workflow/benchmarks/chaos_figure.py"), False),
         (lambda: project.path("results/reference/paper/pressure.nc").write_bytes(b"new"), True),

@@ -10,8 +10,8 @@ from roughslip import store
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
 from roughslip.friction.recursion import recursion
+from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.motion import simulate
-from roughslip.oscillator.run import REATTACHMENT
 from workflow.benchmarks import chain_plain
 from workflow.benchmarks.chain_cost import Stage, Work, median_count, samples_for, together
 from workflow.benchmarks.chain_cost_stages import LEVEL, square_counts, strip_counts

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from roughslip.figures import save
+from roughslip.figures.style import save
 from workflow.benchmarks import friction, friction_figure
 from workflow.benchmarks.measure import fields
 

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from roughslip.figures import save
+from roughslip.figures.style import save
 from workflow.benchmarks import oscillator, oscillator_figure
 from workflow.benchmarks.oscillator import LAW, STUDY, at_error, ours, slips, summary, theirs
 from workflow.benchmarks.oscillator_peers import SOLVERS, slips_by_diffrax

@@ -5,19 +5,19 @@ import sys
 
 import pytest
 
-from roughslip.figures import save
-from roughslip.stages import left_out
+from roughslip.figures.style import save
+from roughslip.stages.runtime import skip_reasons
 from workflow.benchmarks import skips, skips_contact, skips_figure
 from workflow.benchmarks.measure import OURS, fields
 
 # Skips of results that are not the same without them, but as good: columns of a lattice and windows of the control are
 # left out of what only lowers the variance; and of pilot ensembles, which stop as the training does.
 ELSEWHERE = {
-    left_out.SMOOTH,
-    left_out.CONTROL,
-    left_out.TURNED,
-    left_out.ENOUGH_PATHS,
-    left_out.ENOUGH_NODES,
+    skip_reasons.SMOOTH,
+    skip_reasons.CONTROL,
+    skip_reasons.TURNED,
+    skip_reasons.ENOUGH_PATHS,
+    skip_reasons.ENOUGH_NODES,
 }
 
 
@@ -46,15 +46,21 @@ def test_less_is_computed(benchmark):
     work = {}
     for row in benchmark["rows"]:
         work.setdefault(fields(row["case"])["skip"].replace("-", " "), {})[row["method"]] = row["work"]
-    less = (left_out.NO_CONTACT, left_out.CROPPED, left_out.WARM, left_out.NESTED, left_out.SYMMETRIC)
-    for name in (*less, left_out.ENOUGH_SOLVES, left_out.BY_PERIOD):
+    less = (
+        skip_reasons.NO_CONTACT,
+        skip_reasons.CROPPED,
+        skip_reasons.WARM,
+        skip_reasons.NESTED,
+        skip_reasons.SYMMETRIC,
+    )
+    for name in (*less, skip_reasons.ENOUGH_SOLVES, skip_reasons.BY_PERIOD):
         assert work[name][OURS] < work[name][skips.PLAIN], name
-    assert work[left_out.SYMMETRIC] == {OURS: 75, skips.PLAIN: 165}
+    assert work[skip_reasons.SYMMETRIC] == {OURS: 75, skips.PLAIN: 165}
 
 
 def test_every_kind_of_skip_is_measured(benchmark):
-    told = {name for name, value in vars(left_out).items() if name.isupper() and isinstance(value, str)}
-    told = {getattr(left_out, name) for name in told} - ELSEWHERE
+    told = {name for name, value in vars(skip_reasons).items() if name.isupper() and isinstance(value, str)}
+    told = {getattr(skip_reasons, name) for name in told} - ELSEWHERE
     measured = {fields(row["case"])["skip"] for row in benchmark["rows"]}
     assert measured == {name.replace(" ", "-") for name in told | {skips_contact.ROWS}}
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from roughslip.figures import save
+from roughslip.figures.style import save
 from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.karhunen_loeve import karhunen_loeve

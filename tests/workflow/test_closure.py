@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.scene_rules import SLICES
-from workflow.lib import syntax
-from workflow.lib.closure import closure, code_hash
+from roughslip import source_hash
+from roughslip.scene.rules import SLICES
+from roughslip.source_hash import closure
+from workflow.keys.closure import code_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGE = "pkg.stages.contact"
@@ -192,9 +193,9 @@ def test_an_edit_of_a_module_reaches_these_stages(module):
 
 def forget(monkeypatch, kept: Path) -> None:
     """A new process that finds this file."""
-    monkeypatch.setattr("workflow.lib.syntax.KEPT", kept)
-    syntax.syntax.cache_clear()
-    syntax._known.cache_clear()
+    monkeypatch.setattr("roughslip.source_hash._memory", lambda: kept)
+    source_hash.syntax.cache_clear()
+    source_hash._kept.cache_clear()
 
 
 def test_each_file_is_parsed_once_for_all_stages(monkeypatch):
@@ -206,7 +207,7 @@ def test_each_file_is_parsed_once_for_all_stages(monkeypatch):
         return ast_parse(source, name, *more, **named)
 
     ast_parse = ast.parse
-    monkeypatch.setattr("workflow.lib.syntax.ast.parse", parse)
+    monkeypatch.setattr("roughslip.source_hash.ast.parse", parse)
     forget(monkeypatch, Path("nowhere.json"))
     for stage in SLICES:
         code_hash(f"roughslip.stages.{stage}", ROOT / "src", ROOT / "requirements.lock")
@@ -218,14 +219,14 @@ def test_what_was_parsed_is_kept_for_the_next_process(source, tmp_path, monkeypa
     kept = tmp_path / "cache/syntax.json"
     forget(monkeypatch, kept)
     first = code_hash(STAGE, source, source / "lock")
-    syntax.keep()
+    source_hash.keep()
 
     def no_parser(*_: object) -> None:
         raise AssertionError("parsed again")
 
     forget(monkeypatch, kept)
     with monkeypatch.context() as without:
-        without.setattr("workflow.lib.syntax.ast.parse", no_parser)
+        without.setattr("roughslip.source_hash.ast.parse", no_parser)
         assert code_hash(STAGE, source, source / "lock") == first
     assert edited(source, "pkg/grid.py", "import E", "import E as F")
 
@@ -235,9 +236,9 @@ def test_a_damaged_memory_of_what_was_parsed_is_not_believed(source, tmp_path, m
     kept = tmp_path / "syntax.json"
     forget(monkeypatch, kept)
     first = code_hash(STAGE, source, source / "lock")
-    syntax.keep()
+    source_hash.keep()
     text = kept.read_text()
-    digest = syntax.syntax(source / "pkg/grid.py", (source / "pkg/grid.py").read_bytes()).digest
+    digest = source_hash.syntax(source / "pkg/grid.py", (source / "pkg/grid.py").read_bytes()).digest
     if damage == "flip":
         kept.write_text(text.replace(digest, digest[::-1]))
     elif damage == "cut":
@@ -250,11 +251,11 @@ def test_a_damaged_memory_of_what_was_parsed_is_not_believed(source, tmp_path, m
         kept.unlink()
         kept.mkdir()
     elif damage == "other code":
-        syntax._this_file.cache_clear()
-        monkeypatch.setattr("workflow.lib.syntax._this_file", lambda: "another parser")
+        source_hash._this_file.cache_clear()
+        monkeypatch.setattr("roughslip.source_hash._this_file", lambda: "another parser")
     else:
-        monkeypatch.setattr("workflow.lib.syntax.sys.version", "3.99")
+        monkeypatch.setattr("roughslip.source_hash.sys.version", "3.99")
     forget(monkeypatch, kept)
-    assert syntax._known() == {}
+    assert source_hash._kept() == {}
     assert code_hash(STAGE, source, source / "lock") == first
-    syntax.keep()  # over a folder it cannot, and says nothing
+    source_hash.keep()  # over a folder it cannot, and says nothing

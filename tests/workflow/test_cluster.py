@@ -17,10 +17,10 @@ from pathlib import Path
 import pytest
 
 from workflow.faults.scratch import digests
-from workflow.lib import orphans
+from workflow.recovery import slurm_orphans
 
 PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)
-PROFILE = "workflow/profiles/slurm"
+PROFILE = "profiles/slurm"
 PLUGIN = "import snakemake_executor_plugin_slurm"
 
 
@@ -54,7 +54,7 @@ class LoginNode:
     def latest_job(self, run: subprocess.Popen, made: Path) -> str:
         """Of those that run on a node as soon as a result is there."""
         while run.poll() is None:
-            if made.exists() and (running := orphans.jobs(self.options["cwd"], "RUNNING")):
+            if made.exists() and (running := slurm_orphans.jobs(self.options["cwd"], "RUNNING")):
                 return max(running, key=int)
             time.sleep(0.2)
         raise AssertionError(self.log.read_text()[-5000:])

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from workflow.faults.scratch import as_a_user
-from workflow.lib import compiled
+from workflow.recovery import numba_cache
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -25,7 +25,7 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "contact").mkdir(parents=True)
     for name in FILES:
         (tmp_path / "contact" / name).write_bytes(pickle.dumps({"name": name, "pi": 3.14159}))
-    assert compiled.settle(tmp_path) == []
+    assert numba_cache.settle(tmp_path) == []
     return tmp_path
 
 
@@ -46,9 +46,9 @@ def test_a_flipped_bit_takes_the_function_along(folder, name):
     content = bytearray(file.read_bytes())
     content[-6] ^= 1
     rewrite(file, bytes(content), keep_time=True)
-    assert compiled.settle(folder) == [f"{file}: damaged; removed, and compiled anew"]
+    assert numba_cache.settle(folder) == [f"{file}: damaged; removed, and compiled anew"]
     assert left(folder) == [OTHER]
-    assert compiled.settle(folder) == []
+    assert numba_cache.settle(folder) == []
 
 
 @pytest.mark.parametrize("length", [0, 1, 20])
@@ -56,7 +56,7 @@ def test_a_flipped_bit_takes_the_function_along(folder, name):
 def test_a_file_cut_short_takes_the_function_along(folder, length, keep_time):
     file = folder / "contact" / FILES[1]
     rewrite(file, file.read_bytes()[:length], keep_time=keep_time)
-    assert len(compiled.settle(folder)) == 1
+    assert len(numba_cache.settle(folder)) == 1
     assert left(folder) == [OTHER]
 
 
@@ -65,19 +65,19 @@ def test_what_numba_writes_anew_is_left_alone(folder):
     rewrite(folder / "contact" / FILES[0], pickle.dumps(["two", "signatures"]), keep_time=False)
     (folder / "contact" / "solve-12.py311.3.nbc").write_bytes(pickle.dumps(2))
     for _ in range(2):
-        assert compiled.settle(folder) == []
+        assert numba_cache.settle(folder) == []
     assert len(left(folder)) == len(FILES) + 1
 
 
 @pytest.mark.parametrize("content", [b"", b"[]", b"\xff", b'{"contact/slip-7.py311.nbi": 3}'])
 def test_a_damaged_list_is_made_anew(folder, content):
     (folder / "found.json").write_bytes(content)
-    assert compiled.settle(folder) == []
+    assert numba_cache.settle(folder) == []
     assert OTHER.encode() in (folder / "found.json").read_bytes()
 
 
 def test_before_anything_is_compiled_there_is_nothing_to_tell(tmp_path):
-    assert compiled.settle(tmp_path / "absent") == []
+    assert numba_cache.settle(tmp_path / "absent") == []
     assert not (tmp_path / "absent").exists()
 
 
@@ -87,7 +87,8 @@ def test_a_folder_closed_to_writing_is_read_all_the_same(folder):
     (folder / "found.json").unlink()
     for closed in (folder / "contact", folder):
         closed.chmod(0o555)
-    ask = f"from pathlib import Path; from workflow.lib import compiled; compiled.settle(Path({str(folder)!r}))"
+    ask = "from pathlib import Path; from workflow.recovery import numba_cache; "
+    ask += f"numba_cache.settle(Path({str(folder)!r}))"
     asked = subprocess.run(
         [sys.executable, "-c", ask],
         env={"PYTHONPATH": f"{ROOT}:{ROOT / 'src'}", "NUMBA_CACHE_DIR": str(folder)},

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.scene_rules import SLICES
-from workflow.lib.closure import closure, code_hash
-from workflow.lib.syntax import _parsed
+from roughslip.scene.rules import SLICES
+from roughslip.source_hash import _parsed, closure
+from workflow.keys.closure import code_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src"

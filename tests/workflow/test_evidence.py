@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from workflow.lib.evidence import evidence_key
-from workflow.lib.scenes import BENCHMARKS, STRESSED
+from workflow.keys.evidence_keys import evidence_key
+from workflow.study.scenes import BENCHMARKS, STRESSED
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGES = tuple(f"{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure"))
@@ -23,14 +23,14 @@ PLANS = {
 MEASURED = {
     ("benchmarks", "contact"): {
         "src/roughslip/friction/statistics.py": False,
-        "src/roughslip/contact/dense.py": True,
+        "src/roughslip/contact/dense_solver.py": True,
         "workflow/benchmarks/contact_figure.py": False,
         "workflow/benchmarks/measure.py": True,
         "requirements.lock": True,
     },
     ("benchmarks", "surface"): {
         "src/roughslip/surface/lanczos.py": True,
-        "src/roughslip/contact/dense.py": False,
+        "src/roughslip/contact/dense_solver.py": False,
         "workflow/benchmarks/surface_peers.py": True,
         "workflow/benchmarks/surface_figure.py": False,
     },
@@ -41,12 +41,12 @@ MEASURED = {
     },
     ("stress", "contact"): {
         "src/roughslip/friction/statistics.py": False,
-        "src/roughslip/contact/dense.py": True,
+        "src/roughslip/contact/dense_solver.py": True,
         "workflow/stress/contact_judge.py": True,
         "workflow/stress/chaos_judge.py": False,
     },
     ("stress", "chaos"): {
-        "src/roughslip/contact/dense.py": False,
+        "src/roughslip/contact/dense_solver.py": False,
         "src/roughslip/chaos/sparse.py": True,
         "workflow/stress/chaos_contact_problem.py": True,
         "workflow/stress/contact_judge.py": False,
@@ -59,7 +59,7 @@ MEASURED = {
     },
     ("stress", "surface"): {
         "src/roughslip/surface/translation.py": True,
-        "src/roughslip/surface/covariance_fit.py": True,
+        "src/roughslip/scan/covariance_fit.py": True,
         "src/roughslip/friction/recursion.py": False,
         "workflow/stress/kernels.py": True,
         "workflow/stress/friction_judge.py": False,

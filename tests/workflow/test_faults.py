@@ -10,7 +10,7 @@ import time
 import psutil
 import pytest
 
-from roughslip.stages.command import execute
+from roughslip.stages.runtime.command import execute
 
 CONTACTS = [
     f"results/killed/contact/square-{design}.nc"
@@ -55,7 +55,7 @@ def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, ca
     def write_key(code: str) -> None:
         key.write_text(json.dumps({"configuration": {}, "code": code}))
 
-    monkeypatch.setattr("roughslip.stages.command.die_with_parent", lambda: None)
+    monkeypatch.setattr("roughslip.stages.runtime.command.die_with_parent", lambda: None)
     monkeypatch.setattr("sys.argv", ["stage", f"--key={key}", f"--output={tmp_path / 'a.nc'}", f"--usage={usage}"])
     write_key("old")
     execute("design", lambda job: None)

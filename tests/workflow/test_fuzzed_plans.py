@@ -16,8 +16,8 @@ from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, Res
 from roughslip.errors import InputError
 from tests.scene.fuzzed import overlays
 from tests.scene.shipped import SCENES, SCHEMA_PATH
-from workflow.lib import run_lock
-from workflow.lib.scenes import Scenes, checked
+from workflow.recovery import run_lock
+from workflow.study.scenes import Scenes, checked
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = int(os.environ.get("SCENE_CASES", "150"))

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from roughslip.errors import InputError
-from workflow.lib.closure import code_hash
-from workflow.lib.installed import departures, told
+from workflow.keys.closure import code_hash
+from workflow.keys.environment_check import departures, told
 
 ROOT = Path(__file__).resolve().parents[2]
 NUMPY, YAML = version("numpy"), version("PyYAML")
@@ -56,5 +56,5 @@ def test_departures_change_the_hash_of_one_and_the_same_lock(tmp_path, monkeypat
     lock = tmp_path / "requirements.lock"
     lock.write_text(f"numpy=={NUMPY}\n")
     pinned = code_hash("roughslip.grid", ROOT / "src", lock)
-    monkeypatch.setattr("workflow.lib.closure.departures", lambda text: ("numpy 0.1 in place of 2",))
+    monkeypatch.setattr("workflow.keys.closure.departures", lambda text: ("numpy 0.1 in place of 2",))
     assert code_hash("roughslip.grid", ROOT / "src", lock) != pinned

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.stages import record
-from roughslip.stages.usage import Usage
-from workflow.lib import integrity
+from roughslip.stages.runtime import record
+from roughslip.stages.runtime.usage import Usage
+from workflow.recovery import integrity
 
 OLD, NEW = 1.6e9, 1.7e9
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.report_evidence import MEASURED
+from roughslip.report.evidence import MEASURED
 from roughslip.stages.report import read_evidence
-from workflow.lib.scenes import BENCHMARKS, STRESSED
 from workflow.references import evidence
+from workflow.study.scenes import BENCHMARKS, STRESSED
 
 KEPT = Path(__file__).resolve().parents[2] / "results" / "reference" / "evidence"
 

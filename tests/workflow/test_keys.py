@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from workflow.lib.closure import code_hash
-from workflow.lib.keys import write_key
+from workflow.keys.closure import code_hash
+from workflow.keys.key_files import write_key
 
 CONFIGURATION = {"seed": 7, "mesh": {"nx": 10, "edge_m": 2.5e-05}, "levels": [5, 50]}
 
@@ -107,7 +107,7 @@ def test_a_write_that_fails_leaves_the_old_key_and_no_other_file(write, key, mon
 
     write(CONFIGURATION)
     before = identity(key)
-    monkeypatch.setattr("workflow.lib.whole.os.replace", full_disk)
+    monkeypatch.setattr("workflow.keys.atomic_write.os.replace", full_disk)
     with pytest.raises(OSError, match="no space left"):
         write({"other": 1})
     assert identity(key) == before

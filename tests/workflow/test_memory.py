@@ -9,10 +9,10 @@ from types import SimpleNamespace
 import pytest
 
 from roughslip.errors import InputError
-from roughslip.scene_rules import stages_needed
+from roughslip.scene.rules import stages_needed
 from tests.scene.shipped import SCENES, shipped_scene
-from workflow.lib import memory
-from workflow.lib.scenes import BATCHED, DESIGNS, Scenes
+from workflow.study import memory
+from workflow.study.scenes import BATCHED, DESIGNS, Scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 MIB = 1.048576  # MB

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from workflow.lib import metadata
+from workflow.recovery import snakemake_metadata
 
 SOUND = json.dumps({"rule": "surface", "input": ["a"], "input_checksums": {"a": "sha256:0"}}).encode()
 
@@ -25,7 +25,7 @@ def state(tmp_path: Path) -> Path:
 )
 def test_a_damaged_record_goes_and_is_told(state, content):
     (state / "metadata" / "damaged").write_bytes(content)
-    assert metadata.settle(state) == [
+    assert snakemake_metadata.settle(state) == [
         f"{state / 'metadata' / 'damaged'}: damaged; removed, and Snakemake goes by the times of its files"
     ]
     assert [file.name for file in (state / "metadata").iterdir()] == ["sound"]
@@ -36,9 +36,9 @@ def test_what_is_marked_as_half_finished_stays_so(state):
     marks = {"whole": b'{"external_jobid": null}', "empty": b"", "damaged": b"\xff{"}
     for name, content in marks.items():
         (state / "incomplete" / name).write_bytes(content)
-    assert metadata.settle(state) == []
+    assert snakemake_metadata.settle(state) == []
     assert {file.name: file.read_bytes() for file in (state / "incomplete").iterdir()} == {**marks, "damaged": b""}
 
 
 def test_before_the_first_run_there_is_nothing_to_tell(tmp_path):
-    assert metadata.settle(tmp_path) == []
+    assert snakemake_metadata.settle(tmp_path) == []

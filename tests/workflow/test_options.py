@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from roughslip.errors import InputError
-from workflow.lib.options import whole_numbers
+from workflow.study.options import whole_numbers
 
 
 def test_what_is_not_given_is_none():

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from roughslip.errors import InputError
-from workflow.lib import orphans
+from workflow.recovery import slurm_orphans
 
 
 def answering(folder: Path, script: str) -> Path:
@@ -41,17 +41,17 @@ def test_jobs_of_rules_from_this_folder_are_refused(lines, told, here, tmp_path,
     monkeypatch.setenv("PATH", str(answering(tmp_path / "bin", f"/bin/cat <<'END'\n{said}\nEND")))
     if told:
         with pytest.raises(InputError, match=re.escape(f"{here}: jobs of a run that is gone") + f".*: scancel {told}$"):
-            orphans.refuse(here)
+            slurm_orphans.refuse(here)
     else:
-        orphans.refuse(here)
+        slurm_orphans.refuse(here)
 
 
 def test_without_slurm_or_an_answer_of_it_none_are_known(here, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert orphans.jobs(here) == []
+    assert slurm_orphans.jobs(here) == []
     monkeypatch.setenv("PATH", str(answering(tmp_path / "fails", f"echo '12|rule_costs|{here}' >&2; exit 1")))
-    assert orphans.jobs(here) == []
-    monkeypatch.setattr(orphans, "_SECONDS", 0.2)
+    assert slurm_orphans.jobs(here) == []
+    monkeypatch.setattr(slurm_orphans, "_SECONDS", 0.2)
     monkeypatch.setenv("PATH", str(answering(tmp_path / "hangs", "exec /bin/sleep 5")))
-    assert orphans.jobs(here) == []
-    orphans.refuse(here)
+    assert slurm_orphans.jobs(here) == []
+    slurm_orphans.refuse(here)

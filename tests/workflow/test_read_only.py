@@ -11,7 +11,7 @@ import pytest
 from workflow.faults.scratch import as_a_user
 
 ROOT = Path(__file__).resolve().parents[2]
-ASK = "from workflow.lib.scenes import not_writable; print(*not_writable('mine'), sep='\\n')"
+ASK = "from workflow.study.scenes import not_writable; print(*not_writable('mine'), sep='\\n')"
 
 
 def closed_to_a_user(folder: Path) -> list[str]:

@@ -12,8 +12,8 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.scene import load
-from workflow.lib.references import STRIPS, SURFACES, reference_file, solves, solves_key
+from roughslip.scene.loader import load
+from workflow.keys.reference_batches import STRIPS, SURFACES, reference_file, solves, solves_key
 from workflow.references import control, friction, friction_solves, pressure, pressure_solves
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -74,7 +74,7 @@ COMMENTS = (
     ("config/scene.schema.yaml", "maximum: 1024", "maximum: 2048"),
     ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy=="),
     ("Snakefile", "rule all:", "# By default:\nrule all:"),
-    ("workflow/lib/keys.py", "def write_key", "# Written for each stage.\ndef write_key"),
+    ("workflow/keys/key_files.py", "def write_key", "# Written for each stage.\ndef write_key"),
 )
 
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from roughslip.errors import InputError
-from workflow.lib import run_lock
+from workflow.recovery import run_lock
 
 ROOT = Path(__file__).resolve().parents[2]
 HOLD = (
-    "import sys; from pathlib import Path; from workflow.lib import run_lock\n"
+    "import sys; from pathlib import Path; from workflow.recovery import run_lock\n"
     "start = run_lock.hold(Path(sys.argv[1])); print(start.alone, *start.lines, sep='|', flush=True); sys.stdin.read()"
 )
 

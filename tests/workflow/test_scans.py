@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from roughslip import store
-from roughslip.scan_file import read_scan, write_x3p
-from roughslip.stages.scan_table import NUMBERS
-from roughslip.surface.topography import topography
+from roughslip.scan.instrument_file import read_scan, write_x3p
+from roughslip.scan.topography import topography
+from roughslip.stages.result_tables.scan_table import NUMBERS
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 

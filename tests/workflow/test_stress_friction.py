@@ -10,8 +10,8 @@ import pytest
 from scipy import stats
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.candidates import fit_candidates
 from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.distribution_families import fit_candidates
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.paths import METHODS
 from roughslip.friction.process import BetaMarginal, FrictionProcess

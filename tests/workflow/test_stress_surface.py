@@ -11,8 +11,8 @@ from scipy.special import kv
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
+from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.surface.covariance import Covariance
-from roughslip.surface.covariance_fit import fit_covariance
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.karhunen_loeve import karhunen_loeve

@@ -7,7 +7,7 @@ from collections import Counter
 
 import pytest
 
-from workflow.lib.scenes import ASIDE
+from workflow.study.scenes import ASIDE
 
 # One job a batched stage, three for the designs of the square.
 END = {"claims": 1, "costs": 1, "scene_report": 1}

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from roughslip.scene import load
+from roughslip.scene.loader import load
 from workflow.benchmarks import chain_cost, chain_cost_stages, chain_oscillator, chain_square, chain_strips, measure
 from workflow.benchmarks.chain_cost_stages import USUAL, Sample
 from workflow.benchmarks.measure import Row, fields

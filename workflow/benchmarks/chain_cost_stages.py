@@ -18,7 +18,7 @@ from roughslip.friction.process import BetaMarginal, FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.oscillator.path import KeptPath
-from roughslip.stages import elastic, geometry, mass_on_belt, surfaces
+from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.benchmarks import chain_plain
 from workflow.benchmarks.chain_cost import Stage, Work, median_count, samples_for
@@ -38,7 +38,7 @@ NORMAL = 1.96
 class Sample(NamedTuple):
     """What is run for the measurement: surfaces, strips, paths of ours, and natural periods by scipy."""
 
-    surfaces: int = 100
+    surface_model: int = 100
     strips: int = 16
     paths: int = 4
     periods: float = 2.0
@@ -145,7 +145,7 @@ def strip_counts(area: np.ndarray, force: np.ndarray, least: float, summary: Pat
 def strip_stage(scene: dict[str, Any], summary: Path, costs: Path, sample: int, plain_levels: Sequence[float]) -> Stage:
     """Friction of windows: sweeps of few strips with an expansion as control, or cold solves of many."""
     levels, tolerance = scene["strip"]["penetration_percentiles"], scene["numerics"]["contact_tolerance"]
-    grid, model = geometry.strip_grid(scene), surfaces.surface_model(scene)
+    grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
     draw = model.sampler(grid)
     generators = [np.random.default_rng([scene["seed"], STREAM, number]) for number in range(sample + 1)]
     windows(scene, [draw(generators.pop())], levels, tolerance)  # what is compiled and planned at the first

@@ -13,7 +13,7 @@ import numpy as np
 from roughslip.friction.process import BetaMarginal, FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
-from roughslip.stages import mass_on_belt
+from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.spacing import Thinned
 from workflow.benchmarks.chain_problem import FIRST_ORDER, Change, rows
 from workflow.benchmarks.measure import Row, say

@@ -11,8 +11,8 @@ import numpy as np
 from roughslip.chaos.local import Samples, fit_local, jackknife_deviations
 from roughslip.contact.solve import solve
 from roughslip.grid import Grid
-from roughslip.stages import elastic, geometry
-from roughslip.stages.nodes import central_nodes
+from roughslip.stages.from_scene import elastic, geometry
+from roughslip.stages.from_scene.nodes import central_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from workflow.benchmarks.chain_problem import FIRST_ORDER, Change, Numbers, Statistic, jackknifed, rows
 from workflow.benchmarks.chaos_problem import JUDGED, QUANTILES, Square, references

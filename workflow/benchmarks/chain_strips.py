@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.stages import geometry, surfaces
+from roughslip.stages.from_scene import geometry, surface_model
 from workflow.benchmarks.chain_problem import FIRST_ORDER, Change, Numbers, Statistic, jackknifed, rows
 from workflow.benchmarks.measure import Row, say
 from workflow.references.friction_solves import windows
@@ -55,7 +55,7 @@ def budget(name: str, scene: dict[str, Any], strips: int) -> Iterator[Row]:
     """
     tolerance = scene["numerics"]["contact_tolerance"]
     fine = with_cell(scene, 0.5)
-    sample = surfaces.surface_model(fine).sampler(geometry.strip_grid(fine))
+    sample = surface_model.surface_model(fine).sampler(geometry.strip_grid(fine))
     fields = [sample(np.random.default_rng([scene["seed"], STREAM, number])) for number in range(strips)]
     solved, seconds = {}, {}
     for factor, step in ((0.5, 1), (1.0, 2), (2.0, 4)):

@@ -10,7 +10,7 @@ import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures import METHODS, head, panels
+from roughslip.figures.style import METHODS, head, panels
 from workflow.benchmarks.chaos_summary import LIMITS
 from workflow.benchmarks.draw import draw
 from workflow.benchmarks.measure import Row, fields

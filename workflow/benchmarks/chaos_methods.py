@@ -8,8 +8,8 @@ import numpy as np
 
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import Samples, fit_local
-from roughslip.stages import geometry
-from roughslip.stages.centre_distribution import Expansion, draw
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.result_tables.centre_distribution import Expansion, draw
 from workflow.benchmarks.chaos_problem import Solved, Square
 from workflow.benchmarks.measure import OURS
 

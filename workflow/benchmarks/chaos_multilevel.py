@@ -16,7 +16,7 @@ import numpy as np
 
 from roughslip.contact.solve import solve
 from roughslip.grid import Grid
-from roughslip.stages import elastic
+from roughslip.stages.from_scene import elastic
 from roughslip.surface.karhunen_loeve import heights
 from workflow.benchmarks import measure
 from workflow.benchmarks.chaos_problem import PERCENTILES, TOLERANCE, Square

@@ -22,9 +22,9 @@ from roughslip.chaos.pressure import PressureTarget
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid
-from roughslip.scene import load
-from roughslip.stages import elastic, expansion, geometry, surfaces
-from roughslip.stages.nodes import Nodes, central_nodes, training_nodes
+from roughslip.scene.loader import load
+from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
+from roughslip.stages.from_scene.nodes import Nodes, central_nodes, training_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from roughslip.surface.model import GaussianModel
 from workflow.references.pressure_solves import PERCENTILES, TOLERANCE
@@ -137,7 +137,7 @@ class Square:
     def of(cls, name: str) -> Square:
         """The square of a scene of the project."""
         configuration = load(name, ROOT / "config" / "scenes", ROOT / "config" / "scene.schema.yaml")
-        model, grid = surfaces.gaussian_model(configuration), geometry.square_grid(configuration)
+        model, grid = surface_model.gaussian_model(configuration), geometry.square_grid(configuration)
         order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
         modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
         nodes, terms = training_nodes(model, grid), configuration["expansion"]

@@ -19,7 +19,7 @@ import numpy as np
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve, sweep
 from roughslip.grid import Grid
-from roughslip.stages.usage import die_with_parent
+from roughslip.stages.runtime.usage import die_with_parent
 from workflow.benchmarks import measure
 from workflow.benchmarks.contact_peers import PEERS, Peer
 from workflow.benchmarks.contact_problem import (

@@ -9,7 +9,7 @@ import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures import head, panels
+from roughslip.figures.style import head, panels
 from workflow.benchmarks.draw import draw
 from workflow.benchmarks.measure import OURS, Row, fields, ratios
 

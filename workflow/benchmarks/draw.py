@@ -9,8 +9,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from roughslip.figures import save
-from roughslip.stages.usage import Usage
+from roughslip.figures.style import save
+from roughslip.stages.runtime.usage import Usage
 from workflow.benchmarks.measure import Row
 
 

@@ -25,10 +25,10 @@ from scipy.interpolate import CubicHermiteSpline
 from roughslip.friction.process import BetaMarginal, FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.equation import acceleration
+from roughslip.oscillator.event_loop import REATTACHMENT
+from roughslip.oscillator.integrators import PAIRS
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.motion import simulate
-from roughslip.oscillator.pairs import PAIRS
-from roughslip.oscillator.run import REATTACHMENT
 from roughslip.oscillator.system import Coefficients, Oscillator, coefficients
 from roughslip.stages.spacing import Thinned, error_bounds
 from workflow.benchmarks import measure

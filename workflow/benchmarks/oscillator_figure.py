@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import seaborn as sns
 from matplotlib.figure import Figure
 
-from roughslip.figures import head, panels
+from roughslip.figures.style import head, panels
 from workflow.benchmarks.draw import draw
 from workflow.benchmarks.measure import Row, fields
 

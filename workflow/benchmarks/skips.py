@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from roughslip.scene import load
-from roughslip.scene_spared import not_needed
+from roughslip.scene.loader import load
+from roughslip.scene.skipped_stages import not_needed
 from workflow.benchmarks import measure, skips_chaos, skips_contact, skips_motion
 from workflow.benchmarks.measure import OURS, Contender, Row, case, fields, row
 from workflow.benchmarks.skips_problem import Skip

@@ -15,7 +15,8 @@ from roughslip.chaos.distribution import kolmogorov_distance
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local, jackknife_deviations
 from roughslip.contact.solve import solve
-from roughslip.stages import geometry, left_out
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.runtime import skip_reasons
 from workflow.benchmarks.chain_square import LEVEL
 from workflow.benchmarks.chaos_problem import Square
 from workflow.benchmarks.skips_problem import Skip
@@ -37,7 +38,7 @@ def samples_of(square: Square, xi: np.ndarray) -> Samples:
 def drawn(square: Square, expansion: LocalExpansion, left_out: bool = False) -> np.ndarray:
     """Pressures of the same draws for every expansion."""
     generator = np.random.default_rng([square.seed, geometry.STREAM_DRAWS])
-    return expansion.draw(generator, DRAWS, left_out=left_out)
+    return expansion.draw(generator, DRAWS, left_out=skip_reasons)
 
 
 def skips(surfaces: int, scene: str, asked: float, most: int) -> Iterator[Skip]:
@@ -58,7 +59,7 @@ def _terms(square: Square, surfaces: int) -> Skip:
         return drawn(square, found), len(found.indices)
 
     return Skip(
-        left_out.SYMMETRIC,
+        skip_reasons.SYMMETRIC,
         f"paper-{surfaces}-surfaces",
         SIGMAS * told,
         lambda: fitted(samples),
@@ -84,4 +85,4 @@ def _solves(square: Square, asked: float, most: int) -> Skip:
         return drawn(square, fit(solved(0, most))[0]), most
 
     name = f"{square.name}-to-{asked:g}"
-    return Skip(left_out.ENOUGH_SOLVES, name, asked, until_it_serves, all_of_them, kolmogorov_distance)
+    return Skip(skip_reasons.ENOUGH_SOLVES, name, asked, until_it_serves, all_of_them, kolmogorov_distance)

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from ducc0 import fft
 
-from roughslip.contact import conjugate_gradients, dense, nested
+from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.convolution import Convolution, fast_length
 from roughslip.contact.influence import Influence, gathered
 from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid
-from roughslip.stages import left_out
+from roughslip.stages.runtime import skip_reasons
 from workflow.benchmarks import contact_problem
 from workflow.benchmarks.contact_problem import MODULUS, square, surface
 from workflow.benchmarks.skips_problem import Call, Skip
@@ -78,7 +78,7 @@ def skips(n: int, nx: int) -> Iterator[Skip]:
     yield _swept(Grid(nx, 10, contact_problem.STRIP.dx, contact_problem.STRIP.dy))
     u_bar = rough - np.median(rough)
     yield Skip(
-        left_out.NESTED,
+        skip_reasons.NESTED,
         f"gauss-{n}x{n}-median",
         within_residual(influence),
         iterated(influence, u_bar, nested.guess),
@@ -100,7 +100,7 @@ def _without_contact(influence: Influence, rough: np.ndarray) -> Iterator[Skip]:
         return pressure, 1
 
     name = f"gauss-{influence.grid.nx}x{influence.grid.ny}-above"
-    yield Skip(left_out.NO_CONTACT, name, 0.0, solved(influence, u_bar), plain, apart(influence, u_bar))
+    yield Skip(skip_reasons.NO_CONTACT, name, 0.0, solved(influence, u_bar), plain, apart(influence, u_bar))
 
 
 def _below_the_plane() -> Skip:
@@ -111,12 +111,14 @@ def _below_the_plane() -> Skip:
     i, j = (axis.ravel() for axis in np.indices(grid.shape))
 
     def plain() -> tuple[np.ndarray, int]:
-        pressure, factors, found = dense.complementary_solution(gathered(influence.coefficients, i, j), u_bar.ravel())
+        pressure, factors, found = dense_solver.complementary_solution(
+            gathered(influence.coefficients, i, j), u_bar.ravel()
+        )
         assert found
         return pressure.reshape(grid.shape), factors
 
-    skipping = lambda: dense.solve(influence, u_bar)  # noqa: E731
-    return Skip(left_out.BELOW, "white-10x10-median", ROUNDING, skipping, plain, apart(influence, u_bar))
+    skipping = lambda: dense_solver.solve(influence, u_bar)  # noqa: E731
+    return Skip(skip_reasons.BELOW, "white-10x10-median", ROUNDING, skipping, plain, apart(influence, u_bar))
 
 
 def _cropped(influence: Influence) -> Skip:
@@ -135,7 +137,7 @@ def _cropped(influence: Influence) -> Skip:
         return pressure, products * pressure.size
 
     tolerance, difference = within_residual(influence), apart(influence, u_bar)
-    return Skip(left_out.CROPPED, f"paraboloid-{n}x{n}", tolerance, cropped, plain, difference)
+    return Skip(skip_reasons.CROPPED, f"paraboloid-{n}x{n}", tolerance, cropped, plain, difference)
 
 
 def _swept(grid: Grid) -> Skip:
@@ -158,7 +160,7 @@ def _swept(grid: Grid) -> Skip:
         )
 
     name = f"white-{grid.nx}x{grid.ny}-nine-planes"
-    return Skip(left_out.WARM, name, within_residual(influence), swept, plain, difference)
+    return Skip(skip_reasons.WARM, name, within_residual(influence), swept, plain, difference)
 
 
 def _transforms(n: int) -> Iterator[Skip]:
@@ -195,4 +197,4 @@ def _transforms(n: int) -> Iterator[Skip]:
 
     yield Skip(ROWS, f"product-{n}x{n}", ROUNDING, without_rows, whole(everywhere), relative)
     summed = lambda: (influence.apply(few), 1)  # noqa: E731
-    yield Skip(left_out.SUMMED, f"product-{n}x{n}-few", ROUNDING, summed, whole(few), relative)
+    yield Skip(skip_reasons.SUMMED, f"product-{n}x{n}-few", ROUNDING, summed, whole(few), relative)

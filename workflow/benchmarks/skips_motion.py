@@ -13,7 +13,8 @@ from roughslip.friction.recursion import PIECE_NODES, recursion
 from roughslip.oscillator.motion import Motion, ensemble_counts, simulate
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.periodic import counts_by_period
-from roughslip.stages import left_out, mass_on_belt
+from roughslip.stages.from_scene import mass_on_belt
+from roughslip.stages.runtime import skip_reasons
 from workflow.benchmarks.oscillator import LAW, PROCESS, SEED, STUDY
 from workflow.benchmarks.skips_problem import Skip
 
@@ -26,7 +27,7 @@ PASSAGE = 1e-9
 def skips(periods: float, nodes: int) -> Iterator[Skip]:
     """Every skip of the oscillator over so many natural periods, on a path of so many nodes a correlation length."""
     yield Skip(
-        left_out.BY_PERIOD,
+        skip_reasons.BY_PERIOD,
         f"{len(DAMPING)}-dampings-{periods:g}-periods",
         0.0,
         lambda: _counted(counts_by_period(STUDY, LAW, periods, DAMPING, TOLERANCE)),
@@ -34,7 +35,7 @@ def skips(periods: float, nodes: int) -> Iterator[Skip]:
         _apart,
     )
     yield Skip(
-        left_out.STICK,
+        skip_reasons.STICK,
         f"slow-belt-{periods:g}-periods",
         PASSAGE,
         lambda: _events(_slow("slip", periods)),
@@ -48,7 +49,7 @@ def skips(periods: float, nodes: int) -> Iterator[Skip]:
 
     name = f"{len(DAMPING)}-dampings-{periods:g}-periods-{nodes}-nodes"
     yield Skip(
-        left_out.KEPT,
+        skip_reasons.KEPT,
         name,
         0.0,
         lambda: run(KeptPath(paths.realisation([SEED, 0]))),
@@ -60,7 +61,9 @@ def skips(periods: float, nodes: int) -> Iterator[Skip]:
     def drawn_before() -> tuple[np.ndarray, int]:
         return run(np.concatenate(list(islice(paths.realisation([SEED, 0]), -(-whole // PIECE_NODES)))))
 
-    yield Skip(left_out.UNREAD, name, 0.0, lambda: run(KeptPath(paths.realisation([SEED, 0]))), drawn_before, _apart)
+    yield Skip(
+        skip_reasons.UNREAD, name, 0.0, lambda: run(KeptPath(paths.realisation([SEED, 0]))), drawn_before, _apart
+    )
 
 
 def _slow(follows: str, periods: float) -> Motion:

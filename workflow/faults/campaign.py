@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import psutil
 
-from roughslip.stages import record
+from roughslip.stages.runtime import record
 from workflow.faults.injections import FAULTS
 from workflow.faults.scratch import Scratch
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import psutil
 
-from roughslip.stages.record import checksum
-from roughslip.stages.usage import die_with_parent
+from roughslip.stages.runtime.record import checksum
+from roughslip.stages.runtime.usage import die_with_parent
 
 SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock", "pyproject.toml")
 

@@ -18,8 +18,8 @@ from scipy.special import ndtri
 from roughslip.chaos.designs import sobol_places
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
 from roughslip.errors import InputError
-from roughslip.stages import expansion, geometry, surfaces
-from roughslip.stages.nodes import central_nodes
+from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene.nodes import central_nodes
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.references.pressure_solves import variables
 
@@ -52,7 +52,7 @@ def controlled_means(
     """
     if len(pressure) < 2 * FITTED:
         raise InputError([f"the expansion that controls a mean takes {FITTED} surfaces: gather {2 * FITTED} at least"])
-    model, grid = surfaces.gaussian_model(configuration), geometry.square_grid(configuration)
+    model, grid = surface_model.gaussian_model(configuration), geometry.square_grid(configuration)
     order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
     modes, nodes = karhunen_loeve(model.covariance, grid, order, share=share).modes, central_nodes(model, grid)
     directions, odd = expansion.directions(model, grid, modes, nodes, VARIABLES)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from roughslip import store
-from workflow.lib.scenes import BENCHMARKS
+from workflow.study.scenes import BENCHMARKS
 
 RESULTS = Path("results")
 KEPT = RESULTS / "reference" / "evidence"

@@ -15,7 +15,7 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import window_sums
-from roughslip.stages import elastic, geometry, surfaces
+from roughslip.stages.from_scene import elastic, geometry, surface_model
 
 TOLERANCE = 1e-6  # moves area over force by 3e-6 at most, and takes 0.6 of the time of the study's 1e-10
 STREAM = 25  # the second entry of every seed; 20 is the reference of the pressure, 21 to 23 are benchmarks
@@ -28,7 +28,7 @@ def windows(
     tolerance: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Area [m2] and force [N] : (strips, penetrations, windows) of fields : (nx, ny) [m] on the strip of the scene."""
-    grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration)
+    grid, model = geometry.strip_grid(configuration), surface_model.surface_model(configuration)
     influence, lie = elastic.influence(configuration, grid), geometry.windows(configuration)
     planes = model.plane_height(np.array(percentiles, dtype=float)).tolist()
     hardness, found = elastic.hardness_pa(configuration), []
@@ -46,7 +46,7 @@ def windows(
 
 def solves(configuration: geometry.Configuration, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
     """Area [m2] and force [N] : (strips, penetrations, windows) of strips first ... last - 1."""
-    sample = surfaces.surface_model(configuration).sampler(geometry.strip_grid(configuration))
+    sample = surface_model.surface_model(configuration).sampler(geometry.strip_grid(configuration))
     fields = (sample(np.random.default_rng([configuration["seed"], STREAM, number])) for number in range(first, last))
     return windows(configuration, fields, configuration["strip"]["penetration_percentiles"], TOLERANCE)
 

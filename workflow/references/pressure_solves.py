@@ -14,8 +14,8 @@ import numpy as np
 
 from roughslip import store
 from roughslip.contact.solve import sweep
-from roughslip.stages import elastic, geometry, surfaces
-from roughslip.stages.nodes import central_nodes
+from roughslip.stages.from_scene import elastic, geometry, surface_model
+from roughslip.stages.from_scene.nodes import central_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 
 PERCENTILES = (20.0, 50.0, 80.0)
@@ -31,7 +31,7 @@ def variables(seed: int, number: int, modes: int) -> np.ndarray:
 
 def solves(configuration: geometry.Configuration, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
     """Pressure [Pa] and gap [m] : (samples, penetrations, central nodes) of samples first ... last - 1."""
-    model, grid = surfaces.gaussian_model(configuration), geometry.square_grid(configuration)
+    model, grid = surface_model.gaussian_model(configuration), geometry.square_grid(configuration)
     order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
     modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
     planes = np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES])

@@ -6,8 +6,8 @@
 #      its log tells which. `--config seed=today` for other problems, `--config problems=100` for fewer.
 import itertools
 
-from workflow.lib.evidence import evidence_key, kept_evidence, measured_scenes
-from workflow.lib.scenes import BENCHMARKS, STRESSED
+from workflow.keys.evidence_keys import evidence_key, kept_evidence, measured_scenes
+from workflow.study.scenes import BENCHMARKS, STRESSED
 
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
 BENCHMARK_LOCK = ROOT / "requirements-peers.lock" if "peers" in BENCHMARK_OPTIONS else LOCK

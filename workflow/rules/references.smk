@@ -1,10 +1,10 @@
 # Monte Carlo references of the pressure at the centre and of the friction of windows, which git keeps; a run of the
 # study never makes them.
-# In:  key files without a hash of the code (workflow/lib/references.py says why).
+# In:  key files without a hash of the code (workflow/keys/reference_batches.py says why).
 # Out: results/<scene>/<kind>_solves/<first>-<last>.nc, results/reference/<scene>/<kind>.nc. `make reference` makes it
 #      where it is missing, as `--config reference_surfaces=40000 reference_strips=1000` of fewer samples. An interrupted
 #      run is resumed, and batches made elsewhere count, if they are younger than their key.
-from workflow.lib.references import SAMPLES, missing, solves, solves_key
+from workflow.keys.reference_batches import SAMPLES, missing, solves, solves_key
 
 FEWER = {"pressure": "reference_surfaces", "friction": "reference_strips"}
 REFERENCE_SAMPLES = {kind: numbers[option] for kind, option in FEWER.items()}

@@ -20,7 +20,7 @@ from roughslip.chaos.indices import multi_indices
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
-from roughslip.chaos.scatter import residual_scatter
+from roughslip.chaos.residual_distribution import residual_scatter
 from roughslip.chaos.sensitivity import sensitivity
 from roughslip.chaos.sparse import sparse_least_squares
 from roughslip.chaos.strip import fit_strip

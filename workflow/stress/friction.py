@@ -15,8 +15,8 @@ import numpy as np
 
 from roughslip.errors import IllPosedError, RoughslipError
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
-from roughslip.friction.candidates import fit_candidates
 from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.distribution_families import fit_candidates
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.resampling import NO_SCATTER, strip_weights
 from roughslip.friction.statistics import combine, window_statistics

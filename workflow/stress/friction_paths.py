@@ -15,11 +15,11 @@ import numpy as np
 from scipy.special import betainc, betaincinv, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError, RoughslipError
-from roughslip.friction.parallel import average_beta
+from roughslip.friction.fft_paths import Spectrum
+from roughslip.friction.load_sharing import average_beta
 from roughslip.friction.paths import METHODS, Paths, prepare
 from roughslip.friction.process import BetaMarginal, EmpiricalMarginal, FrictionProcess, Marginal
 from roughslip.friction.recursion import SPACINGS, Recursion
-from roughslip.friction.whole_paths import Spectrum
 from workflow.benchmarks.measure import case
 from workflow.stress.drawing import one_of, power
 from workflow.stress.outcomes import Verdict, advised, verdict_of

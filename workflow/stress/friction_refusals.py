@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
-from roughslip.friction.candidates import fit_candidates
 from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.distribution_families import fit_candidates
+from roughslip.friction.load_sharing import average_beta
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
-from roughslip.friction.parallel import average_beta
 from roughslip.friction.paths import prepare
 from roughslip.friction.penetration_law import between, penetration_law
 from roughslip.friction.process import BetaMarginal, EmpiricalMarginal, FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.friction.resampling import strip_weights
 from roughslip.friction.statistics import combine, ratio_of_sums, trend, window_statistics
-from roughslip.friction.window_geometry import white_autocorrelation
+from roughslip.friction.white_noise_baseline import white_autocorrelation
 
 NAN, INFINITY = math.nan, math.inf
 NOT_POSITIVE = {"zero": 0.0, "negative": -1.0, "nan": NAN, "infinite": INFINITY, "text": "long", "none": None}

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from scipy import stats
 
-from roughslip.friction.candidates import Candidate
+from roughslip.friction.distribution_families import Candidate
 from roughslip.friction.marginal import PROBABILITIES, SHAPES, BetaDistance, BetaFit, ScaledBeta
 from workflow.stress.friction_judge import EPS, Met, counted, interval, lost, rows_seen
 from workflow.stress.friction_problem import Problem

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.motion import Trajectory
-from roughslip.oscillator.run import CROSSING, DEPARTURE, REATTACHMENT
 from workflow.stress.oscillator_problem import Problem
 from workflow.stress.outcomes import Verdict
 

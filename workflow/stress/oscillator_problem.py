@@ -12,9 +12,9 @@ from itertools import repeat
 
 import numpy as np
 
+from roughslip.oscillator.integrators import PAIRS
 from roughslip.oscillator.law import CoulombLaw, FrictionLaw, StribeckLaw, TableLaw
 from roughslip.oscillator.motion import NEGATIVE_FRICTION
-from roughslip.oscillator.pairs import PAIRS
 from roughslip.oscillator.path import INTERPOLATIONS
 from roughslip.oscillator.system import Oscillator
 from workflow.stress.drawing import one_of, power

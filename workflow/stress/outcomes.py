@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
-from roughslip.stages.usage import die_with_parent
+from roughslip.stages.runtime.usage import die_with_parent
 from workflow.benchmarks.measure import fields
 
 CONVERGED, FALSE_CLAIM, ACCEPTED = "converged", "false claim", "accepted"

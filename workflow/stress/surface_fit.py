@@ -13,10 +13,10 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
 from roughslip.grid import Grid
+from roughslip.scan.covariance_fit import CovarianceFit, fit_covariance
+from roughslip.scan.fit_data import Estimates, estimates
 from roughslip.surface.covariance import KINDS, Covariance, Kind
-from roughslip.surface.covariance_fit import CovarianceFit, fit_covariance
 from roughslip.surface.embedding import embed
-from roughslip.surface.fit_data import Estimates, estimates
 from workflow.benchmarks.measure import case
 from workflow.stress.drawing import one_of, power
 from workflow.stress.kernels import correlation

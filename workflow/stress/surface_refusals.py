@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from roughslip.grid import Grid
+from roughslip.scan.covariance_fit import fit_covariance
+from roughslip.scan.fit_data import estimates
 from roughslip.surface.covariance import Covariance, plane_height, self_affine
-from roughslip.surface.covariance_fit import fit_covariance
 from roughslip.surface.embedding import embed
 from roughslip.surface.empirical import empirical_marginal
-from roughslip.surface.fit_data import estimates
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves, rms_height
 from roughslip.surface.karhunen_loeve import karhunen_loeve, representation
 from roughslip.surface.lanczos import leading_modes

@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
-from numba import njit
 
 from roughslip.chaos.checks import finite
 from roughslip.chaos.indices import multi_indices
+from roughslip.compilation import compiled
 from roughslip.errors import ParameterError
 
 Family = Literal["hermite", "legendre"]
@@ -131,7 +131,7 @@ POLYNOMIALS: dict[Family, Callable[[np.ndarray, int], np.ndarray]] = {
 }
 
 
-@njit(cache=True)
+@compiled()
 def _multiply(values: np.ndarray, starts: np.ndarray, ends: np.ndarray, factors: np.ndarray, table: np.ndarray) -> None:
     """Writes every term at every point (P, K) from the polynomials (degree + 1, variables, K): a block of points at a
     time, so that the terms that others start from are still in the cache."""

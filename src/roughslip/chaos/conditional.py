@@ -14,10 +14,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.chaos.scatter import residual_scatter
+from roughslip.chaos.residual_distribution import residual_scatter
+from roughslip.compilation import compiled
 from roughslip.errors import ParameterError
 
 REACH = 1.5  # times the mean target in contact: predictions further below are out of contact, unless a sample was not
@@ -90,7 +90,7 @@ def conditional_means(predicted: np.ndarray, values: np.ndarray, target: Pressur
     return ConditionalMeans(target, low, step, scatter, contact, pressure)
 
 
-@njit(cache=True)
+@compiled()
 def _interpolate(s: np.ndarray, low: float, step: float, table: np.ndarray, found: np.ndarray) -> None:
     """Writes (n,) the table at s : (n,), zero below its first place and constant above its last; NaN where s is."""
     last = len(table) - 1

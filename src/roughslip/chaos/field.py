@@ -31,9 +31,9 @@ import numpy as np
 import scipy.linalg
 from scipy.special import ndtri
 
-from roughslip.chaos.link import Link, fit_link, knots_for
 from roughslip.chaos.regression import Factor, factorised
 from roughslip.chaos.sensitivity import sensitivity_along, share_of_modes
+from roughslip.chaos.single_index import Link, fit_link, knots_for
 from roughslip.errors import IllPosedError, ParameterError
 
 GROUPS = 10  # of surfaces, left out in turn for the errors of the directions

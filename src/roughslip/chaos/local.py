@@ -24,12 +24,12 @@ from scipy.special import ndtri
 from roughslip.chaos.censored import censored_regression, completed, derivatives, expected
 from roughslip.chaos.checks import finite
 from roughslip.chaos.designs import sobol_places
-from roughslip.chaos.groups import group_sums, left_out_predictions, numbered, without_one, without_two
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import even_terms, multi_indices
+from roughslip.chaos.leave_group_out import group_sums, left_out_predictions, numbered, without_one, without_two
 from roughslip.chaos.pressure import Kind, PressureTarget
 from roughslip.chaos.regression import Fit, least_squares
-from roughslip.chaos.scatter import ResidualScatter, residual_scatter
+from roughslip.chaos.residual_distribution import ResidualScatter, residual_scatter
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
 GROUPS = 20  # of surfaces, left out in turn

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg
 
 from roughslip.chaos.checks import finite
-from roughslip.chaos.groups import numbered
+from roughslip.chaos.leave_group_out import numbered
 from roughslip.errors import IllPosedError, ParameterError
 
 WORST_CONDITION = 1e8  # half the digits of the coefficients are rounding there

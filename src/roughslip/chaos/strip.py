@@ -16,9 +16,9 @@ import numpy as np
 from roughslip.chaos.basis import Basis
 from roughslip.chaos.checks import finite
 from roughslip.chaos.functionals import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
-from roughslip.chaos.groups import group_sums, left_out_predictions, without_one
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.indices import even_terms, multi_indices
+from roughslip.chaos.leave_group_out import group_sums, left_out_predictions, without_one
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.errors import IllPosedError, ParameterError
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from roughslip.contact import fields
+from roughslip.contact import kernels
 from roughslip.contact.influence import Influence
 from roughslip.errors import ConvergenceError
 
@@ -39,7 +39,7 @@ class Problem:
         """Height [m] of the plane over that of u_bar at which the mean gap of the nodes between the bounds is zero."""
         if self.force is None:
             return 0.0
-        mean, between = fields.mean_between(gap, pressure, self.cap)
+        mean, between = kernels.mean_between(gap, pressure, self.cap)
         if between:
             return -mean
         pressed = pressure > 0  # all at the cap, with the sum asked for: any plane that reaches these and no others
@@ -49,12 +49,12 @@ class Problem:
         """||max(u_bar, 0)||, or B_00 ||p|| if that is more [m]: what residuals are relative to."""
         if self.force is None:  # the second is never more at the solution
             return self._reach_of_the_given_plane
-        lift = self.influence.diagonal * math.sqrt(fields.inner(pressure, pressure))
-        return max(math.sqrt(fields.positive_square(self.interference, plane)), lift)
+        lift = self.influence.diagonal * math.sqrt(kernels.inner(pressure, pressure))
+        return max(math.sqrt(kernels.positive_square(self.interference, plane)), lift)
 
     @cached_property
     def _reach_of_the_given_plane(self) -> float:
-        return math.sqrt(fields.positive_square(self.interference, 0.0))
+        return math.sqrt(kernels.positive_square(self.interference, 0.0))
 
 
 @dataclass(frozen=True)
@@ -118,33 +118,33 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
         if multiply.count >= PRODUCT_LIMIT or not math.isfinite(residual):
             raise _failure(tolerance, residual, multiply.count)
 
-        fields.stencil_product(influence.approximate_inverse, misfit, free, descent)
+        kernels.stencil_product(influence.approximate_inverse, misfit, free, descent)
         if force is not None:
             lift = np.empty_like(misfit)
-            fields.stencil_product(influence.approximate_inverse, free.astype(np.float64), free, lift)
-            fields.balance(descent, lift)
-        factor = max(0.0, -fields.inner(descent, product) / curvature) if curvature > 0 else 0.0
-        slope = fields.conjugate(descent, factor, direction, misfit, free)
+            kernels.stencil_product(influence.approximate_inverse, free.astype(np.float64), free, lift)
+            kernels.balance(descent, lift)
+        factor = max(0.0, -kernels.inner(descent, product) / curvature) if curvature > 0 else 0.0
+        slope = kernels.conjugate(descent, factor, direction, misfit, free)
         if force is not None:
-            fields.balance(direction, lift)
-            slope = fields.inner(misfit, direction)
+            kernels.balance(direction, lift)
+            slope = kernels.inner(misfit, direction)
         if slope <= 0:
-            slope = fields.conjugate(descent, 0.0, direction, misfit, free)
+            slope = kernels.conjugate(descent, 0.0, direction, misfit, free)
         multiply(direction, product)
-        curvature = fields.inner(direction, product)
+        curvature = kernels.inner(direction, product)
         if not curvature > 0:
             raise _failure(tolerance, residual, multiply.count)
         length = slope / curvature
 
         shift, met = 0.0, True
         if force is not None:
-            shift, met = fields.shift_to_sum(pressure, length, direction, cap, force, free, False)
+            shift, met = kernels.shift_to_sum(pressure, length, direction, cap, force, free, False)
         if not met:  # the free nodes cannot carry the force, so the next to touch must help
             new_pressure[:] = _nearest(problem, pressure - gap / influence.diagonal)
             new_gap[:] = multiply(new_pressure) - problem.interference
             curvature = 0.0
-        elif fields.advance(pressure, gap, length, direction, product, cap, shift, free, new_pressure, new_gap):
-            fields.clipped(pressure, length, direction, new_pressure, excess)
+        elif kernels.advance(pressure, gap, length, direction, product, cap, shift, free, new_pressure, new_gap):
+            kernels.clipped(pressure, length, direction, new_pressure, excess)
             new_gap += multiply(excess)
             if multiply.count > PATIENCE:
                 _hold_energy(problem, (pressure, gap), (new_pressure, new_gap), multiply)
@@ -172,9 +172,9 @@ def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> t
         shifted = _shifted(pressure, pressure > 0, cap, force)
         pressure = _nearest(problem, pressure) if shifted is None else shifted
     displacement = multiply(pressure)
-    energy = fields.inner(pressure, displacement)
+    energy = kernels.inner(pressure, displacement)
     if force is None and energy > 0:
-        scale = fields.inner(pressure, u_bar) / energy
+        scale = kernels.inner(pressure, u_bar) / energy
         if 0 < scale * float(pressure.max()) <= cap:
             pressure, displacement = scale * pressure, scale * displacement
     return pressure, displacement - u_bar
@@ -185,7 +185,7 @@ def _assess(
 ) -> tuple[float, float]:
     """The plane and the relative residual; writes the misfit and which nodes are free."""
     plane = problem.plane(pressure, gap)
-    square = fields.assess(pressure, gap, plane, problem.influence.diagonal, problem.cap, misfit, free)
+    square = kernels.assess(pressure, gap, plane, problem.influence.diagonal, problem.cap, misfit, free)
     reach = problem.reach(pressure, plane)
     return plane, math.sqrt(square) / reach if reach > 0 else math.nan
 
@@ -203,7 +203,7 @@ def _settled(problem: Problem, pressure: np.ndarray, gap: np.ndarray) -> np.ndar
 
 def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, force: float) -> np.ndarray | None:
     """Pressures shifted at the nodes until their sum is the force; None where these nodes cannot carry it."""
-    shift, met = fields.shift_to_sum(pressure, 0.0, pressure, cap, force, nodes, False)
+    shift, met = kernels.shift_to_sum(pressure, 0.0, pressure, cap, force, nodes, False)
     return np.where(nodes, np.minimum(np.maximum(pressure + shift, 0.0), cap), pressure) if met else None
 
 
@@ -212,7 +212,7 @@ def _nearest(problem: Problem, trial: np.ndarray) -> np.ndarray:
     shift = 0.0
     if problem.force is not None:
         nodes = np.ones(trial.shape, dtype=np.bool_)
-        shift, _ = fields.shift_to_sum(trial, 0.0, trial, problem.cap, problem.force, nodes, True)
+        shift, _ = kernels.shift_to_sum(trial, 0.0, trial, problem.cap, problem.force, nodes, True)
     return np.minimum(np.maximum(trial + shift, 0.0), problem.cap)
 
 
@@ -226,7 +226,7 @@ def _hold_energy(
     gradient projection of length 1 / largest eigenvalue of B, for which it always falls."""
     pressure, gap = now
     change, lift = new[0] - pressure, new[1] - gap
-    slope, curvature = -float(fields.inner(gap, change)), float(fields.inner(change, lift))
+    slope, curvature = -float(kernels.inner(gap, change)), float(kernels.inner(change, lift))
     if slope >= curvature:
         return
     if slope > 0:

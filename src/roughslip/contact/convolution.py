@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 from ducc0 import fft
-from numba import njit
+
+from roughslip.compilation import compiled
 
 # A spectrum of more columns is transformed in parts of about so many, which stay in the cache: a third of the time less
 # at 2048 x 2048 nodes, a quarter at 1024 x 1024. From 512 x 512 down it gains nothing.
@@ -104,7 +105,7 @@ def fast_length(nodes: int) -> int:
     return int(fft.good_size(nodes, True))
 
 
-@njit(cache=True)
+@compiled()
 def _padded(field: np.ndarray, rows: np.ndarray) -> None:
     """Writes the field, followed by zeros, into the rows."""
     nx, ny = field.shape
@@ -113,7 +114,7 @@ def _padded(field: np.ndarray, rows: np.ndarray) -> None:
         rows[i, ny:] = 0.0
 
 
-@njit(cache=True)
+@compiled()
 def _multiply(spectrum: np.ndarray, symbol: np.ndarray) -> None:
     """Rows k and -k of the spectrum times row k of the symbol."""
     rows, columns = spectrum.shape
@@ -123,7 +124,7 @@ def _multiply(spectrum: np.ndarray, symbol: np.ndarray) -> None:
             spectrum[i, j] *= symbol[k, j]
 
 
-@njit(cache=True)
+@compiled()
 def _fold(field: np.ndarray, columns: np.ndarray) -> None:
     """Writes the even and odd parts of the field, one column after the other, followed by zeros."""
     nx, ny = field.shape
@@ -140,7 +141,7 @@ def _fold(field: np.ndarray, columns: np.ndarray) -> None:
                 columns[half, i] = field[i, half]
 
 
-@njit(cache=True)
+@compiled()
 def _unfold(columns: np.ndarray, field: np.ndarray) -> None:
     """Writes the field of these even and odd parts."""
     nx, ny = field.shape
@@ -156,7 +157,7 @@ def _unfold(columns: np.ndarray, field: np.ndarray) -> None:
                 field[i, half] = columns[half, i]
 
 
-@njit(cache=True)
+@compiled()
 def _sum_across(toeplitz: np.ndarray, spectrum: np.ndarray) -> None:
     """The Toeplitz matrix of every wave number applied to even and odd parts. The middle column of an odd number is an
     even part that counts once. One sum a loop, or the compiler does not vectorise."""

@@ -15,8 +15,8 @@ from functools import cached_property
 
 import numpy as np
 from ducc0 import fft
-from numba import njit
 
+from roughslip.compilation import compiled
 from roughslip.contact.convolution import convolution, fast_length
 from roughslip.contact.periodic import periodic_symbol
 from roughslip.errors import ParameterError, real
@@ -179,7 +179,7 @@ def _embedding_symbol(coefficients: np.ndarray, torus: tuple[int, int]) -> np.nd
     return fft.r2c(kernel, axes=(0, 1)).real  # even, hence real
 
 
-@njit(cache=True)
+@compiled()
 def _loaded(pressure: np.ndarray, limit: int) -> tuple[np.ndarray, bool]:
     """The nodes under pressure, counted along the rows, and True; or False if there are more than the limit."""
     nx, ny = pressure.shape
@@ -194,7 +194,7 @@ def _loaded(pressure: np.ndarray, limit: int) -> tuple[np.ndarray, bool]:
     return nodes[:count], True
 
 
-@njit(cache=True)
+@compiled()
 def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) -> None:
     nx, ny = pressure.shape
     displacement[:] = 0.0
@@ -208,7 +208,7 @@ def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray, 
                 row[j] += influence[j] * load
 
 
-@njit(cache=True)
+@compiled()
 def gathered(coefficients: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
     """B between the nodes (i_k, j_k) : (n, n) [m/Pa], symmetric, from the coefficients by offset.
 

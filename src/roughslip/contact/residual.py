@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from roughslip.compilation import compiled
 
 
 def relative_residual(
@@ -29,7 +30,7 @@ def relative_residual(
     return math.sqrt(_square_ratio(gap, pressure, diagonal, interference, hardness_pa))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _square_ratio(
     gap: np.ndarray, pressure: np.ndarray, diagonal: float, interference: np.ndarray, hardness: float
 ) -> float:

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughslip.contact import conjugate_gradients, dense, nested
+from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.conjugate_gradients import Problem
-from roughslip.contact.fields import all_finite
 from roughslip.contact.influence import Influence
+from roughslip.contact.kernels import all_finite
 from roughslip.contact.residual import relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
 
@@ -105,7 +105,7 @@ def solve(
         nothing = np.zeros(influence.grid.shape)
         return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none")
     if candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * interference.size:
-        pressure, work = dense.solve(influence, interference)
+        pressure, work = dense_solver.solve(influence, interference)
         if pressure.max() <= hardness_pa:
             gap = influence.apply(pressure) - interference
             solved = _Solved(pressure, gap, work, "dense", int(candidates), "none")

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from roughslip.arrays import reals
 from roughslip.errors import ParameterError, real, whole
+from roughslip.validation import reals
 
 
 def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -> np.ndarray:

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from roughslip.arrays import reals
+from roughslip.compilation import compiled
 from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.resampling import Estimate, check_windows, require_scatter, resampled
+from roughslip.validation import reals
 
 LONGEST_WINDOWS = 3.0
 """The main fit takes lags up to this many windows."""
@@ -102,7 +102,7 @@ def pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, 
     return _pair_sums(np.ascontiguousarray(x), valid.astype(np.float64), lags)
 
 
-@njit(cache=True)
+@compiled()
 def _pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     strips, windows = x.shape
     pairs, products, ends = np.zeros((strips, lags)), np.zeros((strips, lags)), np.zeros((strips, lags))

@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 
 from roughslip.errors import ParameterError
+from roughslip.friction.fft_paths import circulant_embedding, spectral_representation
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
-from roughslip.friction.whole_paths import circulant_embedding, spectral_representation
 
 METHODS = ("recursion", "embedding", "spectral")
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.resampling import Estimate
+from roughslip.validation import reals
 
 
 @dataclass(frozen=True)

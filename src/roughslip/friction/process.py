@@ -13,8 +13,8 @@ from typing import Protocol
 import numpy as np
 from scipy.special import betainccinv, betaincinv, betaln, ndtr
 
-from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.validation import reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 FEWEST_QUANTILES = 10

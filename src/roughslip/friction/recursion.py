@@ -20,8 +20,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from roughslip.compilation import compiled
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.translation import Translation, interpolated, translate
@@ -83,7 +83,7 @@ class RecursivePath:
             yield piece
 
 
-@njit(cache=True)
+@compiled()
 def _advance(
     state: np.ndarray, noise: np.ndarray, decay: np.ndarray, gain: np.ndarray, normal: np.ndarray, friction: np.ndarray
 ) -> None:

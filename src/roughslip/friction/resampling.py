@@ -15,10 +15,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from roughslip.arrays import reals
+from roughslip.compilation import compiled
 from roughslip.errors import IllPosedError, ParameterError, whole
+from roughslip.validation import reals
 
 TAILS = (0.025, 0.975)
 """Probabilities of the ends of a 95 % interval."""
@@ -148,7 +148,7 @@ def resampled_extremes(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -
     return np.min(np.where(counted, least, np.inf), axis=1), np.max(np.where(counted, most, -np.inf), axis=1)
 
 
-@njit(cache=True)
+@compiled()
 def _reached(counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
     """(1 + n,) how often a replicate counts the first 0 ... n windows, from the strip of each."""
     reached = np.empty(strip.size + 1, np.int64)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.resampling import (
     NO_SCATTER,
@@ -17,6 +16,7 @@ from roughslip.friction.resampling import (
     resampled,
     resampled_quantiles,
 )
+from roughslip.validation import reals
 
 PERCENTS = (5, 25, 50, 75, 95)
 """Quantiles that are reported [%]."""

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from roughslip.compilation import compiled
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.process import Marginal
 
@@ -96,7 +96,7 @@ def _hermite_weights(z: np.ndarray, values: np.ndarray) -> list[float]:
     return weights
 
 
-@njit(cache=True)
+@compiled()
 def interpolated(x: float, normal: np.ndarray, friction: np.ndarray) -> float:
     """Linear interpolation in a table of equidistant normal scores, constant beyond it: the bits of np.interp."""
     last = normal.size - 1
@@ -111,7 +111,7 @@ def interpolated(x: float, normal: np.ndarray, friction: np.ndarray) -> float:
     return slope * (x - normal[j]) + friction[j]
 
 
-@njit(cache=True)
+@compiled()
 def translated(z: np.ndarray, normal: np.ndarray, friction: np.ndarray) -> np.ndarray:
     """mu_S at every score."""
     result = np.empty(z.size)

@@ -8,8 +8,8 @@ times as long where the motion is smooth; where nodes of a path bound the steps 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from roughslip.compilation import compiled
 from roughslip.oscillator.equation import State, acceleration, completed, place
 from roughslip.oscillator.law import CONTRACTED
 from roughslip.oscillator.path import Piece, offset
@@ -69,7 +69,7 @@ WEIGHTS, ERROR5, ERROR3 = (tuple(map(float, row[[0, *range(5, STAGES)]])) for ro
 NODES = tuple(map(float, C))
 
 
-@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
+@compiled(error_model="numpy", fastmath=CONTRACTED)
 def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
     """The sum of products of two tuples of the same length."""
     total = row[0] * values[0]
@@ -78,7 +78,7 @@ def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
     return total
 
 
-@njit(cache=True, forceinline=True, error_model="numpy", fastmath=CONTRACTED)
+@compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
     """The state of eighth order after a step h and its error [m], which goes with h^8."""
     tau, x, u, a = y.tau, y.x, y.u, y.a
@@ -126,7 +126,7 @@ def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coeff
     return end, h * max(x_error, u_error)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _estimate(fifth: float, third: float) -> float:
     """Of order 7 from differences of order 5 and 3, as DOP853 combines them."""
     size = fifth * fifth + 0.01 * third * third

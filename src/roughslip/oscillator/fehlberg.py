@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from roughslip.compilation import compiled
 from roughslip.oscillator.equation import State, acceleration, completed, place
 from roughslip.oscillator.law import CONTRACTED
 from roughslip.oscillator.path import Piece, offset
@@ -12,7 +11,7 @@ from roughslip.oscillator.system import Coefficients
 STAGES, ORDER = 6, 5
 
 
-@njit(cache=True, forceinline=True, error_model="numpy", fastmath=CONTRACTED)
+@compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
     """The state of fifth order after a step h and the error of the fourth [m] (E. Fehlberg, NASA TR R-315, 1969).
 

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import scipy
-from numba import njit
 from numba.extending import overload, register_jitable
 
+from roughslip.compilation import compiled
 from roughslip.errors import ParameterError, real
 
 INTERPOLATIONS = ("monotone_cubic", "linear")
@@ -92,7 +92,7 @@ def stribeck_curvature(speed: Any, fit: float, decay: float, quadratic: float) -
     return 2.0 * (fit * decay * decay / (1.0 + decay * speed) ** 3 + quadratic)
 
 
-@njit(cache=True)
+@compiled()
 def _row_at(speed: float, table: np.ndarray) -> int:
     """The row of a table that holds a speed; the first goes on below it, the last, a constant, above."""
     low, high = 0, table.shape[0]
@@ -105,32 +105,32 @@ def _row_at(speed: float, table: np.ndarray) -> int:
     return low
 
 
-@njit(cache=True)
+@compiled()
 def _tabulated(speed: float, table: np.ndarray) -> float:
     row = table[_row_at(speed, table)]
     d = speed - row[0]
     return row[1] + d * (row[2] + d * (row[3] + d * row[4]))
 
 
-@njit(cache=True)
+@compiled()
 def _tabulated_slope(speed: float, table: np.ndarray) -> float:
     row = table[_row_at(speed, table)]
     d = speed - row[0]
     return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
 
 
-@njit(cache=True)
+@compiled()
 def _tabulated_curvature(speed: float, table: np.ndarray) -> float:
     row = table[_row_at(speed, table)]
     return 2.0 * row[3] + 6.0 * row[4] * (speed - row[0])
 
 
-@njit(cache=True)
+@compiled()
 def _knots(table: np.ndarray, row: int) -> tuple[float, float]:
     return table[row, 0], table[row + 1, 0] if row + 1 < table.shape[0] else np.inf
 
 
-@njit(cache=True)
+@compiled()
 def _spread(table: np.ndarray, row: int) -> float:
     below, above = _knots(table, row)
     return min(below - table[row - 1, 0], above - below)

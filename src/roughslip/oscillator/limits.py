@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.return_map import TOLERANCE, falling_root, free, slip_flow, turn_from
-from roughslip.oscillator.run import REATTACHMENT
 from roughslip.oscillator.system import Oscillator
 
 LOOP_PERIODS = 4.0  # the first loop of slip takes 1 / sqrt(1 - D^2) natural periods and a little

@@ -11,10 +11,10 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import place
+from roughslip.oscillator.event_loop import REATTACHMENT, Events, Stand, begin, begin_in_slip, go_on
+from roughslip.oscillator.integrators import PAIRS, STAGES
 from roughslip.oscillator.law import FrictionLaw
-from roughslip.oscillator.pairs import PAIRS, STAGES
 from roughslip.oscillator.path import PathFeed
-from roughslip.oscillator.run import REATTACHMENT, Events, Stand, begin, begin_in_slip, go_on
 from roughslip.oscillator.slip import NEGATIVE, NODES_OVER, PATH_OVER, STEPS_OVER, Numerics
 from roughslip.oscillator.system import Oscillator, coefficients
 

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from roughslip.compilation import compiled
 from roughslip.errors import ParameterError
 from roughslip.oscillator.law import CONTRACTED
 
@@ -46,7 +46,7 @@ class Piece(NamedTuple):
     per_spacing: float
 
 
-@njit(cache=True)
+@compiled()
 def piece_at(path: Path, s: float) -> Piece:
     """The piece that holds s; the last one for any s beyond it (the caller watches the end of the path)."""
     nodes = path.nodes
@@ -64,35 +64,35 @@ def piece_at(path: Path, s: float) -> Piece:
     return Piece(start, out, 3.0 * rise - 2.0 * out - into, out + into - 2.0 * rise, left, right, 1.0 / path.spacing)
 
 
-@njit(cache=True)
+@compiled()
 def reaches(path: Path, s: float) -> bool:
     """Whether the nodes at hand determine the piece that holds s, and the next, into which a phase may just step."""
     size = path.nodes.size
     return path.ends or size == 0 or int(s / path.spacing) + 3 < path.first + size
 
 
-@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
+@compiled(error_model="numpy", fastmath=CONTRACTED)
 def offset(piece: Piece, s: float) -> float:
     """mu_S at the slipped distance s [m]."""
     t = (s - piece.left) * piece.per_spacing
     return piece.c0 + t * (piece.c1 + t * (piece.c2 + t * piece.c3))
 
 
-@njit(cache=True, error_model="numpy", fastmath=CONTRACTED)
+@compiled(error_model="numpy", fastmath=CONTRACTED)
 def offset_slope(piece: Piece, s: float) -> float:
     """d mu_S / ds [1/m]."""
     t = (s - piece.left) * piece.per_spacing
     return (piece.c1 + t * (2.0 * piece.c2 + t * 3.0 * piece.c3)) * piece.per_spacing
 
 
-@njit(cache=True)
+@compiled()
 def offset_curvature(piece: Piece, s: float) -> float:
     """d^2 mu_S / ds^2 [1/m^2]."""
     t = (s - piece.left) * piece.per_spacing
     return (2.0 * piece.c2 + t * 6.0 * piece.c3) * (piece.per_spacing * piece.per_spacing)
 
 
-@njit(cache=True)
+@compiled()
 def largest_kink(path: Path, t: float) -> float:
     """What the pieces on either side of a node differ by at most, t spacings from it.
 
@@ -102,7 +102,7 @@ def largest_kink(path: Path, t: float) -> float:
     return path.steepest * (t * t * (2.0 + 4.0 * t) if path.cubic else 2.0 * t)
 
 
-@njit(cache=True)
+@compiled()
 def lowest_offset(piece: Piece) -> float:
     """A number that mu_S does not fall below on a piece: the least of its control points in Bernstein's form."""
     early, whole = piece.c0 + piece.c1 / 3.0, piece.c0 + piece.c1 + piece.c2 + piece.c3

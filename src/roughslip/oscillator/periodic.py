@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from roughslip.errors import ParameterError
+from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.law import FrictionLaw
 from roughslip.oscillator.motion import Counts, Motion, simulate
-from roughslip.oscillator.run import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.system import Oscillator
 
 LOOPS = 3.0  # natural periods of a damped oscillator within which slip that will stick again has done so

@@ -9,9 +9,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from roughslip.oscillator.bounds import (
+from roughslip.compilation import compiled
+from roughslip.oscillator.dense_output import lowest, stationary, value, velocity
+from roughslip.oscillator.equation import State, completed, cut, place
+from roughslip.oscillator.integrators import ORDERS, step
+from roughslip.oscillator.path import Path, Piece, largest_kink, offset, piece_at, reaches
+from roughslip.oscillator.switching_events import (
     LOWER,
     NONE,
     Branch,
@@ -22,10 +26,6 @@ from roughslip.oscillator.bounds import (
     stays_within,
     within_bounds,
 )
-from roughslip.oscillator.dense import lowest, stationary, value, velocity
-from roughslip.oscillator.equation import State, completed, cut, place
-from roughslip.oscillator.pairs import ORDERS, step
-from roughslip.oscillator.path import Path, Piece, largest_kink, offset, piece_at, reaches
 from roughslip.oscillator.system import Coefficients
 
 AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP, NODES_OVER, NEGATIVE = 0, 1, 2, 3, 4, 5, 6
@@ -84,7 +84,7 @@ class Slip(NamedTuple):
     cuts: int
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> float:
     """The largest step up to h that slips no further than distance [m], from three derivatives of s (guarded Newton).
 
@@ -108,7 +108,7 @@ def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> 
     return step
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def to_node(y: State, h: float, right: float, sigma: float, path: Path, p: Coefficients) -> float:
     """The largest step up to h that passes no further along the path, if any, than to its coordinate `right`."""
     if path.nodes.size == 0:
@@ -118,7 +118,7 @@ def to_node(y: State, h: float, right: float, sigma: float, path: Path, p: Coeff
     return step_to_node(h, right - y.s, sigma * (p.V - y.u), -sigma * y.a, -sigma * y.j)
 
 
-@njit(cache=True)
+@compiled()
 def turns_backwards(y: State, end: State) -> bool:
     """Whether X' < 0 in a step."""
     if end.u < 0.0:
@@ -129,13 +129,13 @@ def turns_backwards(y: State, end: State) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def excess(error: float, h: float, end: State, p: Coefficients, numerics: Numerics) -> float:
     """The error of a step over what is allowed."""
     return error / (h * numerics.tolerance * (p.F + max(abs(end.x), abs(end.u)))) if error != 0.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def misplaced(
     y: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, numerics: Numerics
 ) -> bool:  # fmt: skip
@@ -156,7 +156,7 @@ def misplaced(
     return not excess(half * wrong, passed, y, p, numerics) <= MISPLACED
 
 
-@njit(cache=True, forceinline=True, error_model="numpy")
+@compiled(forceinline=True, error_model="numpy")
 def tried(
     y: State, h: float, sigma: float, piece: Piece, here: Branch, path: Path, p: Coefficients, numerics: Numerics
 ) -> tuple[State, float, float, float, int]:  # fmt: skip
@@ -176,7 +176,7 @@ def tried(
     return end, error, h, ratio, taken
 
 
-@njit(cache=True)
+@compiled()
 def growth(ratio: float, pair: int) -> float:
     """How many times as long a step may be whose error is `ratio` of what is allowed."""
     if not ratio < np.inf:
@@ -184,13 +184,13 @@ def growth(ratio: float, pair: int) -> float:
     return min(LARGEST_GROWTH, max(LEAST_GROWTH, 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))))
 
 
-@njit(cache=True)
+@compiled()
 def shorter(pace: Pace, h: float) -> Pace:
     """The pace after a step that was too long: the next one has the length h."""
     return Pace(h, pace.grown, pace.length)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def next_pace(pace: Pace, h: float, ratio: float, pair: int) -> Pace:
     """The pace after a step of length h whose error is `ratio` of what is allowed.
 
@@ -205,7 +205,7 @@ def next_pace(pace: Pace, h: float, ratio: float, pair: int) -> Pace:
     return Pace(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h)
 
 
-@njit(cache=True)
+@compiled()
 def draw_slip(
     y: State, end: State, interval: float, sigma: float, piece: Piece, here: Branch, pair: int,
     x_drawn: np.ndarray, u_drawn: np.ndarray,
@@ -218,13 +218,13 @@ def draw_slip(
             x_drawn[k], u_drawn[k] = at.x, at.u
 
 
-@njit(cache=True)
+@compiled()
 def steady(path: Path, piece: Piece, p: Coefficients) -> bool:
     """Whether acceleration and jerk go on steadily from the piece before."""
     return path.cubic and not may_cut(piece, p)
 
 
-@njit(cache=True)
+@compiled()
 def begun(start: State, pace: Pace, sigma: float, path: Path, p: Coefficients) -> tuple[Piece, Branch, State]:
     """Piece of the path, branch and state that a slip phase begins with, or goes on with behind the end of a piece."""
     goes_on, z = pace.allowed > 0.0, place(start.tau, start.s, p)
@@ -236,7 +236,7 @@ def begun(start: State, pace: Pace, sigma: float, path: Path, p: Coefficients) -
     return piece, here, completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
 
 
-@njit(cache=True)
+@compiled()
 def done(
     y: State, z: float, pace: Pace, sigma: float, piece: Piece, path: Path, p: Coefficients, numerics: Numerics
 ) -> bool:  # fmt: skip
@@ -244,7 +244,7 @@ def done(
     return not (z < piece.right and misplaced(y, pace.allowed, sigma, piece, path, p, numerics))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def slip(
     start: State, since: float, pace: Pace, sigma: float, tau_end: float, path: Path, p: Coefficients,
     numerics: Numerics, step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,

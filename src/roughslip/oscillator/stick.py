@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from roughslip.compilation import compiled
 from roughslip.oscillator.path import Path, Piece, offset, offset_curvature, piece_at, reaches
 from roughslip.oscillator.system import Coefficients
 
@@ -15,7 +15,7 @@ RESOLUTION = 1e-12  # of tau, to which the first passage on a path is bracketed,
 WIDEST = 1e-6  # and up to which it widens where the force follows its limit so closely that no bound tells them apart
 
 
-@njit(cache=True)
+@compiled()
 def levels(stochastic: bool, p: Coefficients) -> tuple[float, float]:
     """(floor, base) of the limit of stick, max(floor, base + mu_S).
 
@@ -25,20 +25,20 @@ def levels(stochastic: bool, p: Coefficients) -> tuple[float, float]:
     return (0.0, p.law.static) if stochastic else (p.law.static, p.law.rest)
 
 
-@njit(cache=True)
+@compiled()
 def static_limit(mu_s: float, stochastic: bool, p: Coefficients) -> float:
     """The largest friction deflection F mu [m] that stick transmits."""
     floor, base = levels(stochastic, p)
     return p.F * max(floor, base + mu_s)
 
 
-@njit(cache=True)
+@compiled()
 def stick_force(tau: float, x: float, p: Coefficients) -> float:
     """X + 2 D V - q cos(r tau) [m]: the deflection that friction has to balance in stick, eq. (12)."""
     return x + 2.0 * p.D * p.V - (p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0)
 
 
-@njit(cache=True)
+@compiled()
 def _root(a: float, b: float, level: float, tau: float, x: float, p: Coefficients) -> float:
     """Where the stick force, monotone on [a, b], meets the level: bisection down to neighbouring numbers."""
     rising = stick_force(b, x + p.V * (b - tau), p) > level
@@ -52,7 +52,7 @@ def _root(a: float, b: float, level: float, tau: float, x: float, p: Coefficient
             a = middle
 
 
-@njit(cache=True)
+@compiled()
 def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficients) -> tuple[int, float, float]:
     """The end of a stick phase that starts at (tau, x): (UPPER, LOWER or HELD until tau_end, tau, X).
 
@@ -92,7 +92,7 @@ def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficient
     return HELD, tau_end, x + p.V * (tau_end - tau)
 
 
-@njit(cache=True)
+@compiled()
 def draw_stick(
     start: float, x: float, end: float, interval: float, p: Coefficients, x_drawn: np.ndarray, u_drawn: np.ndarray
 ) -> None:
@@ -102,7 +102,7 @@ def draw_stick(
             x_drawn[k], u_drawn[k] = x + p.V * (k * interval - start), p.V
 
 
-@njit(cache=True)
+@compiled()
 def passage(
     tau: float, x: float, tau_end: float, path: Path, stochastic: bool, p: Coefficients
 ) -> tuple[int, float, float]:
@@ -140,7 +140,7 @@ def passage(
     return HELD, tau_end, x + p.V * (tau_end - tau)
 
 
-@njit(cache=True)
+@compiled()
 def _excess(
     side: int, tau: float, x: float, piece: Piece, floor: float, base: float, p: Coefficients
 ) -> tuple[float, float]:
@@ -149,7 +149,7 @@ def _excess(
     return force - p.F * (base + offset(piece, p.advance * tau)), force - p.F * floor
 
 
-@njit(cache=True)
+@compiled()
 def _holds(
     side: int, a: float, x_a: float, b: float, x_b: float, piece: Piece, floor: float, base: float, p: Coefficients
 ) -> bool:

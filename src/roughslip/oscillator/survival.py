@@ -15,8 +15,8 @@ import numpy as np
 from scipy.special import chdtri, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.motion import Motion
-from roughslip.oscillator.run import DEPARTURE, REATTACHMENT
 
 LONG_SLIP = 3.0  # natural periods
 REPLICATES = 400

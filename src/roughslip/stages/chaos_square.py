@@ -16,8 +16,9 @@ from roughslip.chaos.regression import Fit
 from roughslip.chaos.selection import Chosen, fit_count
 from roughslip.chaos.sensitivity import sensitivity_to_directions
 from roughslip.errors import IllPosedError
-from roughslip.stages import expansion, geometry, left_out, surfaces
-from roughslip.stages.centre_distribution import (
+from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene.nodes import training_nodes
+from roughslip.stages.result_tables.centre_distribution import (
     EXPANDED,
     METHODS,
     REPLICATES,
@@ -33,8 +34,8 @@ from roughslip.stages.centre_distribution import (
     refused_rows,
     sampled_rows,
 )
-from roughslip.stages.command import Job, execute
-from roughslip.stages.nodes import training_nodes
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 PAPER = 8  # variables, at most, of eqs. (8) and (9)
 KNOWN = 20_000  # Monte Carlo samples drawn again for the expansions at samples known to be in contact
@@ -99,7 +100,7 @@ def work(job: Job) -> None:
     draws, drawing = job.configuration["expansion"]["draws"], [job.configuration["seed"], geometry.STREAM_DRAWS]
     nodes = samples_of(batches, "monte_carlo", "pressure")
     surface = store.read(job.arguments.surface)
-    model = surfaces.gaussian_model(job.configuration, job.arguments.scan)
+    model = surface_model.gaussian_model(job.configuration, job.arguments.scan)
     grid = geometry.square_grid(job.configuration)
     with job.usage.core():
         candidates = expansion.candidates(job.configuration, model, grid, surface["modes"], training_nodes(model, grid))
@@ -138,7 +139,7 @@ def work(job: Job) -> None:
         rows.setdefault(method, refused_rows(reference.levels, rows["latin_hypercube"]["contact_probability"]))
     job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + local.groups, draws=draws * (1 + len(fits)))
     degree = job.configuration["expansion"]["degree"]
-    job.usage.skip({left_out.SYMMETRIC: left_out.forbidden_terms(local.indices, degree)})
+    job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, degree)})
     results = table(rows, pressure, reference) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)

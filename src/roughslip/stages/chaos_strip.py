@@ -8,15 +8,16 @@ from roughslip import store
 from roughslip.chaos.conditional import conditional_means
 from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
 from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
-from roughslip.stages import expansion, geometry, left_out, surfaces
-from roughslip.stages.command import Job, execute
-from roughslip.stages.training import training_columns
+from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene.training import training_columns
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 
 def work(job: Job) -> None:
     """Write whitening, coefficients and quality of the expansion for every row and penetration, and what it says."""
     configuration = job.configuration
-    grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration, job.arguments.scan)
+    grid, model = geometry.strip_grid(configuration), surface_model.surface_model(configuration, job.arguments.scan)
     batches = [batch for batch in store.read_all(job.arguments.contact) if "pressure" in batch]
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
     lattice = geometry.lattice(configuration)
@@ -38,8 +39,8 @@ def work(job: Job) -> None:
         means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
         fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
-    terms = left_out.forbidden_terms(half.indices, degree)
-    job.usage.skip({left_out.TURNED: grid.ny - len(half.coefficients), left_out.SYMMETRIC: terms})
+    terms = skip_reasons.forbidden_terms(half.indices, degree)
+    job.usage.skip({skip_reasons.TURNED: grid.ny - len(half.coefficients), skip_reasons.SYMMETRIC: terms})
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     shape = ("y", "level")
     titles = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 
 from roughslip import store
-from roughslip.claims import CONTRADICTS, NOT_TESTED, claims
-from roughslip.ranges import of_friction, of_the_square, with_standings
-from roughslip.ranges_oscillator import of_the_oscillator
-from roughslip.stages.command import Job, execute
+from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.rules import CONTRADICTS, NOT_TESTED, claims
+from roughslip.verdicts.sensitivity import of_friction, of_the_square, with_standings
+from roughslip.verdicts.sensitivity_oscillator import of_the_oscillator
 
 BRANCHES = ("square", "friction", "oscillator")
 

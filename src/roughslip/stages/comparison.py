@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.figures import save
-from roughslip.figures_comparison import COMPARED, MOST, comparison
-from roughslip.stages.command import Job, execute
+from roughslip.figures.comparison import COMPARED, MOST, comparison
+from roughslip.figures.style import save
+from roughslip.stages.runtime.command import Job, execute
 
 
 def work(job: Job) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
-from roughslip.stages import geometry
-from roughslip.stages.command import Job, execute
-from roughslip.stages.nodes import central_nodes, training_nodes
-from roughslip.stages.square import solved, square
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.nodes import central_nodes, training_nodes
+from roughslip.stages.from_scene.square import solved, square
+from roughslip.stages.runtime.command import Job, execute
 
 
 def work(job: Job) -> None:

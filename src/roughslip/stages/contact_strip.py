@@ -7,16 +7,17 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import window_sums
-from roughslip.stages import elastic, geometry, solves, surfaces
-from roughslip.stages.command import Job, execute
-from roughslip.stages.training import training_columns
+from roughslip.stages.from_scene import elastic, geometry, surface_model
+from roughslip.stages.from_scene.training import training_columns
+from roughslip.stages.runtime import skip_counts
+from roughslip.stages.runtime.command import Job, execute
 
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window, and whole training columns of the first strips."""
     configuration, arguments = job.configuration, job.arguments
     grid = geometry.strip_grid(configuration)
-    model = surfaces.surface_model(configuration, arguments.scan)
+    model = surface_model.surface_model(configuration, arguments.scan)
     sample = model.sampler(grid)
     influence = elastic.influence(configuration, grid)
     planes = model.plane_height(np.array(configuration["strip"]["penetration_percentiles"]))
@@ -28,13 +29,13 @@ def work(job: Job) -> None:
     area, force = np.empty((2, count, levels, windows.count))
     residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
-    skipped = solves.nothing_yet()
+    skipped = skip_counts.nothing_yet()
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
             field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
             solutions = sweep(influence, model.heights(field), planes.tolist(), tolerance, hardness_pa=hardness)
             for level, solution in enumerate(solutions):
-                solves.count_solve(skipped, solution)
+                skip_counts.count_solve(skipped, solution)
                 in_contact = np.count_nonzero(solution.pressure, axis=1).astype(float)
                 area[row, level] = grid.cell_area * window_sums(
                     in_contact[windows.middle], windows.length, windows.spacing

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from roughslip import store
-from roughslip.stages.command import Job, execute
+from roughslip.stages.runtime.command import Job, execute
 
 
 def total(records: list[dict[str, Any]], not_needed: Mapping[str, str]) -> list[dict[str, Any]]:

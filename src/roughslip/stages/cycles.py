@@ -11,8 +11,8 @@ from roughslip.chaos.distribution import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.oscillator.cycles import Reattachment, count_difference, reattachment_statistics
 from roughslip.oscillator.normality import normality
-from roughslip.stages import geometry
-from roughslip.stages.command import Job, execute
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.runtime.command import Job, execute
 
 HISTOGRAM_BINS = 48
 CLOSING_PERIODS = 10  # some five cycles

@@ -5,8 +5,8 @@ from __future__ import annotations
 from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.errors import InputError
-from roughslip.stages import geometry
-from roughslip.stages.command import Job, execute
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.runtime.command import Job, execute
 
 # By the name of a design: the scene's key of its samples, and its random stream.
 DESIGNS = {

@@ -19,9 +19,10 @@ from roughslip.oscillator.motion import ensemble_counts, trajectory
 from roughslip.oscillator.periodic import counts_by_period
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator
-from roughslip.stages import left_out, mass_on_belt
-from roughslip.stages.command import Job, execute
-from roughslip.stages.oscillator_ranges import range_variables
+from roughslip.stages.from_scene import mass_on_belt
+from roughslip.stages.result_tables.oscillator_ranges import range_variables
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 
 def where_it_exists(find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw) -> Any:
@@ -62,7 +63,7 @@ def work(job: Job) -> None:
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
     sticks = 0 if by_period else np.sum(counts.cycles + counts.micro_slips)
     spared = round(duration * len(counts.cycles) - counts.periods)
-    job.usage.skip({left_out.STICK: sticks, left_out.BY_PERIOD: spared})
+    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.BY_PERIOD: spared})
     titles = {
         "hopf_damping": ("1", "damping ratio below which steady sliding is unstable"),
         "existence_limit": ("1", "damping ratio above which the stick-slip cycle does not exist"),

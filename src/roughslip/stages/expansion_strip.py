@@ -18,8 +18,9 @@ from roughslip.chaos.strip import StripExpansion
 from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
-from roughslip.stages import elastic, expansion, geometry, left_out, surfaces
-from roughslip.stages.command import Job, execute
+from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see docs/decisions.md
 
@@ -27,7 +28,7 @@ FAR = 1.4  # correlation lengths beyond which contacts act by their force alone;
 def work(job: Job) -> None:
     """Write contact area and normal force of every window."""
     configuration, arguments = job.configuration, job.arguments
-    grid, model = geometry.strip_grid(configuration), surfaces.surface_model(configuration, arguments.scan)
+    grid, model = geometry.strip_grid(configuration), surface_model.surface_model(configuration, arguments.scan)
     stored, target = store.read(arguments.expansion), expansion.strip_target(configuration, model, grid)
     lattice, windows = geometry.lattice(configuration), geometry.windows(configuration)
     stencil = expansion.stencil(model, lattice.grid)
@@ -52,7 +53,7 @@ def work(job: Job) -> None:
             area[row], force[row] = window_sums(columns, length, spacing)
             job.usage.progress(row + 1, count)
     job.usage.count(expansions=count * levels)
-    job.usage.skip({left_out.SMOOTH: count * (grid.nx - lattice.grid.nx)})
+    job.usage.skip({skip_reasons.SMOOTH: count * (grid.nx - lattice.grid.nx)})
     shape = ("sample", "level", "window")
     variables = {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),
@@ -62,7 +63,7 @@ def work(job: Job) -> None:
 
 
 def _sampler(
-    configuration: geometry.Configuration, model: surfaces.SurfaceModel, grid: Grid, lattice: geometry.Lattice
+    configuration: geometry.Configuration, model: surface_model.SurfaceModel, grid: Grid, lattice: geometry.Lattice
 ) -> Callable[[int], np.ndarray]:
     """A function that gives the field (nx, ny) [m] of a strip on the lattice by its number.
 

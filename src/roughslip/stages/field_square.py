@@ -9,12 +9,12 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.field import GROUPS, FieldExpansion, draw_pressure, fit_field, mode_shares
-from roughslip.chaos.link import LEAST_SAMPLES
+from roughslip.chaos.single_index import LEAST_SAMPLES
 from roughslip.errors import InputError
 from roughslip.grid import Grid
-from roughslip.stages import geometry
-from roughslip.stages.command import Job, execute
-from roughslip.stages.square import Square, solutions, square
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.square import Square, solutions, square
+from roughslip.stages.runtime.command import Job, execute
 
 AUTO = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
 SURPLUS = 4

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from roughslip.figures_scan import DRAWN, figure_scan
-from roughslip.stages.command import Job, execute
-from roughslip.stages.drawing import draw_and_save
+from roughslip.figures.figure_scan import DRAWN, figure_scan
+from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.drawing import draw_and_save
 
 
 def work(job: Job) -> None:

@@ -13,9 +13,11 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.resampling import Estimate, strip_weights
 from roughslip.friction.statistics import Combined, combine, ratio_of_sums, window_statistics
-from roughslip.stages import friction_law, geometry, left_out
-from roughslip.stages.command import Job, execute
-from roughslip.stages.friction_table import SOURCES, histogram, quantiles, summary, table_variables
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.result_tables import friction_law
+from roughslip.stages.result_tables.friction_table import SOURCES, histogram, quantiles, summary, table_variables
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 REPLICATES = 400
 DESCRIBED = 4  # strips of the expansion that are described by themselves, a solved strip; the others are control alone
@@ -96,7 +98,7 @@ def work(job: Job) -> None:
             | friction_law.white_variables(configuration, strips, mu["solved"][0].shape[2])
         )
     job.usage.count(windows=area["solved"][0].size, expanded_windows=area["expansion"][0].size)
-    job.usage.skip({left_out.CONTROL: area["expansion"][:, described["expansion"] :].size})
+    job.usage.skip({skip_reasons.CONTROL: area["expansion"][:, described["expansion"] :].size})
     variables = table_variables(table, combined, percentiles, configuration["strip"]) | law
     variables |= histogram(mu["solved"][0][median], mu["solved"][1][median])
     variables |= quantiles(mu["solved"][0][median], mu["solved"][1][median])

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from roughslip.grid import Grid
-from roughslip.scan_file import write_x3p
-from roughslip.stages import geometry
-from roughslip.stages.command import Job, execute
-from roughslip.surface.grinding import Grinding, ground_surface
-from roughslip.surface.topography import topography
+from roughslip.scan.grinding import Grinding, ground_surface
+from roughslip.scan.instrument_file import write_x3p
+from roughslip.scan.topography import topography
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.runtime.command import Job, execute
 
 
 def work(job: Job) -> None:

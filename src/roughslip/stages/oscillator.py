@@ -7,9 +7,10 @@ import numpy as np
 from roughslip import store
 from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
-from roughslip.stages import geometry, left_out, mass_on_belt
-from roughslip.stages.command import Job, execute
-from roughslip.stages.friction_paths import friction_paths, friction_process
+from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene.friction_paths import friction_paths, friction_process
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 
 def work(job: Job) -> None:
@@ -58,7 +59,7 @@ def work(job: Job) -> None:
         negative_friction_cut=int(cuts.sum()),
     )
     kept = count * len(dampings) + len(drawn)
-    job.usage.skip({left_out.STICK: sticks, left_out.KEPT: kept, left_out.UNREAD: unread})
+    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: kept, skip_reasons.UNREAD: unread})
     variables = {
         "cycles": store.Variable(("realisation", "damping"), cycles, "1", "cycles M_S"),
         "micro_slips": store.Variable(("realisation", "damping"), micro_slips, "1", "reattachments without a cycle"),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from roughslip.reference import KEPT, keep
-from roughslip.stages.command import Job, execute
+from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.kept_results import KEPT, keep
 
 
 def work(job: Job) -> None:

@@ -8,10 +8,10 @@ from typing import Any
 
 from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.report import CAPTIONS, SceneReport, page
-from roughslip.report_evidence import BUDGET, MEASURED, Evidence
-from roughslip.stages import geometry, surfaces
-from roughslip.stages.command import Job, execute
+from roughslip.report.evidence import BUDGET, MEASURED, Evidence
+from roughslip.report.page import CAPTIONS, SceneReport, page
+from roughslip.stages.from_scene import geometry, surface_model
+from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.karhunen_loeve import representation
 from roughslip.surface.model import GaussianModel
 
@@ -60,7 +60,7 @@ def variables_chosen(result: store.Result) -> str:
 
 def strips_represented(configuration: dict[str, Any], scan: Path | None) -> list[str]:
     """How strips are sampled, and why they are not expanded."""
-    model = surfaces.surface_model(configuration, scan)
+    model = surface_model.surface_model(configuration, scan)
     if not isinstance(model, GaussianModel):
         return ["Strips are sums of plane waves with random phases, neither expanded nor embedded."]
     whole = representation(model.covariance, geometry.strip_grid(configuration), share=1.0)

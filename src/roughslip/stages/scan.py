@@ -6,15 +6,16 @@ import sys
 from collections.abc import Iterator
 
 from roughslip import store
-from roughslip.scan_file import read_scan
-from roughslip.stages import scan_model, scan_table
-from roughslip.stages.command import Job, execute
-from roughslip.surface.autocorrelation import Autocorrelation
+from roughslip.scan.autocorrelation import Autocorrelation
+from roughslip.scan.covariance_fit import CovarianceFit
+from roughslip.scan.instrument_file import read_scan
+from roughslip.scan.model_fit import fitted_covariances, fitted_marginal
+from roughslip.scan.statistics import scan_statistics
+from roughslip.scan.topography import remove_form
+from roughslip.stages.from_scene import scan_model
+from roughslip.stages.result_tables import scan_table
+from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import KINDS
-from roughslip.surface.covariance_fit import CovarianceFit
-from roughslip.surface.scan_fit import fitted_covariances, fitted_marginal
-from roughslip.surface.statistics import scan_statistics
-from roughslip.surface.topography import remove_form
 
 FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which the log warns
 

@@ -17,9 +17,10 @@ from roughslip import store
 from roughslip.errors import ConvergenceError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
-from roughslip.stages import geometry, left_out, mass_on_belt
-from roughslip.stages.command import Job, execute
-from roughslip.stages.friction_paths import friction_process
+from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene.friction_paths import friction_process
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 FEWEST_NODES, MOST_NODES = 4, 64  # per correlation length
 FEWEST_PATHS, MOST_PATHS = 8, 128
@@ -81,7 +82,7 @@ def work(job: Job) -> None:
         found = ensemble_counts(
             belt, law, path, step * paths.spacing, ensemble["duration_periods"], ensemble["damping_ratios"], **options
         )
-        job.usage.skip({left_out.STICK: np.sum(found.cycles + found.micro_slips)})
+        job.usage.skip({skip_reasons.STICK: np.sum(found.cycles + found.micro_slips)})
         return found.cycles
 
     tried: list[tuple[int, int, float]] = []
@@ -111,7 +112,9 @@ def work(job: Job) -> None:
         )
     job.usage.count(runs=runs)
     most = 2 * MOST_PATHS * len(tried) * len(ensemble["damping_ratios"])
-    job.usage.skip({left_out.ENOUGH_PATHS: most - runs, left_out.ENOUGH_NODES: int(np.log2(MOST_NODES / nodes))})
+    job.usage.skip(
+        {skip_reasons.ENOUGH_PATHS: most - runs, skip_reasons.ENOUGH_NODES: int(np.log2(MOST_NODES / nodes))}
+    )
     rows = list(zip(*tried, strict=True))
     trial = ("trial",)
     variables = {

@@ -17,9 +17,10 @@ from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.survival import cycling_share
 from roughslip.oscillator.system import Oscillator
-from roughslip.stages import geometry, left_out, mass_on_belt
-from roughslip.stages.command import Job, execute
-from roughslip.stages.friction_paths import friction_process, path_nodes
+from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene.friction_paths import friction_process, path_nodes
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 NODES = 4  # per correlation length: whether a mass sticks again hangs on integrals of the path over many of them
 
@@ -66,7 +67,7 @@ def work(job: Job) -> None:
                     steps, sticks = steps + motion.steps, sticks + motion.cycles + motion.micro_slips
             job.usage.progress(number + 1, runs)
     job.usage.count(runs=share.size, steps=steps)
-    job.usage.skip({left_out.STICK: sticks, left_out.KEPT: share.size - runs})
+    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: share.size - runs})
     error = stdtrit(runs - 1, 0.975) * share.std(axis=0, ddof=1) / np.sqrt(runs)
     point, velocity = ("velocity", "damping"), ("velocity",)
     title = "probability of stick-slip"

@@ -8,8 +8,8 @@ from typing import Any
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.stages import geometry, surfaces
-from roughslip.stages.command import Job, execute
+from roughslip.stages.from_scene import geometry, surface_model
+from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve, representation
 
@@ -39,7 +39,7 @@ def expanded(covariance: StationaryCovariance, grid: Grid, square: dict[str, Any
 
 def work(job: Job) -> None:
     """Write the scaled modes, their eigenvalues and the variance that they carry."""
-    model = surfaces.gaussian_model(job.configuration, job.arguments.scan)
+    model = surface_model.gaussian_model(job.configuration, job.arguments.scan)
     grid = geometry.square_grid(job.configuration)
     with job.usage.core():
         expansion = expanded(model.covariance, grid, job.configuration["square"])

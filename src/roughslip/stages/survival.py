@@ -29,9 +29,10 @@ from roughslip.oscillator.survival import (
     spells,
     surviving_share,
 )
-from roughslip.stages import geometry, left_out, mass_on_belt
-from roughslip.stages.command import Job, execute
-from roughslip.stages.friction_paths import friction_process, path_nodes
+from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene.friction_paths import friction_process, path_nodes
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 NODES = 4  # per correlation length, as in the map
 REACH = 4.0  # standard deviations of the limit about it, in which stick-slip lives or dies by chance
@@ -173,7 +174,7 @@ def work(job: Job) -> None:
     runs, drawn = 2 * dampings.size * asked["realisations"], len(deviations) * asked["realisations"]
     job.usage.count(runs=runs)
     sticks = sum(one.sticks for of_scatter in results for one in of_scatter)
-    job.usage.skip({left_out.STICK: sticks, left_out.KEPT: runs - drawn})
+    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: runs - drawn})
     row, edge = ("scatter",), ("scatter", "start", "level")
     variables = {
         "scatter_factor": store.Variable(row, factors, "1", "multiple of the scene's standard deviation of friction"),

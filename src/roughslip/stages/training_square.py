@@ -12,10 +12,11 @@ from roughslip.chaos.designs import design
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.local import LocalExpansion, Samples
 from roughslip.chaos.selection import COUNTS, fit_count
-from roughslip.stages import expansion, geometry, left_out
-from roughslip.stages.command import Job, execute
-from roughslip.stages.nodes import training_nodes
-from roughslip.stages.square import solved, square
+from roughslip.stages.from_scene import expansion, geometry
+from roughslip.stages.from_scene.nodes import training_nodes
+from roughslip.stages.from_scene.square import solved, square
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
 
 DESIGN = "sobol"  # where the scene names none: it can be extended
 LEAST = 128  # solves to begin with: six in each of the groups that are left out
@@ -70,7 +71,7 @@ def work(job: Job) -> None:
         print(f"training_square: {count} solves, estimated error of the distribution {error:.3g}", file=sys.stderr)
     reached = enriched.error
     job.usage.count(fits=len(enriched.history), cdf_error_asked=asked["cdf_error"], cdf_error=round(reached.total, 6))
-    job.usage.skip({left_out.ENOUGH_SOLVES: most - enriched.history[-1][0]})
+    job.usage.skip({skip_reasons.ENOUGH_SOLVES: most - enriched.history[-1][0]})
     one = batches[0]
     variables = {
         name: one[name]._replace(values=np.concatenate([batch[name].values for batch in batches])) for name in one

@@ -12,10 +12,11 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.stages import geometry, scan_model, scan_table
-from roughslip.stages.command import Job, execute
-from roughslip.surface.statistics import ScanStatistics, scan_statistics
-from roughslip.surface.topography import Topography, topography
+from roughslip.scan.statistics import ScanStatistics, scan_statistics
+from roughslip.scan.topography import Topography, topography
+from roughslip.stages.from_scene import geometry, scan_model
+from roughslip.stages.result_tables import scan_table
+from roughslip.stages.runtime.command import Job, execute
 
 TWINS = 19  # their least and largest value hold a further one with a probability of 0.9
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.stages.command import Job, execute
-from roughslip.verification import Compared, compared_claims, compared_friction, compared_summaries
+from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.verification import Compared, compared_claims, compared_friction, compared_summaries
 
 
 def compared(folder: Path, kept: Path) -> list[Compared]:

@@ -16,9 +16,9 @@ import scipy  # its parts when they are used: `scipy.optimize` takes half a seco
 from numpy.polynomial import chebyshev
 from scipy.special import exprel, gammaln, j0, j1, kve, ndtri
 
-from roughslip.arrays import reals
 from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
+from roughslip.validation import reals
 
 Kind = Literal["gaussian", "exponential", "separable_exponential", "matern", "self_affine"]
 KINDS: tuple[Kind, ...] = ("gaussian", "exponential", "separable_exponential", "matern", "self_affine")

@@ -20,10 +20,10 @@ import numpy as np
 import scipy
 from scipy.special import ndtr
 
-from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
 from roughslip.surface.random_phases import RandomPhaseMarginal
+from roughslip.validation import reals
 
 MOST_WAVES = 100_000
 STEPS_PER_WAVE = 8  # of the shortest wave, in the search for the 1/e length

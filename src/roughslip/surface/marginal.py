@@ -15,8 +15,8 @@ import numpy as np
 import scipy
 from scipy.special import betainc, betainccinv, betaincinv, betaln, gammaln, log_ndtr, ndtr, ndtri
 
-from roughslip.arrays import reals
 from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.validation import reals
 
 NEGLIGIBLE = 1e-12  # a share of the support of a Beta law
 SYMMETRIC_WEIBULL = 3.6023494257197  # shape at which the skewness of a Weibull law changes its sign

@@ -10,8 +10,8 @@ import numpy as np
 import scipy
 from scipy.special import j0, ndtr
 
-from roughslip.arrays import reals
 from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.validation import reals
 
 PROBABILITY_ERROR = 1e-12  # of the cumulative distribution, by truncation of its series
 LEAST_PROBABILITY = 1e-9  # below which a quantile is refused: 1e-12 is a thousandth of it

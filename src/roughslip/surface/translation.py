@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
-from roughslip.arrays import reals
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.surface.marginal import HeightMarginal
+from roughslip.validation import reals
 
 TABLE_EDGE, TABLE_NODES = 8.5, 2**13 + 1  # normal scores; beyond the edge lies a probability of 2e-17
 BOUNDED_EDGE = 6.0  # up to which the error of the table is bounded; beyond lies 2e-9

@@ -1,0 +1,154 @@
+"""Contact at up to about a thousand nodes: guess the pressed set, then factorise B on it, as a rule once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip.compilation import compiled
+from roughslip.contact.influence import Influence, gathered
+from roughslip.contact.residual import relative_residual
+from roughslip.errors import ConvergenceError
+
+# Projected Gauss-Seidel sweeps before the first factor. Starting from all nodes instead takes 8 to 20 times as long
+# at 90 to 200 nodes, as the first factors are then of far too many.
+SWEEPS = 8
+
+# Exchanges of all violating nodes that may fail to lower their number before they are exchanged one by one.
+PATIENCE = 10
+
+
+def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, int]:
+    """Pressures of the contact problem, exact to rounding.
+
+    influence : B of the mesh
+    interference : (nx, ny) [m] finite, positive somewhere
+
+    Returns pressure (nx, ny) [Pa] and the number of Cholesky factors. Raises ConvergenceError.
+
+    Only nodes of positive interference enter. B has positive entries, so B p > 0 everywhere once any node is pressed,
+    and where u_bar <= 0 the gap B p - u_bar is positive: there p = 0.
+    """
+    pressure, factors, found = _pressures(influence.coefficients, interference)
+    if not found:
+        gap = influence.apply(pressure) - interference
+        raise ConvergenceError(
+            "no set of pressed nodes has pressures and gaps of the right sign; try cells nearer to square, or heights"
+            " perturbed by their rounding error",
+            relative_residual(gap, pressure, influence.diagonal, interference),
+            factors,
+        )
+    return pressure, factors
+
+
+@compiled()
+def _pressures(coefficients: np.ndarray, interference: np.ndarray) -> tuple[np.ndarray, int, bool]:
+    i, j = np.nonzero(interference > 0)
+    load = np.empty(i.size)
+    for k in range(i.size):
+        load[k] = interference[i[k], j[k]]
+    solution, factors, found = complementary_solution(gathered(coefficients, i, j), load)
+    pressure = np.zeros(interference.shape)
+    for k in range(i.size):
+        pressure[i[k], j[k]] = solution[k]
+    return pressure, factors, found
+
+
+@compiled()
+def complementary_solution(matrix: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, int, bool]:
+    """The x >= 0 with w = matrix x - load >= 0 and x w = 0, for a symmetric positive definite matrix.
+
+    matrix : (n, n)
+    load : (n,)
+
+    Returns x (n,), the number of Cholesky factors, and whether x was found.
+
+    Method: block principal pivoting, Judice and Pires, Comput. Oper. Res. 21 (1994) 587. Every node that violates a
+    sign changes sides at once; when their number has not fallen for a while, only the last of them does (Murty), which
+    cannot cycle. On 60 000 random contacts the first rule took 5 factors at most: the inverse of an influence matrix
+    has (found, not proven) negative off-diagonal entries, and then nodes only leave a set that is too large.
+    """
+    n = load.size
+    slack = 10 * n * np.finfo(np.float64).eps * np.max(np.abs(load))
+    x, pressed = _gauss_seidel(matrix, load)
+    violating = np.empty(n, dtype=np.bool_)
+    fewest, patience, factors = n + 1, PATIENCE, 0
+    while factors < 100 + 10 * n:
+        factors += 1
+        if not _solve_on(np.flatnonzero(pressed), matrix, load, x):
+            break
+        w = _misfit(matrix, load, x)
+        for k in range(n):
+            violating[k] = x[k] * matrix[k, k] < -slack if pressed[k] else w[k] < -slack
+        count = int(np.count_nonzero(violating))
+        if count == 0:
+            return np.maximum(x, 0.0), factors, True
+        if count < fewest:
+            fewest, patience = count, PATIENCE
+        elif patience > 0:
+            patience -= 1
+        if patience == 0:
+            violating[: np.flatnonzero(violating)[-1]] = False
+        pressed ^= violating
+    return np.maximum(x, 0.0), factors, False
+
+
+# In the loops below the inner one runs along a row and carries no sum: it vectorises without reordering arithmetic.
+
+
+@compiled()
+def _gauss_seidel(matrix: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """x after projected Gauss-Seidel sweeps from zero, and where it is positive."""
+    n = load.size
+    x = np.zeros(n)
+    w = -load
+    for _ in range(SWEEPS):
+        for k in range(n):
+            change = max(-w[k] / matrix[k, k], -x[k])
+            if change != 0:
+                x[k] += change
+                column = matrix[k]
+                for m in range(n):
+                    w[m] += column[m] * change
+    return x, x > 0
+
+
+@compiled()
+def _misfit(matrix: np.ndarray, load: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """w = matrix x - load."""
+    w = -load
+    for k in np.flatnonzero(x):
+        column, factor = matrix[k], x[k]
+        for m in range(load.size):
+            w[m] += column[m] * factor
+    return w
+
+
+@compiled()
+def _solve_on(nodes: np.ndarray, matrix: np.ndarray, load: np.ndarray, x: np.ndarray) -> bool:
+    """Solve matrix[nodes, nodes] x[nodes] = load[nodes] by Cholesky, x = 0 elsewhere; False if not definite."""
+    n = nodes.size
+    y = load[nodes]
+    upper = np.empty((n, n))
+    x[:] = 0.0
+    for row in range(n):
+        current = upper[row, row:]
+        for m in range(n - row):
+            current[m] = matrix[nodes[row], nodes[row + m]]
+        for k in range(row):
+            previous = upper[k, row:]
+            factor = previous[0]
+            for m in range(n - row):
+                current[m] -= factor * previous[m]
+            y[row] -= factor * y[k]
+        if not current[0] > 0:
+            return False
+        scale = 1 / np.sqrt(current[0])
+        for m in range(n - row):
+            current[m] *= scale
+        y[row] *= scale
+    for row in range(n - 1, -1, -1):
+        for m in range(row + 1, n):
+            y[row] -= upper[row, m] * y[m]
+        y[row] /= upper[row, row]
+        x[nodes[row]] = y[row]
+    return True

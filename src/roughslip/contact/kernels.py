@@ -1,0 +1,256 @@
+"""Compiled passes over the fields of a contact solve: each reads and writes every array once.
+
+Sums run down the columns, one partial sum a column: that vectorises without reordering any sum, and its rounding error
+grows with the rows only. All fields are (nx, ny) and contiguous.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip.compilation import compiled
+
+
+@compiled()
+def all_finite(a: np.ndarray) -> bool:
+    """Whether no value is infinite or not a number."""
+    nx, ny = a.shape
+    fine = True
+    for i in range(nx):
+        for j in range(ny):
+            fine &= np.isfinite(a[i, j])
+    return fine
+
+
+@compiled()
+def inner(a: np.ndarray, b: np.ndarray) -> float:
+    """Sum of a b."""
+    nx, ny = a.shape
+    partial = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            partial[j] += a[i, j] * b[i, j]
+    return partial.sum()
+
+
+@compiled()
+def total(a: np.ndarray) -> float:
+    """Sum of a."""
+    nx, ny = a.shape
+    partial = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            partial[j] += a[i, j]
+    return partial.sum()
+
+
+@compiled()
+def mean_between(values: np.ndarray, pressure: np.ndarray, cap: float) -> tuple[float, int]:
+    """Mean of the values where 0 < p < cap, and the number of such nodes."""
+    nx, ny = values.shape
+    partial = np.zeros(ny)
+    count = np.zeros(ny, dtype=np.int64)
+    for i in range(nx):
+        for j in range(ny):
+            inside = (pressure[i, j] > 0) & (pressure[i, j] < cap)
+            partial[j] += values[i, j] if inside else 0.0
+            count[j] += inside
+    nodes = count.sum()
+    return partial.sum() / max(nodes, 1), nodes
+
+
+@compiled()
+def assess(
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    offset: float,
+    diagonal: float,
+    cap: float,
+    misfit: np.ndarray,
+    free: np.ndarray,
+) -> float:
+    """Squared residual; writes which nodes are free, and the misfit, their -gap, zero elsewhere.
+
+    A node is free if a step along its misfit stays within 0 <= p <= cap at first. The gap is gap + offset. The residual
+    B_00 p - clip(B_00 p - gap, 0, B_00 cap) is min(B_00 p, gap) without a cap.
+    """
+    nx, ny = pressure.shape
+    partial = np.zeros(ny)
+    highest = diagonal * cap
+    for i in range(nx):
+        for j in range(ny):
+            p = pressure[i, j]
+            w = gap[i, j] + offset
+            lift = diagonal * p
+            target = min(max(lift - w, 0.0), highest)
+            partial[j] += (lift - target) * (lift - target)
+            may_move = ((p > 0) | (w < 0)) & ((p < cap) | (w > 0))
+            free[i, j] = may_move
+            misfit[i, j] = -w if may_move else 0.0
+    return partial.sum()
+
+
+@compiled()
+def conjugate(descent: np.ndarray, factor: float, direction: np.ndarray, misfit: np.ndarray, free: np.ndarray) -> float:
+    """direction <- descent + factor direction on the free nodes, zero elsewhere; returns inner(misfit, direction)."""
+    nx, ny = descent.shape
+    partial = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            d = descent[i, j] + factor * direction[i, j] if free[i, j] else 0.0
+            direction[i, j] = d
+            partial[j] += misfit[i, j] * d
+    return partial.sum()
+
+
+@compiled()
+def balance(direction: np.ndarray, lift: np.ndarray) -> None:
+    """direction <- direction - factor lift, so that its sum is zero."""
+    nx, ny = direction.shape
+    factor = total(direction) / total(lift)
+    for i in range(nx):
+        for j in range(ny):
+            direction[i, j] -= factor * lift[i, j]
+
+
+@compiled()
+def advance(
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    length: float,
+    direction: np.ndarray,
+    product: np.ndarray,
+    cap: float,
+    shift: float,
+    free: np.ndarray,
+    new_pressure: np.ndarray,
+    new_gap: np.ndarray,
+) -> int:
+    """Writes p + length d, plus the shift where that is positive and free, clipped to [0, cap]; and gap + length B d.
+    Returns at how many nodes shift and clip changed the pressure."""
+    nx, ny = pressure.shape
+    count = np.zeros(ny, dtype=np.int64)
+    for i in range(nx):
+        for j in range(ny):
+            trial = pressure[i, j] + length * direction[i, j]
+            moved = trial + shift if free[i, j] & (trial > 0) else trial
+            allowed = min(max(moved, 0.0), cap)
+            new_pressure[i, j] = allowed
+            count[j] += allowed != trial
+        for j in range(ny):  # apart: a loop over more arrays does not vectorise
+            new_gap[i, j] = gap[i, j] + length * product[i, j]
+    return count.sum()
+
+
+@compiled()
+def clipped(
+    pressure: np.ndarray, length: float, direction: np.ndarray, new_pressure: np.ndarray, excess: np.ndarray
+) -> None:
+    """Writes what shift and clip added: exactly zero where they did nothing."""
+    nx, ny = pressure.shape
+    for i in range(nx):
+        for j in range(ny):
+            excess[i, j] = new_pressure[i, j] - (pressure[i, j] + length * direction[i, j])
+
+
+@compiled()
+def shift_to_sum(
+    pressure: np.ndarray,
+    length: float,
+    direction: np.ndarray,
+    cap: float,
+    force: float,
+    free: np.ndarray,
+    everywhere: bool,
+) -> tuple[float, bool]:
+    """The shift for which clip(p + length d + shift, 0, cap) has the sum `force`, and whether there is one. It moves
+    the free nodes of positive p + length d, or all nodes.
+
+    The sum is piecewise linear in the shift and never falls: Newton's method, held to a bracket that halves.
+    """
+    nx, ny = pressure.shape
+    shift, low, high = 0.0, -np.inf, np.inf
+    for _ in range(200):
+        sum_, between, top, bottom = 0.0, 0, -np.inf, np.inf
+        for i in range(nx):
+            for j in range(ny):
+                trial = pressure[i, j] + length * direction[i, j]
+                if everywhere | (free[i, j] & (trial > 0)):
+                    value = trial + shift
+                    top, bottom = max(top, trial), min(bottom, trial)
+                    sum_ += min(max(value, 0.0), cap)
+                    between += (value > 0) & (value < cap)
+                else:
+                    sum_ += min(max(trial, 0.0), cap)
+        missing = force - sum_
+        if abs(missing) <= 4e-16 * force:
+            return shift, True
+        if missing > 0:
+            low = shift
+        else:
+            high = shift
+        step = missing / between if between > 0 else np.inf
+        if low < shift + step < high:
+            shift += step
+        elif np.isfinite(low) and np.isfinite(high):
+            shift = (low + high) / 2
+        elif missing < 0:
+            shift = -top  # all at zero
+        else:  # all at the cap, or without one the highest with the whole force
+            shift = cap - bottom if np.isfinite(cap) else force - top
+        if not (low < shift < high):
+            break
+    rounding = 1e-15 * between * max(abs(top), abs(bottom))
+    return shift, abs(missing) <= 1e-12 * force + rounding
+
+
+@compiled()
+def positive_square(interference: np.ndarray, plane: float) -> float:
+    """||max(u_bar - plane, 0)||^2."""
+    nx, ny = interference.shape
+    partial = np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            reach = max(interference[i, j] - plane, 0.0)
+            partial[j] += reach * reach
+    return partial.sum()
+
+
+@compiled()
+def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, result: np.ndarray) -> None:
+    """Writes a stencil of 7 x 7 nodes, even on both axes, applied to a field at the given nodes, and zero elsewhere;
+    there is no field off the mesh."""
+    nx, ny = field.shape
+    pair = np.zeros(ny + 6)  # a row between three zeros on either side
+    for i in range(nx):
+        row, wanted, end = result[i], nodes[i], 0
+        row[:] = 0.0
+        while end < ny:
+            first = end
+            while first < ny and not wanted[first]:
+                first += 1
+            end = first
+            while end < ny and wanted[end]:
+                end += 1
+            if first == end:
+                break
+            low, high = max(0, first - 3), min(ny, end + 3)
+            near, around, run = pair[low + 3 : high + 3], pair[first : end + 6], row[first:end]
+            for far in range(4):  # rows at equal distances are added before they are weighed
+                before, after = i >= far, far > 0 and i + far < nx
+                if before and after:
+                    one, other = field[i - far, low:high], field[i + far, low:high]
+                    for j in range(near.size):
+                        near[j] = one[j] + other[j]
+                elif before or after:
+                    near[:] = field[i - far if before else i + far, low:high]
+                else:
+                    continue
+                w0, w1, w2, w3 = stencil[3 + far, 3], stencil[3 + far, 4], stencil[3 + far, 5], stencil[3 + far, 6]
+                for j in range(run.size):
+                    run[j] += (
+                        w0 * around[j + 3]
+                        + w1 * (around[j + 2] + around[j + 4])
+                        + w2 * (around[j + 1] + around[j + 5])
+                        + w3 * (around[j] + around[j + 6])
+                    )

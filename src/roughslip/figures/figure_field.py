@@ -1,0 +1,87 @@
+"""The figure of the whole square: statistics of the pressure at every node, and fields beside solved ones."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from roughslip.figures.style import Arrays, head, panels
+
+MAPS = ("contact", "mean", "deviation")  # in the titles with their standard error, the median over the nodes
+FIELDS = {
+    "solved": "a solved field",
+    "expected": "the same, as expected",
+    "drawn": "the same, as drawn",
+}
+DRAWN = [
+    *("x", "y", "missed", "leading_share", "sobol_first", "sobol_total", "sobol_first_error", "sobol_total_error"),
+    *(name + end for name in MAPS for end in ("", "_error")),
+    "mean_gain",
+    *(f"{name}_pressure" for name in FIELDS),
+]
+"""Variables of a result that the figure draws, which are stored beside it."""
+
+SHOWN = 0  # of the stored fields
+
+
+def figure_field(result: Arrays) -> Figure:
+    """Maps of contact probability, mean and standard deviation; what the expansion explains; fields and modes."""
+    figure, grid = panels(3, 3, 4.0)
+    largest = max(float(result[name].max()) for name in ("mean", "deviation"))
+    unit, name = (1e-9, "GPa") if largest > 1e9 else (1e-6, "MPa")
+    labels = (100.0, "probability of contact [%]"), (unit, f"mean [{name}]"), (unit, f"standard deviation [{name}]")
+    for axes, one, (factor, label) in zip(grid[0], MAPS, labels, strict=True):
+        _map(axes, result, factor * result[one], label, "viridis")
+    _map(grid[1, 0], result, result["mean_gain"], "times fewer solves for the mean", "cividis")
+    _map(grid[1, 1], result, 100 * (1 - result["missed"]), "share of that of the pressure [%]", "cividis")
+    _modes(grid[1, 2], result)
+    fields = [result[f"{name}_pressure"][SHOWN] for name in FIELDS]
+    peak = max(float(field.max()) for field in fields)
+    unit, name = (1e-9, "GPa") if peak > 1e9 else (1e-6, "MPa")
+    for axes, field in zip(grid[2], fields, strict=True):
+        _map(axes, result, unit * np.maximum(field, 0.0), f"pressure [{name}]", "magma", (0.0, unit * peak))
+    errors = [100 * float(np.median(result[f"{one}_error"] / result[one])) for one in MAPS]
+    names = ("contact probability", "mean pressure", "standard deviation")
+    texts = (
+        *(f"{one}, ±{error:.1f} %" for one, error in zip(names, errors, strict=True)),
+        *("gain of the expansion", "variance explained", "modes of the variance"),
+        *FIELDS.values(),
+    )
+    for axes, letter, text in zip(grid.ravel(), "abcdefghi", texts, strict=True):
+        head(axes, letter, text)
+    grid[1, 2].spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _map(
+    axes: Axes,
+    result: Arrays,
+    values: np.ndarray,
+    label: str,
+    colours: str,
+    limits: tuple[float, float] | None = None,
+) -> None:
+    """A map; without limits its colours leave out a hundredth of the nodes at either end, such as the corners."""
+    low, high = np.quantile(values, [0.01, 0.99]) if limits is None else limits
+    x, y = 1e6 * result["x"], 1e6 * result["y"]
+    image = axes.imshow(
+        values.T, extent=(0, x[0] + x[-1], 0, y[0] + y[-1]), origin="lower", cmap=colours, vmin=low, vmax=high
+    )
+    axes.set(xlabel="x [µm]", ylabel="y [µm]")
+    assert axes.figure is not None
+    axes.figure.colorbar(image, ax=axes, label=label, shrink=0.8, extend="both" if limits is None else "neither")
+
+
+def _modes(axes: Axes, result: Arrays) -> None:
+    """Sobol' indices of the modes, all nodes together, with two standard errors."""
+    mode = np.arange(1, len(result["sobol_first"]) + 1)
+    for name, colour, label in (("total", "C0", "with others"), ("first", "C1", "alone")):
+        share, error = 100 * result[f"sobol_{name}"], 200 * result[f"sobol_{name}_error"]
+        axes.fill_between(mode, share - error, share + error, color=colour, alpha=0.35, linewidth=0, step="mid")
+        axes.step(mode, share, where="mid", color=colour, lw=1, label=label)
+    top = 150 * float(result["sobol_total"].max())
+    axes.set(xlabel="mode", ylabel="share of the variance [%]", xlim=(0.5, len(mode) + 0.5), ylim=(0, top))
+    joint = 100 * result["leading_share"]
+    title = f"leading modes together:\n{joint.min():.1f} to {joint.max():.1f} % at a node"
+    axes.legend(loc="upper right", fontsize="small", title=title, title_fontsize="small")

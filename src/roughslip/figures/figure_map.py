@@ -1,0 +1,131 @@
+"""The stick-slip map: where stick-slip lives over damping and belt velocity, and how long near its limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+
+from roughslip.figures.style import Arrays, head, legend_above, panels, with_interval_names
+
+DRAWN = [
+    *("belt_velocity", "damping_ratio", "probability", "hopf_damping", "existence_limit"),
+    *("nominal_damping", "nominal_velocity", "map_runs"),
+    *("scatter_factor", "friction_deviation", "survival_damping", "survival_time"),
+    *("survival_limit", "survival_hopf", "band_level", "band_start"),
+    *with_interval_names("survival_curve", "lifetime", "waiting", "band"),
+]
+"""Variables of the results that the figure draws, which are stored beside it."""
+
+CURVES = 6  # of survival that the eye can part
+DECIDED = 0.05  # mean survival over the time shown, below which a curve is all fall
+OUTLINE = (withStroke(linewidth=2.6, foreground="white"),)
+
+
+def figure_map(result: Arrays) -> Figure:
+    """The map; survival near the limit; mean lifetimes of either motion; the band against the scatter of friction."""
+    figure, ((over, curves), (lifetimes, band)) = panels(2, 2, 5.2)
+    _map(over, result)
+    _curves(curves, result)
+    _lifetimes(lifetimes, result)
+    _band(band, result)
+    head(over, "a", f"probability of stick-slip, {int(result['map_runs'])} runs a point")
+    head(curves, "b", "stick-slip that survives, from rest on the belt")
+    head(lifetimes, "c", "mean lifetimes near the limit")
+    head(band, "d", "where stick-slip and sliding change places")
+    for axes in (curves, lifetimes, band):
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _map(axes: Axes, result: Arrays) -> None:
+    damping, velocity = result["damping_ratio"], result["belt_velocity"]
+    mesh = axes.pcolormesh(
+        damping, velocity, result["probability"], cmap="cividis", vmin=0, vmax=1, shading="nearest", rasterized=True
+    )
+    axes.set(yscale="log", xlabel="damping ratio $D$", ylabel="belt velocity $v_0$ [m/s]")
+    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
+    assert axes.figure is not None
+    axes.figure.colorbar(mesh, ax=axes, label="probability of stick-slip", shrink=0.9)
+    for name, style, label in (
+        ("existence_limit", "-", "cycle exists, left of it"),
+        ("hopf_damping", "--", "sliding unstable, left of it"),
+    ):
+        axes.plot(result[name], velocity, color="0.05", lw=1.3, ls=style, label=label, path_effects=OUTLINE)
+    nominal = float(result["nominal_damping"]), float(result["nominal_velocity"])
+    axes.plot(*nominal, "*", color="C1", mec="white", ms=12, label="the scene", clip_on=False, ls="none")
+    axes.legend(loc="lower left", fontsize="small", frameon=True, framealpha=0.9, handlelength=1.8)
+
+
+def _nominal(result: Arrays) -> int:
+    """The scatter nearest to the scene's own."""
+    return int(np.argmin(np.abs(np.log(result["scatter_factor"]))))
+
+
+def _curves(axes: Axes, result: Arrays) -> None:
+    row = _nominal(result)
+    mean = result["survival_curve"][row].mean(axis=-1)
+    undecided = np.flatnonzero((mean > DECIDED) & (mean < 1.0))
+    shown = undecided if undecided.size else np.arange(len(mean))
+    shown = shown[np.unique(np.linspace(0, len(shown) - 1, min(CURVES, len(shown))).astype(int))]
+    for colour, place in zip(sns.color_palette("viridis", len(shown)), shown, strict=True):
+        low, value, high = (result[f"survival_curve{end}"][row, place] for end in ("_low", "", "_high"))
+        axes.fill_between(result["survival_time"], low, high, color=colour, alpha=0.15, linewidth=0)
+        label = f"$D$ = {result['survival_damping'][row, place]:.3f}"
+        axes.plot(result["survival_time"], value, color=colour, lw=1.5, label=label)
+    axes.set(xlabel="natural periods", ylabel="share of the runs", ylim=(0, 1.02), xlim=(0, None))
+    axes.plot([], [], " ", label=f"std {float(result['friction_deviation'][row]):.3g}")
+    legend_above(axes, columns=3)
+
+
+def _lifetimes(axes: Axes, result: Arrays) -> None:
+    deviations = result["friction_deviation"]
+    for row in range(len(deviations)):
+        colour, damping = f"C{row}", result["survival_damping"][row]
+        for name, marker, style in (("lifetime", "o", "-"), ("waiting", "s", "--")):
+            low, value, high = (result[f"{name}{end}"][row] for end in ("_low", "", "_high"))
+            known = np.isfinite(value)
+            axes.fill_between(damping[known], low[known], high[known], color=colour, alpha=0.15, linewidth=0)
+            axes.plot(damping[known], value[known], marker + style, ms=3.5, lw=1.1, color=colour)
+            bound = np.isfinite(low) & ~np.isfinite(value)
+            axes.plot(damping[bound], low[bound], "^", ms=3, alpha=0.5, mfc="none", color=colour)
+    axes.set(yscale="log", xlabel="damping ratio $D$", ylabel="natural periods")
+    low, high = axes.get_ylim()
+    for name, style in (("survival_hopf", "--"), ("survival_limit", "-")):
+        if axes.get_xlim()[0] <= float(result[name]) <= axes.get_xlim()[1]:
+            axes.axvline(float(result[name]), color="0.3", lw=0.9, ls=style)
+    axes.set_ylim(low, high)
+    handles = [Line2D([], [], color=f"C{row}", lw=1.5, label=f"std {one:.3g}") for row, one in enumerate(deviations)]
+    handles += [
+        Line2D([], [], color="0.3", marker="o", ms=3.5, lw=1.1, label="stick-slip"),
+        Line2D([], [], color="0.3", marker="s", ms=3.5, lw=1.1, ls="--", label="steady sliding"),
+        Line2D([], [], color="0.3", marker="^", mfc="none", ms=4, ls="none", label="more than"),
+    ]
+    columns = 2
+    axes.set_ylim(low, high * (high / low) ** (0.08 * -(-len(handles) // columns)))
+    axes.legend(handles=handles, loc="upper right", ncols=columns, fontsize="small", columnspacing=1.0)
+
+
+def _band(axes: Axes, result: Arrays) -> None:
+    deviation, (first, _, last) = result["friction_deviation"], result["band_level"]
+    for start, (name, marker) in enumerate(zip(result["band_start"], "os", strict=True)):
+        colour, (low, value, high) = f"C{start}", (result[f"band{end}"][:, start] for end in ("_low", "", "_high"))
+        axes.fill_between(deviation, value[:, 0], value[:, -1], color=colour, alpha=0.2, linewidth=0)
+        for column in (0, 2):
+            axes.plot(deviation, value[:, column], color=colour, lw=0.8)
+        error = [value[:, 1] - low[:, 1], high[:, 1] - value[:, 1]]
+        axes.errorbar(deviation, value[:, 1], error, fmt=f"{marker}-", ms=4, lw=1.4, color=colour, label=str(name))
+    for name, style, text in (
+        ("survival_limit", "-", "cycle exists below"),
+        ("survival_hopf", "--", "sliding unstable below"),
+    ):
+        limit = float(result[name])
+        axes.axhline(limit, color="0.3", lw=0.9, ls=style, label=f"{text} {limit:.4f}")
+    axes.set(xlabel="standard deviation of friction", ylabel="damping ratio $D$", xlim=(0, None))
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom, top + 0.45 * (top - bottom))  # room for the legend, which would hide a band
+    title = f"probability {last:g} to {first:g}"
+    axes.legend(loc="upper left", fontsize="small", title=title, title_fontsize="small")

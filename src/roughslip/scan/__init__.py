@@ -1,0 +1,1 @@
+"""Measured surfaces: instrument files, statistics with intervals, fitted models."""

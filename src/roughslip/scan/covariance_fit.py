@@ -1,0 +1,347 @@
+"""Covariance models fitted to an estimated autocorrelation, and to the spectrum beside it, by weighted least squares.
+
+Parameters are free of bounds where that is natural: the logarithm of the geometric mean of the two correlation
+lengths, and the two components e cos(2 lay), e sin(2 lay) of half the logarithm e of their ratio, which stay smooth
+where the surface is isotropic and the lay has no meaning. Estimates at neighbouring lags err together, so that the sum
+of squares alone would promise too small errors: a jackknife over parts of the scan gives the honest ones.
+
+Lags settle lengths and lay, but hardly a smoothness or a Hurst exponent: all errors of lags grow together with that of
+the length, and a spectrum that is ten times too high at short waves still passes through them. Rings of the spectrum
+know that, but no directions, and pull lengths away where a model does not hold. So where rings are given, a shape is
+the best for both once lengths and lay are those of the lags at that shape, and kinds are compared by both. Both sums of
+squares enter as those of their effective numbers of independent estimates.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares, minimize_scalar
+
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.scan.fit_data import Estimates, RingPowers, effective_number
+from roughslip.surface.covariance import SMOOTHEST, Covariance, Kind, self_affine
+
+MOST_ANISOTROPIC = 2.5  # bound of half the logarithm of the ratio of lengths: 1 to 150
+WORST_CONDITION = 1e7  # of the weighted Jacobian with unit columns
+NEAR_BOUND = 0.01  # share of the range of a shape
+NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
+
+# bounds of the shape parameters; nu is fitted through its logarithm
+SHAPES: dict[str, tuple[str, float, float]] = {
+    "matern": ("smoothness", math.log(0.05), math.log(SMOOTHEST)),
+    "self_affine": ("hurst", 0.01, 1.0),
+}
+
+
+@dataclass(frozen=True)
+class CovarianceFit:
+    """A fitted model with its errors.
+
+    covariance : the model
+    parameters, standard_errors : by name, in the unit of the name; the error is infinite where the data do not
+        determine the parameter: at a bound, or the lay of an isotropic surface
+    at_bound : names of parameters that ended at a bound
+    misfit : [-] root mean square of (estimate - model) / standard error over the lags; near 1 where the model holds
+    spectrum_misfit : [-] the same of the logarithms of the powers of rings; zero without rings
+    criterion : [-] n' misfit^2 + m' spectrum_misfit^2 + p ln(n' + m'), the Bayesian information criterion of so many
+        independent estimates; smallest is best
+    lags : n that entered
+    effective_lags, effective_rings : n' and m'; n without a jackknife, zero without rings
+    """
+
+    covariance: Covariance
+    parameters: dict[str, float]
+    standard_errors: dict[str, float]
+    at_bound: tuple[str, ...]
+    misfit: float
+    spectrum_misfit: float
+    criterion: float
+    lags: int
+    effective_lags: float
+    effective_rings: float
+
+
+def fit_covariance(
+    kind: Kind,
+    data: Estimates,
+    rms_height_m: float,
+    *,
+    rings: RingPowers | None = None,
+    anisotropic: bool = True,
+    cutoff_wavelength_m: float | None = None,
+) -> CovarianceFit:
+    """Least squares of (estimate - model) / standard error.
+
+    kind : of the model
+    data : from `estimates`
+    rms_height_m : Sq [m], not fitted: correlations do not hold it
+    rings : powers of the spectrum that settle its shape and count in its criterion; need parts in `data`
+    anisotropic : two lengths and a lay (separable_exponential: lengths along x and y), else one length
+    cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
+
+    Returns the fit. Standard errors are the delete-a-block jackknife (Kunsch, Annals of Statistics 17 (1989) 1217) of
+    the linearised fit where `data` holds parts; without them lags count as independent, which promises too much.
+    Raises IllPosedError where the lags do not determine the parameters, ConvergenceError where least squares stops.
+    """
+    if (kind == "self_affine") != (cutoff_wavelength_m is not None):
+        raise ParameterError("a self_affine model, and no other, needs a cut-off wavelength")
+    if rings is not None and len(rings.without_part) != len(data.without_part):
+        raise ParameterError("rings and lags must be estimated without the same parts of the scan")
+    build = _builder(kind, rms_height_m, anisotropic, cutoff_wavelength_m)
+    start, low, high = _start_and_bounds(kind, data, anisotropic)
+    n, p = len(data.x), len(start)
+    if n <= p:
+        raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags or fit an isotropic model")
+    number, number_of_rings = effective_number(data.errors), 0.0 if rings is None else effective_number(rings.errors)
+    weight = math.sqrt(number / n)
+
+    def of_lags(parameters: np.ndarray) -> np.ndarray:
+        correlation = build(parameters)(data.x, data.y) / rms_height_m**2
+        return np.asarray(weight * (correlation - data.correlation) / data.standard_error)
+
+    def of_rings(parameters: np.ndarray) -> np.ndarray:
+        if rings is None:
+            return np.zeros(0)
+        return math.sqrt(number_of_rings / len(rings.power)) * rings.distance(build(parameters))
+
+    solution = _solved(kind, of_lags, start, low, high)
+    x, spread, free = solution.x, *_spread(solution, low, high, weight * data.errors)
+    if rings is not None and kind in SHAPES:
+        errors = weight * data.errors, math.sqrt(number_of_rings / len(rings.power)) * rings.errors
+        x, spread, free = _profiled(kind, of_lags, of_rings, x, low, high, errors)
+    covariance = build(x)
+    names, standard_errors, bound = _parameters(kind, x, spread, free, covariance, anisotropic)
+    squares, squares_of_rings = np.sum(of_lags(x) ** 2), np.sum(of_rings(x) ** 2)
+    return CovarianceFit(
+        covariance,
+        names,
+        standard_errors,
+        bound,
+        misfit=math.sqrt(squares / number),
+        spectrum_misfit=math.sqrt(squares_of_rings / number_of_rings) if number_of_rings else 0.0,
+        criterion=float(squares + squares_of_rings + p * math.log(number + number_of_rings)),
+        lags=n,
+        effective_lags=number,
+        effective_rings=number_of_rings,
+    )
+
+
+def choose_covariance(
+    kinds: Sequence[Kind],
+    data: Estimates,
+    rms_height_m: float,
+    *,
+    rings: RingPowers | None = None,
+    anisotropic: bool = True,
+    cutoff_wavelength_m: float | None = None,
+) -> tuple[CovarianceFit, ...]:
+    """Fits of several kinds, best first by `CovarianceFit.criterion`. Arguments and errors as `fit_covariance`."""
+    fits = [
+        fit_covariance(
+            kind,
+            data,
+            rms_height_m,
+            rings=rings,
+            anisotropic=anisotropic,
+            cutoff_wavelength_m=cutoff_wavelength_m if kind == "self_affine" else None,
+        )
+        for kind in kinds
+    ]
+    return tuple(sorted(fits, key=lambda fit: fit.criterion))
+
+
+def _builder(
+    kind: Kind, rms_height_m: float, anisotropic: bool, cutoff_wavelength_m: float | None
+) -> Callable[[np.ndarray], Covariance]:
+    """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
+
+    def build(parameters: np.ndarray) -> Covariance:
+        along, across, lay = _axes(kind, parameters, anisotropic)
+        if kind == "self_affine" and cutoff_wavelength_m is not None:
+            # here the lengths are roll-off wavelengths, and the cut-off keeps their ratio
+            cutoff = min(cutoff_wavelength_m * math.sqrt(along / across), along / (1 + 1e-5))
+            return self_affine(rms_height_m, float(parameters[-1]), along, cutoff, across, lay)
+        smoothness = math.exp(parameters[-1]) if kind == "matern" else None
+        if smoothness is not None:
+            smoothness = min(max(smoothness, 0.05), SMOOTHEST)  # the exponential of a bound may round past it
+        return Covariance(kind, rms_height_m, along, across, lay, smoothness=smoothness)
+
+    return build
+
+
+def _axes(kind: Kind, parameters: np.ndarray, anisotropic: bool) -> tuple[float, float, float]:
+    mean = float(parameters[0])
+    if not anisotropic:
+        return math.exp(mean), math.exp(mean), 0.0
+    if kind == "separable_exponential":  # its axes are those of the mesh, else it would not be separable
+        return math.exp(mean + parameters[1]), math.exp(mean - parameters[1]), 0.0
+    e, lay = math.hypot(parameters[1], parameters[2]), 0.5 * math.atan2(parameters[2], parameters[1])
+    return math.exp(mean + e), math.exp(mean - e), lay
+
+
+def _start_and_bounds(kind: Kind, data: Estimates, anisotropic: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First guess from the quadratic form x'Gx = (-ln r)^(2/alpha) of near lags: alpha = 2 gaussian, 1 exponential."""
+    near = (data.correlation > NEAR_LAGS) & (data.correlation < 0.999)
+    if near.sum() < (3 if anisotropic else 1):
+        raise IllPosedError(f"fewer than 3 lags have correlations above {NEAR_LAGS}: give shorter lags")
+    exponent = {"gaussian": 1.0, "exponential": 2.0, "separable_exponential": 2.0}.get(kind, 1.4)
+    form = (-np.log(data.correlation[near])) ** exponent
+    x, y = data.x[near], data.y[near]
+    squares = np.stack((x**2 + y**2, x**2 - y**2, 2 * x * y))[: 3 if anisotropic else 1]
+    weights = 1 / np.sum(squares[0])
+    trace, difference, mixed = np.append(np.linalg.lstsq(squares.T * weights, form * weights, rcond=None)[0], (0, 0))[
+        :3
+    ]
+    unequal = math.hypot(difference, mixed)
+    trace = max(trace, 1e-6 / np.max(squares[0]))
+    ratio = min(unequal / trace, 0.98)  # the form may be indefinite where estimates scatter
+    logs = 0.25 * math.log((1 + ratio) / (1 - ratio))
+    longest = math.sqrt(np.max(data.x**2 + data.y**2))
+    shortest = math.sqrt(np.min(data.x**2 + data.y**2))
+    scale = 4.0 if kind == "self_affine" else 1.0  # of a roll-off wavelength to a correlation length
+    parameters = [-0.25 * math.log(trace**2 * (1 - ratio**2)) + math.log(scale)]
+    low, high = [math.log(shortest / 100)], [math.log(100 * longest)]
+    if anisotropic:
+        angle = math.atan2(-mixed, -difference)  # of twice the lay: the form is smallest along it
+        unit = [math.cos(angle), math.sin(angle)]
+        shape = unit[:1] if kind == "separable_exponential" else unit
+        parameters += [logs * component for component in shape]
+        low += [-MOST_ANISOTROPIC] * len(shape)
+        high += [MOST_ANISOTROPIC] * len(shape)
+    if kind in SHAPES:
+        _, lowest, highest = SHAPES[kind]
+        parameters.append(0.0 if kind == "matern" else 0.7)
+        low.append(lowest)
+        high.append(highest)
+    bounds = np.array(low), np.array(high)
+    return np.clip(parameters, bounds[0] + 1e-3, bounds[1] - 1e-3), *bounds
+
+
+def _solved(
+    kind: Kind, residual: Callable[[np.ndarray], np.ndarray], start: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> OptimizeResult:
+    solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    if not solution.success:
+        text = f"fit of {kind}: {solution.message} Use another kind, or lags that are still correlated"
+        raise ConvergenceError(text, float(solution.optimality), int(solution.nfev))
+    return solution
+
+
+def _profiled(
+    kind: Kind,
+    of_lags: Callable[[np.ndarray], np.ndarray],
+    of_rings: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    errors: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parameters, their spread and which are free: the shape best for lags and rings, the others for lags at it."""
+
+    def at(shape: float) -> tuple[OptimizeResult, np.ndarray, np.ndarray]:
+        """Solution of the others, all parameters, all residuals."""
+        solution = _solved(kind, lambda others: of_lags(np.append(others, shape)), start[:-1], low[:-1], high[:-1])
+        x = np.append(solution.x, shape)
+        return solution, x, np.concatenate((of_lags(x), of_rings(x)))
+
+    def total(shape: float) -> float:
+        return float(np.sum(at(shape)[2] ** 2))
+
+    found = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
+    if not found.success:
+        text = f"fit of {kind} to rings: {found.message} Use another kind, or fit without rings"
+        raise ConvergenceError(text, float(found.fun), int(found.nfev))
+    shape = float(found.x)
+    bound = float(min(low[-1], high[-1], key=lambda end: abs(shape - end)))
+    if abs(shape - bound) < NEAR_BOUND * (high[-1] - low[-1]):  # the search never ends at one
+        shape = min(bound, shape, key=total)
+    solution, x, _ = at(shape)
+    spread, free = _spread(solution, low[:-1], high[:-1], errors[0])
+    inside = low[-1] < shape < high[-1]
+    of_shape = np.zeros(spread.shape[1])
+    if inside:
+        step = 1e-4 * min(shape - low[-1], high[-1] - shape, 1.0)
+        (_, before, residual_before), (_, after, residual_after) = at(shape - step), at(shape + step)
+        slope, residual_slope = (after - before) / (2 * step), (residual_after - residual_before) / (2 * step)
+        # errors of the data move the residuals, and with the others those of the rings too; the shape makes up for both
+        moves = 1e-5 * np.eye(len(x))[:-1]
+        by_others = np.stack([(of_rings(x + move) - of_rings(x - move)) / 2e-5 for move in moves], axis=1)
+        shift = np.concatenate((solution.jac @ spread - errors[0].T, by_others @ spread - errors[1].T))
+        of_shape = -residual_slope @ shift / np.sum(residual_slope**2)
+        spread = spread + np.outer(slope[:-1], of_shape)  # the others follow the shape
+    return x, np.vstack((spread, of_shape)), np.append(free, inside)
+
+
+def _parameters(
+    kind: Kind, x: np.ndarray, spread: np.ndarray, free: np.ndarray, covariance: Covariance, anisotropic: bool
+) -> tuple[dict[str, float], dict[str, float], tuple[str, ...]]:
+    """Named parameters, their standard errors, and the names of those at a bound."""
+    names = _named(kind, covariance, anisotropic)
+    gradient = _gradient(kind, x, covariance, anisotropic)
+    # a parameter's scatter in each part, or its standard deviation from each independent lag: squares add up
+    scatter = np.sqrt(np.sum((gradient @ spread) ** 2, axis=1))
+    bound = {name for name, row in zip(names, gradient, strict=True) if np.any(row[~free] != 0)}
+    standard_errors = {
+        name: math.inf if name in bound else float(error) for name, error in zip(names, scatter, strict=True)
+    }
+    return names, standard_errors, tuple(sorted(bound))
+
+
+def _spread(
+    solution: OptimizeResult, low: np.ndarray, high: np.ndarray, errors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(p, B or p) of which the sum of squares is the variance of the parameters, and which are not at a bound.
+
+    With J = QR a jackknife gives R^-1 Q' times the errors of the residuals; independent ones of unit error give R^-1.
+    Those at a bound have no spread.
+    """
+    free = (solution.x > low + 1e-6 * (high - low)) & (solution.x < high - 1e-6 * (high - low))
+    jacobian = solution.jac[:, free]
+    columns = jacobian.shape[1]
+    norms = np.linalg.norm(jacobian, axis=0)
+    q, r = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))
+    if columns and not np.linalg.cond(r) < WORST_CONDITION:
+        raise IllPosedError("the lags do not determine all parameters: add lags across, or fit an isotropic model")
+    scatter = q.T @ errors.T if len(errors) else np.eye(columns)
+    spread = np.zeros((len(free), scatter.shape[1]))
+    spread[free] = np.linalg.solve(r, scatter) / norms[:, None]
+    return spread, free
+
+
+def _named(kind: Kind, covariance: Covariance, anisotropic: bool) -> dict[str, float]:
+    lengths = covariance.rolloff_wavelengths_m if kind == "self_affine" else covariance.lengths_m
+    stem = "rolloff_wavelength" if kind == "self_affine" else "correlation_length"
+    named = {f"{stem}_m": lengths[0]}
+    if anisotropic:
+        named[f"{stem}_across_m"] = lengths[1]
+        if kind != "separable_exponential":
+            named["lay_rad"] = covariance.lay_rad
+    if covariance.smoothness is not None:
+        named["smoothness"] = covariance.smoothness
+    if covariance.hurst is not None:
+        named["hurst"] = covariance.hurst
+    return named
+
+
+def _gradient(kind: Kind, parameters: np.ndarray, covariance: Covariance, anisotropic: bool) -> np.ndarray:
+    """Derivatives (named parameter, parameter of the fit)."""
+    p = len(parameters)
+    along, across, _ = _axes(kind, parameters, anisotropic)
+    unit = np.eye(p)
+    rows = [along * unit[0]]
+    if anisotropic and kind == "separable_exponential":
+        rows = [along * (unit[0] + unit[1]), across * (unit[0] - unit[1])]
+    elif anisotropic:
+        e = max(math.hypot(parameters[1], parameters[2]), 1e-9)
+        radial = (parameters[1] * unit[1] + parameters[2] * unit[2]) / e
+        turn = (parameters[1] * unit[2] - parameters[2] * unit[1]) / (2 * e**2)
+        rows = [along * (unit[0] + radial), across * (unit[0] - radial), turn]
+    if covariance.smoothness is not None:
+        rows.append(covariance.smoothness * unit[-1])
+    if covariance.hurst is not None:
+        rows.append(unit[-1])
+    return np.stack(rows)

@@ -1,0 +1,111 @@
+"""What covariance models are fitted to: autocorrelations at lags, and powers over rings of the spectrum.
+
+Both come with the same estimated without each part of the scan, since neighbours err together. Of n estimates whose
+errors have the correlation R only n' = (tr R)^2 / tr R^2 are independent in effect.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip.errors import ParameterError
+from roughslip.surface.covariance import Covariance
+from roughslip.validation import reals
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """An estimated autocorrelation, a lag and its opposite once; made by `estimates`.
+
+    x, y : (n,) [m] lags
+    correlation : (n,) [-]
+    standard_error : (n,) [-] positive
+    without_part : (B, n) [-] the same estimated without each part of the scan; B = 0 if not known
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    correlation: np.ndarray
+    standard_error: np.ndarray
+    without_part: np.ndarray
+
+    @property
+    def errors(self) -> np.ndarray:
+        """(B, n) what each part adds to the error of each lag, in standard errors; squares add up over the parts."""
+        return _jackknife(self.without_part) / self.standard_error
+
+
+@dataclass(frozen=True)
+class RingPowers:
+    """An estimated spectrum, averaged over rings of wave vectors.
+
+    power : (m,) [m^4] positive
+    standard_error : (m,) [-] of its logarithm, positive
+    without_part : (B, m) [m^4] the same without each part of the scan
+    expected : the powers (m,) [m^4] of a model on the same rings
+    """
+
+    power: np.ndarray
+    standard_error: np.ndarray
+    without_part: np.ndarray
+    expected: Callable[[Covariance], np.ndarray]
+
+    @property
+    def errors(self) -> np.ndarray:
+        """(B, m) as of Estimates, of the logarithms."""
+        return _jackknife(np.log(self.without_part)) / self.standard_error
+
+    def distance(self, covariance: Covariance) -> np.ndarray:
+        """(m,) logarithm of the power of a model over the estimated one, in standard errors."""
+        model = np.maximum(self.expected(covariance), np.finfo(float).tiny)  # a gaussian may underflow
+        return np.asarray(np.log(model / self.power) / self.standard_error)
+
+
+def estimates(
+    lag_x_m: np.ndarray,
+    lag_y_m: np.ndarray,
+    correlation: np.ndarray,
+    standard_error: np.ndarray,
+    without_part: np.ndarray | None = None,
+) -> Estimates:
+    """Estimates at the lags of one half plane; lag zero, where the correlation is 1 without error, is left out.
+
+    lag_x_m, lag_y_m : (...) [m] lags, broadcast to the shape of the correlation
+    correlation : (...) [-] estimates C / C(0)
+    standard_error : (...) [-] of each
+    without_part : (B, ...) [-] estimates without each of B >= 2 parts of the scan
+
+    Raises ParameterError for values that are not finite, errors that are not positive, and shapes that do not fit.
+    """
+    correlation, standard_error = reals("correlations", correlation), reals("standard errors", standard_error)
+    shape = correlation.shape
+    parts = np.empty((0, *shape)) if without_part is None else without_part
+    if standard_error.shape != shape or parts.shape[1:] != shape or len(parts) == 1:
+        raise ParameterError(f"errors {standard_error.shape} and parts {parts.shape} do not fit estimates {shape}")
+    x, y = np.broadcast_to(lag_x_m, shape), np.broadcast_to(lag_y_m, shape)
+    kept = (x > 0) | ((x == 0) & (y > 0))
+    fields = x[kept], y[kept], correlation[kept], standard_error[kept], parts[:, kept]
+    if not all(np.all(np.isfinite(field)) for field in fields):
+        raise ParameterError("lags, correlations and their errors must be finite: leave out lags without pairs")
+    if not np.all(fields[3] > 0):
+        raise ParameterError("standard errors of correlations off lag zero must be positive")
+    return Estimates(*fields)
+
+
+def effective_number(errors: np.ndarray) -> float:
+    """n' of the module's heading. errors : (B, n) as of Estimates; n where B = 0."""
+    if not len(errors):
+        return float(errors.shape[1])
+    gram = errors @ errors.T
+    return float(max(np.trace(gram) ** 2 / np.sum(gram**2), 1.0 + 1e-9))
+
+
+def _jackknife(without_part: np.ndarray) -> np.ndarray:
+    number = len(without_part)
+    if number == 0:
+        return without_part
+    return np.asarray(math.sqrt((number - 1) / number) * (without_part - without_part.mean(axis=0)))

@@ -1,0 +1,105 @@
+"""What the surface of a scan is like: density of heights, moments, autocorrelation, spectrum, fractal dimension.
+
+Every statistic comes with a 95 % interval from leaving out one sub-area of the scan at a time (`sub_areas`). Statistics
+of heights are those of the measured points.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub_areas_for
+from roughslip.scan.jackknife import Estimate, SubAreas, leave_one_out
+from roughslip.scan.spectrum import FractalDimension, Spectrum, fractal_dimension, self_affine_band, spectrum
+from roughslip.scan.topography import Topography
+
+BIN = 0.2
+"""Width of a bin of the density of heights, in Sq."""
+
+
+@dataclass(frozen=True)
+class HeightDensity:
+    """Density of heights. edges : (n + 1,) [m] of bins about the mean height; density : (n,) [1/m] with interval."""
+
+    edges: np.ndarray
+    density: Estimate
+
+
+@dataclass(frozen=True)
+class ScanStatistics:
+    """Statistics of a scan, each with its interval.
+
+    sub_areas : what the intervals are made from; ask it whether it is `sufficient`
+    rms_height : [m] Sq
+    skewness : Ssk
+    kurtosis : Sku, 3 for Gaussian heights
+    density, autocorrelation, spectrum : see there
+    fractal : None where the scan has no octave between its roll-off and a quarter of its highest wavenumber
+    """
+
+    sub_areas: SubAreas
+    rms_height: Estimate
+    skewness: Estimate
+    kurtosis: Estimate
+    density: HeightDensity
+    autocorrelation: Autocorrelation
+    spectrum: Spectrum
+    fractal: FractalDimension | None
+
+
+def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStatistics:
+    """All statistics of a scan whose form is removed.
+
+    parts : sub-areas, such as those of another scan of the same mesh; its own where not given
+
+    Raises IllPosedError where its correlation is too long for it.
+    """
+    parts = sub_areas_for(scan) if parts is None else parts
+    moments = _moments(scan, parts)
+    found = spectrum(scan, parts)
+    band = self_affine_band(scan, parts)
+    return ScanStatistics(
+        sub_areas=parts,
+        rms_height=parts.interval(moments[:, 0], positive=True),
+        skewness=parts.interval(moments[:, 1]),
+        kurtosis=parts.interval(moments[:, 2]),
+        density=height_density(scan, parts),
+        autocorrelation=autocorrelation(scan, parts),
+        spectrum=found,
+        fractal=None if band is None else fractal_dimension(scan, parts, found, band),
+    )
+
+
+def height_density(scan: Topography, parts: SubAreas) -> HeightDensity:
+    """Histogram of the measured heights about their mean, in bins of BIN Sq."""
+    z = scan.heights - np.mean(scan.heights[scan.measured])
+    measured = z[scan.measured]
+    width = BIN * float(np.std(measured))
+    first, last = math.floor(measured.min() / width), math.floor(measured.max() / width) + 1
+    number = np.floor(z / width).astype(int) - first
+    counts = np.stack(
+        [np.bincount(number[part][scan.measured[part]], minlength=last - first) for part in parts.slices()]
+    )
+    rows = leave_one_out(counts, lambda total: total / (total.sum() * width))
+    estimate = parts.interval(rows)
+    density = Estimate(estimate.value, np.maximum(estimate.low, 0.0), estimate.high)
+    return HeightDensity(np.arange(first, last + 1) * width, density)
+
+
+def _moments(scan: Topography, parts: SubAreas) -> np.ndarray:
+    """(1 + B, 3) Sq [m], Ssk and Sku of all measured heights, then without each sub-area."""
+    scale = float(np.std(scan.heights[scan.measured]))
+    z = np.where(scan.measured, scan.heights - np.mean(scan.heights[scan.measured]), 0.0) / scale
+    powers = np.stack([parts.sums(scan.measured * z**k) for k in range(5)], axis=-1)
+
+    def central(totals: np.ndarray) -> np.ndarray:
+        m1, m2, m3, m4 = totals[1:] / totals[0]
+        variance = m2 - m1**2
+        third = m3 - 3.0 * m1 * m2 + 2.0 * m1**3
+        fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1**2 * m2 - 3.0 * m1**4
+        return np.array([scale * math.sqrt(variance), third / variance**1.5, fourth / variance**2])
+
+    return leave_one_out(powers, central)

@@ -1,0 +1,1 @@
+"""Scene files: types, overlays, rules across keys, targets."""

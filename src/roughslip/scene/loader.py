@@ -1,0 +1,282 @@
+"""Scene files: strict YAML, overlays and a closed schema; every mistake becomes one line, and all of them come at once.
+
+A line reads `file: key: what was given and what is allowed`. Only the Snakefile and the tests import this module.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+import re
+import sys
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, cast
+
+from jsonschema import Draft202012Validator, validators
+
+from roughslip.errors import InputError
+from roughslip.scene import rules
+from roughslip.scene.rules import Scene, slice_for, stages_needed
+from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read, shown
+
+__all__ = ["Scene", "describe_allowed", "load", "scene_names", "slice_for", "stages_needed"]
+
+RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
+_NAME = re.compile(r"[a-z][a-z0-9_-]{0,39}")
+_NAME_ALLOWED = "a small letter, then at most 39 small letters, digits, _ or -"
+
+
+def load(name_or_path: str | Path, scenes_folder: Path, schema_path: Path) -> Scene:
+    """The scene of a name, or of a file anywhere, with its overlays merged and every rule checked.
+
+    name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml
+    scenes_folder : where names are looked up, those after `extends` too
+    schema_path : the closed JSON schema (Draft 2020-12), written in YAML
+
+    Returns the scene as nested dicts; a key whose schema says `number` holds a float, `extends` is gone.
+    Raises InputError with a line per mistake.
+    """
+    schema = _read_schema(schema_path)
+    chain, merged, lines = _read_chain(_locate(name_or_path, scenes_folder), scenes_folder)
+
+    def topmost(paths: list[KeyPath]) -> Path:
+        """Of the overlaid files that gave these values, the one that the user is most likely to be writing."""
+        return min((merged.file_of(path) for path in paths), key=chain.index)
+
+    faulty = set()
+    for path, text, is_refused in _schema_mistakes(merged.values, schema):
+        if is_refused:
+            faulty.add(".".join(map(str, path)))
+        if text:
+            lines.append(line(topmost([path]), path, text))
+    for keys, text in rules.mistakes(_blanked(merged.values, faulty), faulty):
+        paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
+        lines.append(line(topmost(paths), paths[0], text))
+    if lines:
+        raise InputError(list(dict.fromkeys(lines)))
+    return cast(Scene, _with_floats(merged.values, schema))
+
+
+def scene_names(scenes_folder: Path) -> list[str]:
+    """Names of all scenes of a folder, sorted."""
+    return sorted(file.stem for file in scenes_folder.glob("*.yaml"))
+
+
+class _Merged:
+    """The values of overlaid files, and for each key the file that gave it last."""
+
+    def __init__(self, top: Path) -> None:
+        self.values: Scene = {}
+        self._files: dict[KeyPath, Path] = {(): top}
+
+    def file_of(self, path: KeyPath) -> Path:
+        """The file that gave the value at this path or, where there is none, what is around it."""
+        return next(self._files[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self._files)
+
+    def overlay(self, file: Path, given: Scene) -> None:
+        """Mappings merge; numbers, text and lists replace; a key drops those that it takes the place of."""
+        self._merge(self.values, given, file, ())
+
+    def _merge(self, base: Scene, given: Scene, file: Path, path: KeyPath) -> None:
+        replaces = rules.REPLACES.get(".".join(map(str, path)), {})
+        for replaced in {old for key in given for old in replaces.get(key, ())} - given.keys():
+            base.pop(replaced, None)
+        for key, value in given.items():
+            here = (*path, key)
+            self._files[here] = file
+            if isinstance(value, dict):
+                if not isinstance(base.get(key), dict):
+                    base[key] = {}
+                self._merge(base[key], value, file, here)
+            else:
+                base[key] = value
+
+
+def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
+    """The file of a scene by name or path; the name must be fit for the folder of its results."""
+    given = str(name_or_path)
+    is_path = isinstance(name_or_path, Path) or given.endswith(".yaml") or "/" in given
+    name = Path(given).stem if is_path else given
+    where = display(Path(given) if is_path else scenes_folder)
+    if not _NAME.fullmatch(name):
+        raise InputError(f"{where}: {shown(name)} is not allowed as the name of a scene; {_NAME_ALLOWED}")
+    if name in RESERVED:
+        raise InputError(f"{where}: {shown(name)} is not allowed as the name of a scene; it is reserved")
+    if is_path:
+        return Path(given)
+    file = scenes_folder / f"{name}.yaml"
+    if not file.is_file():
+        raise InputError(f"{display(file)}: no such file; {_nearest(name, scene_names(scenes_folder), 'scenes')}")
+    return file
+
+
+def _stay_inside(file: Path, scenes_folder: Path) -> None:
+    """Refuses a link that leads out of the folder of the scenes: what is read should be what the project shows."""
+    real = os.path.realpath(file)  # of a link to itself, too
+    if file.is_symlink() and not Path(real).is_relative_to(os.path.realpath(scenes_folder)):
+        raise InputError(f"{display(file)}: a link to {shown(real)}, out of its folder; copy the file")
+
+
+def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, list[str]]:
+    """The files of a scene from the top of its overlays down, their values merged, and lines on what was misread."""
+    known = scene_names(scenes_folder)
+    chain = [top]
+    documents: list[Scene] = []
+    lines: list[str] = []
+    while len(documents) < len(chain):
+        file = chain[-1]
+        try:
+            _stay_inside(file, scenes_folder)
+            values, misread = read(file)
+        except InputError as error:
+            raise InputError([*lines, *error.lines]) from None
+        lines += [line(file, path, text) for path, text in misread]
+        documents.append(values)
+        if "extends" not in values:
+            break
+        base = values.pop("extends")
+        if isinstance(base, Misread):
+            raise InputError(lines)
+        if base not in known:
+            text = f"{shown(base)} is not allowed; {_nearest(str(base), known, 'scenes')}"
+            raise InputError([*lines, line(file, ("extends",), text)])
+        chain.append(scenes_folder / f"{base}.yaml")
+        if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
+            text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
+            raise InputError([*lines, line(file, ("extends",), text)])
+    merged = _Merged(top)
+    for file, values in zip(reversed(chain), reversed(documents), strict=True):
+        merged.overlay(file, values)
+    return chain, merged, lines
+
+
+@lru_cache
+def _read_schema(file: Path) -> Scene:
+    schema, misread = read(file)
+    if misread:
+        raise InputError([line(file, path, text) for path, text in misread])
+    return schema
+
+
+def _blanked(values: Scene, faulty: set[str]) -> Scene:
+    """The scene with None for every value that the schema refused, so that rules meet no odd types."""
+
+    def blanked(value: Any, path: str) -> Any:
+        if path in faulty:
+            return None
+        if isinstance(value, dict):
+            return {key: blanked(item, f"{path}.{key}" if path else key) for key, item in value.items()}
+        return value
+
+    return cast(Scene, blanked(values, ""))
+
+
+def _is_integer(_: object, value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(_: object, value: object) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max  # false for inf and NaN
+
+
+def _is_text(_: object, value: object) -> bool:
+    return isinstance(value, str) and value.isprintable()  # on one line, and fit for any file
+
+
+_Validator = validators.extend(
+    Draft202012Validator,
+    type_checker=Draft202012Validator.TYPE_CHECKER.redefine_many(
+        {"integer": _is_integer, "number": _is_number, "string": _is_text}
+    ),
+)
+
+
+def _schema_mistakes(values: Scene, schema: Scene) -> Iterator[tuple[KeyPath, str, bool]]:
+    """The path, the text of its line ("" where it has one already), and whether there is a value, which is refused."""
+    for error in _Validator(schema).iter_errors(values):
+        path, given = tuple(error.absolute_path), error.instance
+        part = cast(Scene, error.schema)
+        if isinstance(given, Misread):
+            yield path, "", True
+        elif error.validator == "required":
+            for key in part["required"]:
+                if key not in given:
+                    yield (*path, key), f"missing; {describe_allowed(part['properties'][key])}", False
+        elif error.validator == "additionalProperties":
+            for key in given:
+                if key not in part["properties"]:
+                    yield (*path, key), f"unknown key; {_nearest_key(key, part, schema)}", False
+        elif isinstance(given, str) and part["type"] in ("integer", "number"):
+            yield path, f"{shown(given)} is text, not a number; {_as_number(given, part)}", True
+        else:
+            yield path, f"{shown(given)} is not allowed; {describe_allowed(part)}", True
+
+
+def describe_allowed(schema: Scene) -> str:
+    """What a part of the schema allows, in words: `a number > 0 and <= 1 [m]`."""
+    if isinstance(schema["type"], list):  # a number, or a word in its place
+        return f"{describe_allowed({**schema, 'type': schema['type'][0]})}, or {schema['pattern'].strip('^$')}"
+    if "enum" in schema:
+        return "one of " + ", ".join(schema["enum"])
+    match schema["type"]:
+        case "boolean":
+            return "true or false"
+        case "string":
+            longest = schema.get("maxLength")
+            return f"text on one line, 1 to {longest} characters" if longest else _NAME_ALLOWED
+        case "object":
+            return "a group of the keys " + ", ".join(schema["properties"])
+        case "array":
+            least, most = schema["minItems"], schema.get("maxItems")
+            number = f"{least} to {most}" if most else f"at least {least}"
+            once = ", each once" if schema.get("uniqueItems") else ""
+            return f"a list of {number}{once}, of {describe_allowed(schema['items'])}"
+    signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+    bounds = " and ".join(f"{sign} {schema[key]:.12g}" for key, sign in signs.items() if key in schema)
+    unit = re.search(r" \[[^\]-]+\]$", schema["description"])
+    return f"a {'whole ' * (schema['type'] == 'integer')}number {bounds}{unit.group() if unit else ''}"
+
+
+def _as_number(text: str, schema: Scene) -> str:
+    """How to write a number that arrived as text: YAML wants a point, and a sign in the exponent."""
+    plain = text.strip().replace("_", "")
+    if scientific := re.fullmatch(r"([-+]?)(\d*)\.?(\d*)[eE]([-+]?)(\d+)", plain, re.ASCII):
+        sign, whole, fraction, exponent_sign, exponent = scientific.groups()
+        plain = f"{sign}{whole or 0}.{fraction or 0}e{exponent_sign or '+'}{exponent}"
+    if schema["type"] == "integer" and FLOAT.fullmatch(plain) and float(plain).is_integer():
+        plain = f"{float(plain):.0f}"
+    known = INTEGER.fullmatch(plain) or FLOAT.fullmatch(plain)
+    return f"write {plain}, {describe_allowed(schema)}" if known else describe_allowed(schema)
+
+
+def _nearest_key(key: str, part: Scene, schema: Scene) -> str:
+    """The allowed keys, the nearest first; a key that belongs to another section is named with its section."""
+    allowed = list(part["properties"])
+    elsewhere = [
+        f"{section}.{key}" for section, inner in schema["properties"].items() if key in inner.get("properties", {})
+    ]
+    if elsewhere and not difflib.get_close_matches(key, allowed):
+        return f"did you mean {' or '.join(elsewhere)}? allowed: {', '.join(allowed)}"
+    return _nearest(key, allowed, "allowed")
+
+
+def _nearest(given: str, known: list[str], heading: str) -> str:
+    near = difflib.get_close_matches(given[:100], known, n=1)
+    guess = f"did you mean {near[0]}? " if near else ""
+    return f"{guess}{heading}: {', '.join(known)}"
+
+
+def _with_floats(value: Any, schema: Scene) -> Any:
+    """A number is a float however it was written, so that 5 and 5.0 are the same scene."""
+    match schema["type"]:
+        case "object":
+            return {key: _with_floats(item, schema["properties"][key]) for key, item in value.items()}
+        case "array":
+            return [_with_floats(item, schema["items"]) for item in value]
+        case "number":
+            return float(value)
+    return value

@@ -1,0 +1,368 @@
+"""What ties the keys of a scene together: rules across keys, what a target needs, what a stage reads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from typing import Any, NamedTuple
+
+from roughslip.scene import batches, ensemble, expansion, forms, oscillator, roughness, stick_slip_map
+from roughslip.scene.expansion import AUTO, BEST, FEWEST, GIVEN, MOST, terms
+from roughslip.scene.forms import GIVEN_FRICTION, ORDER, SHARE
+from roughslip.scene.roughness import Mistake
+from roughslip.scene.strict_yaml import shown
+
+Scene = dict[str, Any]
+
+# In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
+    **forms.REPLACES,
+    **roughness.REPLACES,
+    **expansion.REPLACES,
+    **oscillator.REPLACES,
+    **ensemble.REPLACES,
+}
+
+# What each stage reads, as dotted keys; the name of a section stands for all of it. A change elsewhere re-runs nothing.
+_STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
+_SQUARE, _TERMS = "square.edge_m square.nodes", "expansion.variables expansion.degree"
+_EXPANDED = "strip.expansion_spacing_m expansion.degree expansion.target"
+_WINDOWS = "strip.window_m strip.window_spacing_m"
+_PROCESS = "ensemble.marginal ensemble.interpolation numerics.oscillator_tolerance friction.statistics"
+SLICES = {
+    stage: tuple(keys.split())
+    for stage, keys in {
+        "grinding": "seed roughness.scan.grinding",
+        "scan": "roughness.scan",
+        "twins": "seed",
+        "surface": f"roughness {_SQUARE} {ORDER} {SHARE}",
+        "design": "seed square.latin_hypercube_samples expansion.samples expansion.design",
+        "contact_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance",
+        "training_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
+        f" {_TERMS} expansion.rotation expansion.target expansion.samples expansion.cdf_error expansion.design",
+        "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
+        "field_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
+        " expansion.samples expansion.variables",
+        "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
+        " numerics.contact_tolerance",
+        "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples {_EXPANDED}",
+        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.samples {_EXPANDED}",
+        "friction": "seed roughness strip friction",
+        "deterministic": "oscillator ensemble numerics.oscillator_tolerance friction.statistics",
+        "spacing": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
+        "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
+        "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
+        "stick_slip_map": f"seed oscillator map {_PROCESS}",
+        "survival": f"seed oscillator survival {_PROCESS}",
+        **dict.fromkeys(("figure2", "figure3", "figure3_law", "figure5"), "description"),
+        **dict.fromkeys(("figure_scan", "figure_field", "figure_map"), "description"),
+        "claims": "description targets material.hardness_pa",
+        **dict.fromkeys(("costs", "report", "reference", "comparison", "verify"), "description"),
+    }.items()
+}
+
+# The pictures of a target that has more than one.
+_SHEETS = {"figure3": ("figure3", "figure3_law")}
+
+STRIP_STAGES = ("contact_strip", "chaos_strip", "expansion_strip", "friction")
+STAGES = {
+    "figure2": ("surface", "design", "contact_square", "chaos_square", "figure2"),
+    "figure3": (*STRIP_STAGES, *_SHEETS["figure3"]),
+    "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
+    "figure_scan": ("scan", "twins", "figure_scan"),
+    "figure_field": ("surface", "field_square", "figure_field"),
+    "figure_map": ("stick_slip_map", "survival", "figure_map"),
+}
+OF_FRICTION = frozenset({"figure5", "figure_map"})
+
+# What a target needs of the scene; those of friction need _FRICTION too where it is not given as statistics.
+_SURFACE = ("material", "roughness", "expansion", "numerics.contact_tolerance")
+_FRICTION = (*_SURFACE, "strip", "friction.mean_at_median", "batches.strip_samples", "batches.expansion_samples")
+_NEEDS = {
+    "figure2": (*_SURFACE, "square", "batches.square_samples"),
+    "figure3": _FRICTION,
+    "figure5": ("friction", "oscillator", "ensemble", "numerics.oscillator_tolerance", "batches.realisations"),
+    "figure_scan": ("roughness.scan",),
+    "figure_field": (*_SURFACE, "square"),
+    "figure_map": ("friction", "oscillator", "map", "survival", "numerics.oscillator_tolerance"),
+}
+
+
+def get(scene: Scene, key: str) -> Any:
+    """The value under a dotted key, None where there is none."""
+    value: Any = scene
+    for part in key.split("."):
+        if not isinstance(value, dict) or part not in value:
+            return None
+        value = value[part]
+    return value
+
+
+def slice_for(scene: Scene, stage: str) -> Scene:
+    """The part of the scene that a stage reads, nested as in the scene; what the scene does not have is left out."""
+    part: Scene = {}
+    for key in SLICES[stage]:
+        if (value := get(scene, key)) is not None:
+            *sections, last = key.split(".")
+            inner = part
+            for section in sections:
+                inner = inner.setdefault(section, {})
+            inner[last] = deepcopy(value)
+    return part
+
+
+def stages_needed(scene: Scene) -> set[str]:
+    """Names of the stages that the targets need; with friction given as statistics the oscillator needs no contact.
+
+    Who samples surfaces after a scan gets its figure as well.
+    """
+    stages = {"claims", "costs", "report"}
+    for target in scene["targets"]:
+        stages.update(STAGES[target])
+    if "chaos_square" in stages and get(scene, "expansion.samples") == AUTO:
+        stages.add("training_square")
+    if "oscillator" in stages and get(scene, ensemble.NODES) == ensemble.AUTO:
+        stages.add("spacing")
+    if OF_FRICTION.intersection(scene["targets"]) and not friction_is_given(scene):
+        stages.update(STRIP_STAGES)
+    if get(scene, "roughness.scan") is not None and stages & {"surface", "contact_strip", "scan"}:
+        stages.update(STAGES["figure_scan"])
+        if get(scene, "roughness.scan.grinding") is not None:
+            stages.add("grinding")
+    return stages
+
+
+def figures(scene: Scene) -> list[str]:
+    """The figures that the scene makes: those of its targets, and that of a scan that they need."""
+    stages = stages_needed(scene)
+    asked = [figure for target in scene["targets"] for figure in _SHEETS.get(target, (target,))]
+    return [*(["figure_scan"] if "figure_scan" in stages else []), *(name for name in asked if name != "figure_scan")]
+
+
+def friction_is_given(scene: Scene) -> bool:
+    """Whether the scene gives friction statistics as numbers, so that the oscillator runs alone."""
+    friction = scene.get("friction")
+    return isinstance(friction, dict) and GIVEN_FRICTION in friction
+
+
+class _Rule(NamedTuple):
+    keys: tuple[str, ...]  # of the values handed to `holds`; the first is the one refused
+    holds: Callable[..., bool]
+    allowed: str  # a format of the same values
+
+
+def _is_multiple(length: float, cell: float) -> bool:
+    cells = length / cell
+    return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
+
+
+def _training_columns(columns: float) -> int:
+    """Columns of a strip that train the expansion; what cannot be told is enough."""
+    return math.ceil((columns - _TRAINING_SPACING // 2) / _TRAINING_SPACING) if columns < _CELLS else _CELLS
+
+
+_NUMBERS = 100_000_000  # in one array: 0.8 GB
+_CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
+_FUNCTIONALS, _TRAINING_SPACING = 8, 8  # of the expansion along the strip, as in its stages
+_TRAINING_NODES = 16  # at most, of a surface of the square
+_DRAWS = 10  # over the square of the error asked of a distribution: drawing it adds 1.36 / sqrt(10) of that, with 95 %
+
+_MULTIPLES = {
+    "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
+    "expansion_spacing_m": "length_m window_m window_spacing_m",
+}
+
+_RULES = (
+    _Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
+    _Rule(
+        ("square.modes", "square.nodes"),
+        lambda m, n: m > n**2 or m * n**2 <= _NUMBERS,
+        f"modes times nodes^2 at most {_NUMBERS} (0.8 GB of memory), here with {{1}} nodes",
+    ),
+    _Rule(
+        ("expansion.variables", "square.modes"),
+        lambda v, modes: (GIVEN if v == BEST else v) <= modes,
+        f"at most square.modes = {{1}}, of which {BEST} takes {GIVEN} or more",
+    ),
+    *(
+        rule
+        for samples in ("expansion.samples", "square.latin_hypercube_samples")
+        for rule in (
+            _Rule(
+                (samples, "square.modes"),
+                lambda n, modes: n == AUTO or n * modes <= _NUMBERS,
+                f"samples times square.modes = {{1}} at most {_NUMBERS} (0.8 GB of memory)",
+            ),
+            _Rule(
+                (samples, *_TERMS.split()),
+                lambda n, v, d: n == AUTO or n > terms(v, d, FEWEST),
+                "more than the terms of the expansion, C({1} + {2}, {2})",
+            ),
+            _Rule(
+                (samples, *_TERMS.split()),
+                lambda n, v, d: n == AUTO or n <= terms(v, d, FEWEST) or n * terms(v, d, MOST) <= _NUMBERS,
+                f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_NUMBERS} (0.8 GB of memory)",
+            ),
+        )
+    ),
+    _Rule(
+        ("expansion.samples", *_TERMS.split()),
+        lambda n, v, d: n != AUTO or _TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= _NUMBERS,
+        f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {_TRAINING_NODES} nodes of each, samples times "
+        f"terms exceed {_NUMBERS} (0.8 GB of memory): take a lower expansion.degree",
+    ),
+    _Rule(
+        ("expansion.draws", "expansion.cdf_error"),
+        lambda draws, error: draws * error**2 >= _DRAWS,
+        f"at least {_DRAWS} / expansion.cdf_error^2, or the draws alone err by as much as {{1}}",
+    ),
+    *(
+        _Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
+        for step, lengths in _MULTIPLES.items()
+        for length in lengths.split()
+    ),
+    _Rule(
+        ("strip.length_m", "strip.window_m"),
+        lambda length, window: length >= 4 * window,
+        "at least four times strip.window_m = {1} [m], for lags of three windows",
+    ),
+    _Rule(
+        ("strip.window_spacing_m", "strip.window_m"),
+        lambda spacing, window: 2 * spacing <= window * (1 + 1e-9),
+        "at most half of strip.window_m = {1} [m], for lags within the window",
+    ),
+    _Rule(
+        ("strip.width_m", "strip.cell_m"),
+        lambda width, cell: not _is_multiple(width, cell) or round(width / cell) >= _ROWS,
+        f"at least {_ROWS} times strip.cell_m = {{1}} [m], for slope and curvature across the strip",
+    ),
+    _Rule(
+        ("strip.length_m", "roughness.correlation_length_m"),
+        lambda length, correlation: length >= 8 * correlation,
+        "at least eight times roughness.correlation_length_m = {1} [m]",
+    ),
+    _Rule(
+        ("roughness.fractal.longest_wavelength_m", "roughness.fractal.shortest_wavelength_m"),
+        lambda longest, shortest: longest >= shortest,
+        "at least roughness.fractal.shortest_wavelength_m = {1} [m]",
+    ),
+    _Rule(
+        ("roughness.fractal.longest_wavelength_m", "strip.length_m"),
+        lambda longest, length: longest <= length,
+        "at most strip.length_m = {1} [m]",
+    ),
+    _Rule(
+        ("roughness.fractal.shortest_wavelength_m", "strip.cell_m"),
+        lambda shortest, cell: shortest > 2 * cell,
+        "more than two cells, strip.cell_m = {1} [m]",
+    ),
+    _Rule(
+        ("strip.expansion_spacing_m", "strip.cell_m", "roughness.fractal"),
+        lambda spacing, cell, fractal: spacing == cell or fractal.get("shortest_wavelength_m", 0.0) > 2 * spacing,
+        "strip.cell_m = {1} [m], or less than half of roughness.fractal.shortest_wavelength_m",
+    ),
+    _Rule(
+        ("targets", "roughness.fractal"),
+        lambda targets, _: not {"figure2", "figure_field"}.intersection(targets),
+        "figure2 and figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
+    ),
+    _Rule(
+        ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
+        lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
+        f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
+    ),
+    _Rule(("strip.penetration_percentiles",), lambda q: sorted(set(q)) == q, "strictly increasing percentiles"),
+    _Rule(
+        ("strip.penetration_percentiles", "friction.mean_at_median"),
+        lambda percentiles, _: 50 in percentiles,
+        "50 among them: friction.mean_at_median sets the shear strength there",
+    ),
+    _Rule(
+        ("strip.training_samples", "strip.length_m", "strip.cell_m", "expansion.degree"),
+        lambda n, length, cell, d: n > 1 and n * _training_columns(length / cell) > terms(_FUNCTIONALS, d),
+        f"at least 2, and enough that every {_TRAINING_SPACING}th column gives more samples than "
+        f"C({_FUNCTIONALS} + {{3}}, {{3}})",
+    ),
+    _Rule(
+        ("expansion.target", "strip.training_samples"),
+        lambda target, _: target != "censored",
+        "trial_pressure, squared_pressure or best: along the strip no regression is censored",
+    ),
+    _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
+    _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
+    _Rule(
+        ("ensemble.discarded_periods", "ensemble.duration_periods"),
+        lambda discarded, duration: discarded < duration,
+        "less than ensemble.duration_periods = {1}",
+    ),
+    _Rule(
+        ("ensemble.drawn_realisations", "ensemble.realisations"),
+        lambda drawn, realisations: drawn <= realisations,
+        "at most ensemble.realisations = {1}",
+    ),
+    _Rule(("ensemble.damping_ratios",), lambda d: sorted(set(d)) == d, "strictly increasing damping ratios"),
+)
+
+
+def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
+    """Every rule across keys that the scene breaks.
+
+    scene : the merged scene, checked against the schema
+    faulty : dotted keys that the schema refused; rules that read them, or anything in or around them, are left out
+    """
+
+    def sound(key: str) -> bool:
+        return not any(f"{bad}.".startswith(f"{key}.") or f"{key}.".startswith(f"{bad}.") for bad in faulty)
+
+    if sound("targets"):
+        yield from _unmet_needs(scene, sound)
+    if isinstance(scene.get("friction"), dict):
+        yield from forms.friction_mistakes(scene["friction"])
+    of_sections: tuple[tuple[str, Callable[[Scene], Iterator[Mistake]]], ...] = (
+        ("square", lambda scene: forms.square_mistakes(scene["square"])),
+        ("expansion", expansion.mistakes),
+        ("batches", batches.mistakes),
+        ("oscillator", oscillator.mistakes),
+        ("ensemble", ensemble.mistakes),
+        ("roughness", lambda scene: roughness.mistakes(scene["roughness"])),
+    )
+    for section, found in of_sections:
+        if isinstance(scene.get(section), dict):
+            yield from (m for m in found(scene) if all(map(sound, m.keys)))
+    yield from (m for m in stick_slip_map.mistakes(scene) if all(map(sound, m.keys)))
+    unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
+    for keys, holds, allowed in _RULES:
+        if unread.intersection(key.partition(".")[0] for key in keys):
+            continue
+        values = [get(scene, key) for key in keys]
+        can_tell = all(value is not None for value in values) and all(map(sound, keys))
+        if can_tell and not holds(*values):
+            yield Mistake(keys, f"{shown(values[0])} is not allowed; {allowed.format(*values)}")
+
+
+def _sections_not_read(scene: Scene) -> set[str]:
+    """Sections that no target reads; what an overlay inherits in them may not fit and does no harm."""
+    stages = stages_needed(scene)
+    unread = set() if "friction" in stages else {"strip"}
+    return unread if stages & {"chaos_square", "field_square"} else unread | {"square"}
+
+
+def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake]:
+    """The sections and keys that the targets need and the scene lacks; a missing section stands for its keys."""
+    missing: dict[str, list[str]] = {}
+    for target in scene.get("targets", []):
+        needs = _NEEDS[target]
+        if target in OF_FRICTION and not friction_is_given(scene):
+            needs = (*needs, *_FRICTION)
+        for key in needs:
+            section = key.split(".")[0]
+            absent = key if section in scene else section
+            if get(scene, absent) is None and sound(absent) and target not in missing.setdefault(absent, []):
+                missing[absent].append(target)
+    for key, targets in missing.items():
+        text = f"missing; needed for {', '.join(targets)}"
+        if key != "friction.mean_at_median":
+            yield Mistake((key, "targets"), text)
+        elif friction_is_given(scene):  # else the wrong form is told below
+            yield Mistake((key, "targets"), f"{text}, for which friction.{GIVEN_FRICTION} cannot stand in")

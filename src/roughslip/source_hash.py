@@ -1,0 +1,194 @@
+"""Hash of what source code does: import closures, without comments, docstrings and layout.
+
+Key files of stages and the cache of compiled functions are both named by it. Parsing takes longer than all else, so a
+parsed file is remembered under the hash of its bytes.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import hashlib
+import json
+import os
+import sys
+import uuid
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+MOST_KEPT = 2000  # files; more are the remains of many edits, and the memory starts anew
+
+_SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+class Syntax(NamedTuple):
+    """digest : SHA-256 of the syntax tree, the same on every Python
+    imports : the import statements, each as level (0 is absolute), module, and names taken from it
+    """
+
+    digest: str
+    imports: tuple[tuple[int, str, tuple[str, ...]], ...]
+
+
+def cache_folder() -> Path:
+    """The folder of caches, the first that can be written to.
+
+    Of the project if the package runs from one, of the user, or below the working folder.
+    """
+    project = Path(__file__).resolve().parents[2]
+    user = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or os.path.expanduser("~/.cache")
+    folders = [Path(user) / "roughslip", Path.cwd() / ".cache"]
+    if (project / "pyproject.toml").is_file():
+        folders.insert(0, project / ".cache")
+    return next((folder for folder in folders if _is_writable(folder)), folders[-1])
+
+
+def compiled_folder() -> Path:
+    """The folder of all compiled functions: NUMBA_CACHE_DIR where the user sets it, else below the cache folder."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or cache_folder() / "numba")
+
+
+def closure(module_name: str, source_root: Path) -> list[Path]:
+    """Files of the package that importing a module can execute: its own, those it imports, and every parent package.
+
+    module_name : dotted name of the module, such as roughslip.stages.contact_strip
+    source_root : folder that holds the package
+
+    Imports inside functions and under TYPE_CHECKING count; `importlib.import_module` is not seen. Raises
+    ModuleNotFoundError for a module of the package that has no file.
+    """
+    package = module_name.partition(".")[0]
+    found: dict[str, Path] = {}
+    pending = [(module_name, "the caller")]
+    while pending:
+        module, importer = pending.pop()
+        if module in found:
+            continue
+        file = _module_file(module, source_root)
+        if file is None:
+            raise ModuleNotFoundError(f"{importer} imports {module}, which has no file in {source_root}")
+        found[module] = file
+        parent = module.rpartition(".")[0]
+        wanted = [parent] if parent else []
+        for target, names in absolute_imports(file, module):
+            if target.partition(".")[0] == package:
+                wanted.append(target)
+                wanted += [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
+        pending += [(name, str(file)) for name in wanted]
+    return sorted(found.values())
+
+
+def closure_hash(module_name: str, source_root: Path) -> str:
+    """SHA-256 of what the closure of a module does. A file that moves changes it; raises as `closure`."""
+    digest = hashlib.sha256()
+    for file in closure(module_name, source_root):
+        digest.update(f"{file.relative_to(source_root).as_posix()} {syntax(file, file.read_bytes()).digest}\n".encode())
+    return digest.hexdigest()
+
+
+def absolute_imports(file: Path, module: str) -> list[tuple[str, tuple[str, ...]]]:
+    """The import statements of a file as (absolute module, names taken from it), relative ones resolved."""
+    package = module if file.name == "__init__.py" else module.rpartition(".")[0]
+    resolved = []
+    for level, target, names in syntax(file, file.read_bytes()).imports:
+        if level:
+            base = package.rsplit(".", level - 1)[0]
+            target = f"{base}.{target}" if target else base
+        resolved.append((target, names))
+    return resolved
+
+
+@cache
+def syntax(file: Path, source: bytes) -> Syntax:
+    """The syntax of a file with this content. Raises SyntaxError with the name of the file."""
+    name = hashlib.sha256(source).hexdigest()
+    if name not in _kept():
+        _kept()[name] = _parsed(file, source)
+    return _kept()[name]
+
+
+def keep() -> None:
+    """Write the memory of parsed files. Where it cannot be written, the next process parses again."""
+    content = json.dumps(_kept())
+    text = f"{_seal(content)}\n{content}"
+    file = _memory()
+    if file.is_file() and file.read_bytes() == text.encode():
+        return
+    with contextlib.suppress(OSError):  # a read-only folder, a full disk
+        file.parent.mkdir(parents=True, exist_ok=True)
+        partial = file.with_name(f".{file.name}.{uuid.uuid4().hex}")
+        partial.write_text(text, encoding="utf-8")
+        os.replace(partial, file)
+
+
+def _memory() -> Path:
+    return cache_folder() / "syntax.json"
+
+
+@cache
+def _kept() -> dict[str, Syntax]:
+    """Remembered files by the hash of their source; empty where the memory is damaged or other code wrote it."""
+    try:
+        seal, _, content = _memory().read_text(encoding="utf-8").partition("\n")
+    except (OSError, UnicodeDecodeError):
+        return {}
+    if seal != _seal(content):
+        return {}
+    kept = {
+        name: Syntax(digest, tuple((level, module, tuple(names)) for level, module, names in imports))
+        for name, (digest, imports) in json.loads(content).items()
+    }
+    return kept if len(kept) <= MOST_KEPT else {}
+
+
+def _seal(content: str) -> str:
+    """Hash of the content, of this file, and of the Python that parses."""
+    return hashlib.sha256(f"{sys.version}\n{_this_file()}\n{content}".encode()).hexdigest()
+
+
+@cache
+def _this_file() -> str:
+    return Path(__file__).read_text(encoding="utf-8")
+
+
+def _module_file(module: str, root: Path) -> Path | None:
+    path = root.joinpath(*module.split("."))
+    candidates = (path / "__init__.py", path.with_name(f"{path.name}.py"))
+    return next((file for file in candidates if file.is_file()), None)
+
+
+def _is_writable(folder: Path) -> bool:
+    """Whether a folder can be written to, or made."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return folder.is_dir() and os.access(folder, os.W_OK)
+
+
+def _parsed(file: Path, source: bytes) -> Syntax:
+    tree = ast.parse(source, str(file))
+    imports: list[tuple[int, str, tuple[str, ...]]] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            imports += [(0, alias.name, ()) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            imports.append((node.level, node.module or "", tuple(alias.name for alias in node.names)))
+        elif isinstance(node, _SCOPES) and ast.get_docstring(node, clean=False) is not None:
+            del node.body[0]
+        elif isinstance(node, ast.JoinedStr):  # Python 3.12 puts empty strings into nested format specifications
+            node.values = [part for part in node.values if not (isinstance(part, ast.Constant) and part.value == "")]
+    return Syntax(hashlib.sha256(_plain(tree).encode()).hexdigest(), tuple(imports))
+
+
+def _plain(node: object) -> str:
+    """A syntax tree as text that is the same on every Python: ast.dump and ast.unparse change between versions.
+
+    Without positions, and without fields that are empty, because new versions of Python add such fields.
+    """
+    if isinstance(node, ast.AST):
+        fields = ((name, getattr(node, name, None)) for name in node._fields)
+        inner = ",".join(f"{name}={_plain(value)}" for name, value in fields if value is not None and value != [])
+        return f"{type(node).__name__}({inner})"
+    if isinstance(node, list):
+        return f"[{','.join(map(_plain, node))}]"
+    return repr(node)

@@ -1,0 +1,1 @@
+"""Objects of the science, made from the part of a scene that a stage reads."""

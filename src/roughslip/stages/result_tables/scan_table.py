@@ -1,0 +1,100 @@
+"""Statistics of a scan and of its sampled twins as variables of a result."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from roughslip.errors import IllPosedError
+from roughslip.scan.jackknife import Estimate, SubAreas
+from roughslip.scan.statistics import ScanStatistics
+from roughslip.scan.topography import Topography
+from roughslip.store import Result, Variable, with_interval
+
+MOST_DRAWN = 400  # points on an axis of a map that is drawn
+NUMBERS = {
+    "rms_height": ("m", "root mean square of the heights, Sq"),
+    "skewness": ("1", "skewness of the heights"),
+    "kurtosis": ("1", "kurtosis of the heights, 3 where they are Gaussian"),
+    "length_x": ("m", "1/e length of the autocorrelation along x"),
+    "length_y": ("m", "1/e length of the autocorrelation along y"),
+    "length_along": ("m", "1/e length of the autocorrelation along the lay"),
+    "length_across": ("m", "1/e length of the autocorrelation across the lay"),
+    "lay": ("rad", "angle from x to the lay"),
+    "fractal_dimension": ("1", "fractal dimension from the spectrum; NaN where the scan is too narrow for one"),
+}
+NOTHING = Estimate(*(np.array(np.nan) for _ in range(3)))
+
+
+def numbers_of(found: ScanStatistics) -> dict[str, Estimate]:
+    """The statistics that are one number each."""
+    own = {"fractal_dimension": NOTHING if found.fractal is None else found.fractal.dimension}
+    own |= {name: getattr(found, name) for name in ("rms_height", "skewness", "kurtosis")}
+    return {name: own[name] if name in own else getattr(found.autocorrelation, name) for name in NUMBERS}
+
+
+def of_scan(scan: Topography, found: ScanStatistics) -> dict[str, Variable]:
+    """Every statistic with its interval, a map to draw, and the mesh and sub-areas that twins need."""
+    parts, correlation, spectrum = found.sub_areas, found.autocorrelation, found.spectrum
+    step = math.ceil(max(scan.grid.shape) / MOST_DRAWN)
+    axis = ("axis",)
+    variables = {
+        "map": Variable(("map_x", "map_y"), scan.heights[::step, ::step], "m", "heights, thinned"),
+        "map_x": Variable(("map_x",), scan.grid.x()[::step], "m", "place along x"),
+        "map_y": Variable(("map_y",), scan.grid.y()[::step], "m", "place along y"),
+        "points": Variable(axis, np.array(scan.grid.shape), "1", "points of the scan along x and y"),
+        "spacing": Variable(axis, np.array([scan.dx, scan.dy]), "m", "distances of neighbouring points"),
+        "missing": Variable((), float(scan.missing.mean()), "1", "share of the points that have no height"),
+        "sub_areas": Variable(axis, np.array(parts.counts), "1", "sub-areas along x and y"),
+        "extent": Variable(axis, np.array(parts.extent), "m", "reach of the autocorrelation above 1/e"),
+        "widening": Variable((), parts.widening, "1", "factor of standard errors for what sub-areas share"),
+        "sufficient": Variable((), int(parts.sufficient), "1", "1 where the sub-areas are long enough for intervals"),
+        "lag_x": Variable(("lag_x",), correlation.lag_x, "m", "lag along x"),
+        "lag_y": Variable(("lag_y",), correlation.lag_y, "m", "lag along y"),
+        "density_edge": Variable(("edge",), found.density.edges, "m", "edges of bins of height"),
+        "wavenumber": Variable(("ring",), spectrum.wavenumber, "rad m-1", "wavenumber"),
+    }
+    for name, estimate in numbers_of(found).items():
+        variables |= with_interval(name, (), _columns(estimate), *NUMBERS[name])
+    lags = ("lag_x", "lag_y")
+    variables |= with_interval("correlation", lags, _columns(correlation.correlation), "1", "autocorrelation")
+    variables |= with_interval("density", ("bin",), _columns(found.density.density), "m-1", "density of heights")
+    variables |= with_interval("power", ("ring",), _columns(spectrum.power), "m4", "radially averaged power spectrum")
+    return variables
+
+
+def sub_areas_of(result: Result, scan: Topography) -> SubAreas:
+    """The sub-areas of the scan, for a twin of its mesh."""
+    counts, extent = result["sub_areas"], result["extent"]
+    return SubAreas(
+        scan.grid, (int(counts[0]), int(counts[1])), (float(extent[0]), float(extent[1])), float(result["widening"])
+    )
+
+
+def of_twins(twins: Sequence[tuple[Topography, ScanStatistics]], edges: np.ndarray) -> dict[str, Variable]:
+    """What twins show of the same, a row a twin. edges : [m] of bins of height."""
+    if not twins:
+        raise IllPosedError("no twin has statistics: its correlation is too long for the scan; scan a larger area")
+    one, step = ("twin",), math.ceil(max(twins[0][0].grid.shape) / MOST_DRAWN)
+    first = twins[0][0].heights[::step, ::step]
+    tables = np.stack([found.autocorrelation.correlation.value for _, found in twins])
+    density = [np.histogram(z.heights, edges)[0] / z.heights.size / np.diff(edges) for z, _ in twins]
+    powers = [found.spectrum.power.value for _, found in twins]
+    i, j = tables.shape[1] // 2, tables.shape[2] // 2
+    variables = {
+        "twin_map": Variable(("map_x", "map_y"), first, "m", "heights of the first twin, thinned"),
+        "twin_correlation_x": Variable(("twin", "lag_x"), tables[:, :, j], "1", "autocorrelation along x"),
+        "twin_correlation_y": Variable(("twin", "lag_y"), tables[:, i, :], "1", "autocorrelation along y"),
+        "twin_density": Variable(("twin", "bin"), np.stack(density), "m-1", "density of heights"),
+        "twin_power": Variable(("twin", "ring"), np.stack(powers), "m4", "radially averaged power spectrum"),
+    }
+    for name, (unit, title) in NUMBERS.items():
+        values = np.array([float(numbers_of(found)[name].value) for _, found in twins])
+        variables[f"twin_{name}"] = Variable(one, values, unit, title)
+    return variables
+
+
+def _columns(estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return estimate.value, estimate.low, estimate.high

@@ -1,0 +1,1 @@
+"""What every stage command shares: arguments, records of cost, reasons for skipped work."""

@@ -1,0 +1,88 @@
+"""What every stage's command shares: arguments, the key, the record of its cost, and errors told in one line each."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from roughslip.errors import RoughslipError, StoreError
+from roughslip.stages.runtime.usage import Usage, die_with_parent
+from roughslip.store import Key, read_key
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run of a stage.
+
+    key : the slice of the scene that the stage reads, and the hash of its code
+    arguments : what the command line says
+    usage : the record of cost, written beside the result
+    """
+
+    key: Key
+    arguments: argparse.Namespace
+    usage: Usage
+
+    @property
+    def configuration(self) -> dict[str, Any]:
+        """The stage's slice of the scene."""
+        return self.key.configuration
+
+
+def execute(
+    stage: str,
+    work: Callable[[Job], None],
+    *,
+    files: Sequence[str] = (),
+    batches: Sequence[str] = (),
+    names: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+    optional: Sequence[str] = (),
+    range_: bool = False,
+) -> None:
+    """Run a stage as a command; exit 1 with the message, not a traceback, where the package refuses or gives up.
+
+    files, batches, names : options that take one file, any number of files, a name
+    outputs, optional : options that take a further result to write, and a file that need not be given
+    range_ : whether the stage takes --first and --last, the range [first, last) of sample numbers
+    """
+    parser = argparse.ArgumentParser(prog=f"python -m roughslip.stages.{stage}")
+    parser.add_argument("--key", type=Path, required=True, help="key file of the stage")
+    parser.add_argument("--output", type=Path, required=True, help="result to write")
+    parser.add_argument("--usage", type=Path, required=True, help="record of cost to write")
+    for name in (*files, *outputs):
+        parser.add_argument(f"--{name}", type=Path, required=True)
+    for name in optional:
+        parser.add_argument(f"--{name}", type=Path)
+    for name in batches:
+        parser.add_argument(f"--{name}", type=Path, nargs="+", required=True)
+    for name in names:
+        parser.add_argument(f"--{name}", required=True)
+    if range_:
+        parser.add_argument("--first", type=int, required=True, help="first sample number")
+        parser.add_argument("--last", type=int, required=True, help="one past the last sample number")
+    arguments = parser.parse_args()
+    die_with_parent()
+    try:
+        with Usage(arguments.usage, stage) as usage:
+            key = read_key(arguments.key)
+            work(Job(key, arguments, usage))
+            if read_key(arguments.key) != key:  # Snakemake would take the result for that of the new key
+                raise StoreError(f"{arguments.key}: scene or code changed while the stage ran; run snakemake again")
+            usage.files(
+                read=[arguments.key, *_paths(arguments, (*files, *batches, *optional))],
+                made=[arguments.output, *_paths(arguments, outputs)],
+            )
+    except RoughslipError as error:
+        print(f"{stage}: {error}", file=sys.stderr)
+        sys.exit(1)
+
+
+def _paths(arguments: argparse.Namespace, names: Sequence[str]) -> list[Path]:
+    """The files under these options, one or more each, of those that were given."""
+    given = [getattr(arguments, name) for name in names]
+    return [path for one in given if one is not None for path in (one if isinstance(one, list) else [one])]

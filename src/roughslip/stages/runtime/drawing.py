@@ -1,0 +1,28 @@
+"""What the figure stages share: read a result, draw it, save the picture and the numbers in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from roughslip import store
+from roughslip.figures.style import save
+from roughslip.stages.runtime.command import Job
+
+
+def draw_and_save(
+    job: Job,
+    draw: Callable[[Mapping[str, np.ndarray]], Any],
+    drawn: Sequence[str],
+    options: Sequence[str] = ("result",),
+) -> None:
+    """Draw the results under these options, no name in two of them, as PNG and SVG; the variables `drawn` go beside."""
+    results = [store.read(getattr(job.arguments, option)) for option in options]
+    owner = {name: result for result in results for name in result}
+    figure = draw({name: result[name] for name, result in owner.items()})
+    for path in (job.arguments.png, job.arguments.svg):
+        with store.replacing(path) as temporary:
+            save(figure, temporary)
+    store.write(job.arguments.output, {name: owner.get(name, results[0]).variable(name) for name in drawn}, job.key)

@@ -1,0 +1,164 @@
+"""What a job cost and what it did: written beside its result, summed over the study into costs.json."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from roughslip.stages.runtime.record import checksums, sealed
+
+_IMPORTED = time.perf_counter()
+PARENT = "ROUGHSLIP_PARENT"  # in the environment: the process that starts the stages
+_LINES_APART = 5.0  # seconds between two lines of progress
+
+
+class Usage:
+    """Recorder of one job; on leaving without an error it writes its record as JSON, atomically.
+
+    path : the record
+    stage : name of the stage, also in front of each line of progress
+
+    The record: stage, jobs (1), wall_seconds and cpu_seconds (user and system) of the process from its start,
+    core_cpu_seconds (solving, fitting, integrating: see `core`), peak_memory_mib (null where the platform does not
+    tell), did (name: count), skipped ("what: why": count), read and made (file: checksum, see `files`), and a checksum
+    of all that.
+    """
+
+    def __init__(self, path: str | Path, stage: str) -> None:
+        self.path = Path(path)
+        self.stage = stage
+        self.did: dict[str, float] = {}
+        self.skipped: dict[str, int] = {}
+        self.read: dict[str, str] = {}
+        self.made: dict[str, str] = {}
+        self.core_cpu_seconds = 0.0
+        self._last_line = time.perf_counter()
+
+    def __enter__(self) -> Usage:
+        return self
+
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+        if error is None:
+            partial = self.path.with_name(f".{self.path.name}.{os.getpid()}")
+            partial.write_text(json.dumps(sealed(self.record()), indent=2) + "\n", encoding="utf-8")
+            os.replace(partial, self.path)
+
+    def record(self) -> dict[str, Any]:
+        """The record up to now."""
+        peak = peak_memory_mib()
+        return {
+            "stage": self.stage,
+            "jobs": 1,
+            "cpu_seconds": round(time.process_time(), 3),
+            "wall_seconds": round(_seconds_since_process_start(), 3),
+            "core_cpu_seconds": round(self.core_cpu_seconds, 3),
+            "peak_memory_mib": None if peak is None else round(peak, 1),
+            "did": dict(sorted(self.did.items())),
+            "skipped": dict(sorted(self.skipped.items())),
+            "read": self.read,
+            "made": self.made,
+        }
+
+    @contextlib.contextmanager
+    def core(self) -> Iterator[None]:
+        """Count the CPU time of a block as solving, fitting or integrating; numba's compiling in it is not counted."""
+        with _numba_compiler_seconds() as compiler:
+            start = time.process_time()
+            try:
+                yield
+            finally:
+                self.core_cpu_seconds += time.process_time() - start - compiler()
+
+    def count(self, **did: float) -> None:
+        """Add to the counts of what the job did: `usage.count(solves=3)`."""
+        for name, number in did.items():
+            self.did[name] = self.did.get(name, 0) + number
+
+    def skip(self, counts: Mapping[str, int]) -> None:
+        """Add to the counts of what the job did not compute, by what it is and why: `{"solves: no contact": 3}`."""
+        for name, number in counts.items():
+            self.skipped[name] = self.skipped.get(name, 0) + int(number)
+
+    def files(self, read: Iterable[Path], made: Iterable[Path]) -> None:
+        """Take the checksums of the files that the job read and made."""
+        self.read, self.made = checksums(read), checksums(made)
+
+    def progress(self, done: int, total: int) -> None:
+        """A line on stderr, which is the job's log: every few seconds, and when all is done."""
+        now = time.perf_counter()
+        if now - self._last_line >= _LINES_APART or done == total:
+            self._last_line = now
+            seconds = _seconds_since_process_start()
+            print(f"{self.stage}: {done} of {total} after {seconds:.0f} s", file=sys.stderr, flush=True)
+
+
+def die_with_parent() -> None:
+    """Ask the kernel to kill this process when its parent dies, so that a killed Snakemake leaves no writer behind.
+
+    Linux only, and only for the direct parent: a rule's shell line starts the stage with `exec`. A parent that died
+    while this process was still importing sends no signal any more; the Snakefile tells its number in PARENT.
+    """
+    if sys.platform == "linux":
+        set_parent_death_signal = 1  # PR_SET_PDEATHSIG of <linux/prctl.h>
+        ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL, 0, 0, 0)
+        if os.environ.get(PARENT, str(os.getppid())) != str(os.getppid()):
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+def peak_memory_mib() -> float | None:
+    """Peak resident memory of the process [MiB], None where the platform does not tell.
+
+    On Linux from /proc: getrusage there starts from what the parent held when it forked.
+    """
+    if sys.platform == "linux":
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        return int(status.partition("VmHWM:")[2].split()[0]) / 1024
+    if sys.platform == "darwin":
+        import resource
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    return None
+
+
+def _seconds_since_process_start() -> float:
+    """From the kernel's start time on Linux (to 10 ms), elsewhere from the import of this module."""
+    if sys.platform == "linux":
+        stat = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace")
+        ticks = int(stat.rpartition(")")[2].split()[19])  # field 22; the name before it may hold spaces
+        return time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK")
+    return time.perf_counter() - _IMPORTED
+
+
+@contextlib.contextmanager
+def _numba_compiler_seconds() -> Iterator[Callable[[], float]]:
+    """A function that tells the CPU seconds that numba's compiler has taken, compiling or loading what it cached."""
+    if "numba" not in sys.modules:
+        yield lambda: 0.0
+        return
+    from numba.core import event
+
+    class CompilerClock(event.Listener):
+        seconds = 0.0
+        depth = 0
+
+        def on_start(self, event: object) -> None:
+            if self.depth == 0:
+                self.start = time.process_time()
+            self.depth += 1
+
+        def on_end(self, event: object) -> None:
+            self.depth -= 1
+            if self.depth == 0:
+                self.seconds += time.process_time() - self.start
+
+    clock = CompilerClock()
+    with event.install_listener("numba:compiler_lock", clock):
+        yield lambda: clock.seconds

@@ -1,0 +1,1 @@
+"""What the paper states, the rules that judge it, and how far a verdict depends on assumptions."""

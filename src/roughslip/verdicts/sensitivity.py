@@ -1,0 +1,206 @@
+"""How far each verdict hangs on what the scene assumes: over which range of an input it stays, without new solves.
+
+The chain is dimensionless in few groups, so that most inputs move a verdict through one of them or not at all.
+
+- Contact is linear in E* rms / length: Young's modulus, Poisson's ratio and rms height multiply the pressures and leave
+  the contact as it is. Distributions are compared by Kolmogorov distance, and the shear strength is calibrated, which
+  fixes mu E*/tau: no verdict depends on them, unless the surface yields, where H / (E* rms / length) is one more group.
+- All lengths of surface, strip and windows together are one scale; only a length told in metres moves with it.
+- The oscillator without excitation is D, N / (m omega v0), the law's decay and rise times v0 and v0^2, and mu_S with
+  its length over v0 / omega: normal force and mass in proportion are one (`ranges_oscillator`).
+- More strips or runs narrow an interval by 1 / sqrt(n) about the number found, in first order. The part of a
+  Kolmogorov distance that is sampling alone is held too.
+
+Every verdict is judged by its own rule, on results that are scaled. Where these tell nothing, as of a correlation
+length or a mesh, the input is listed as one of which only a new run tells.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from roughslip.verdicts.bracket import REACH, end
+from roughslip.verdicts.rules import CONTRADICTS, NOT_TESTED, Arrays, claims
+
+Scene = Mapping[str, Any]
+At = Callable[[float], str | None]  # the verdict at a factor of an input; None where it cannot be told
+
+MATERIAL = ("material.young_modulus_pa", "material.poisson_ratio")
+HARDNESS, RMS, LENGTH = "material.hardness_pa", "roughness.rms_height_m", "roughness.correlation_length_m"
+SHAPE = ("roughness.covariance", LENGTH, "roughness.marginal", "roughness.fractal", "roughness.scan")
+STRIP = tuple(
+    f"strip.{key}" for key in ("length_m", "margin_m", "cell_m", "window_spacing_m", "penetration_percentiles")
+)
+SQUARE = ("square.nodes", "square.modes or variance_share", "square.latin_hypercube_samples", "expansion.samples")
+STRIPS, WINDOW = "strip.samples", "strip.window_m"
+LEAST_CONTACT = "friction.least_contact_fraction"
+ROOT_N = "interval over sqrt(n)"
+PROPORTION = "all lengths of roughness and strip in proportion"
+IN_METRES = "mu-correlation-250um"
+AT_MEDIAN = ("mu-correlation-exponential", IN_METRES, "mu-right-skewed", "mu-beta-2.1-5")  # alone
+ACCURACY = 1e-4  # relative, of the ends of a range
+FEWEST = 8  # samples or runs that a scene may have
+
+
+@dataclass(frozen=True)
+class Range:
+    """The range of one input over which a verdict stays what it is, everything else as in the scene.
+
+    input, value : key of the scene, and its value there [SI]
+    low, high : between which the verdict is known to stay
+    low_changes, high_changes : from where on it is known to be another; None where that is not within a factor of ten,
+        or only a new run tells
+    by : what tells it
+    """
+
+    input: str
+    value: float
+    low: float
+    low_changes: float | None
+    high: float
+    high_changes: float | None
+    by: str
+
+
+@dataclass(frozen=True)
+class Standing:
+    """On which inputs a verdict hangs.
+
+    always : why it hangs on none, else empty
+    any_value : inputs that may have any, alone or with what is said there
+    ranges : inputs that may move so far
+    new_runs, new_solves : inputs of which only a new run tells, of stages without contact solves or with them
+    """
+
+    always: str = ""
+    any_value: tuple[str, ...] = ()
+    ranges: tuple[Range, ...] = ()
+    new_runs: tuple[str, ...] = ()
+    new_solves: tuple[str, ...] = ()
+
+
+def range_of(name: str, value: float, verdict: str, at: At, by: str, least: float = 0.0) -> Range | None:
+    """The range of an input from the verdicts at factors of its value; None where nothing is known beside it.
+
+    value : of the scene, positive; the ends of a whole number are whole
+    least : value below which the input is not allowed
+    """
+    low, high = (
+        end(lambda factor: verdict if factor == 1.0 else at(factor), 1.0, reach, ACCURACY)
+        for reach in (max(1.0 / REACH, least / value), REACH)
+    )
+    if low.stands == high.stands and low.changes is None and high.changes is None:
+        return None
+    up, down = (math.ceil, math.floor) if isinstance(value, int) else (float, float)
+    return Range(
+        input=name,
+        value=value,
+        low=up(value * low.stands),
+        low_changes=None if low.changes is None else down(value * low.changes),
+        high=down(value * high.stands),
+        high_changes=None if high.changes is None else up(value * high.changes),
+        by=by,
+    )
+
+
+def judged(again: Callable[[float], list[dict[str, Any]]]) -> Callable[[str], At]:
+    """From claims at a factor to the verdict on each of them; what several ask of one factor is judged once."""
+
+    @cache
+    def at(factor: float) -> dict[str, str]:
+        return {claim["id"]: claim["verdict"] for claim in again(factor)}
+
+    return lambda name: lambda factor: at(factor)[name]
+
+
+def narrowed(arrays: Arrays, factor: float) -> dict[str, np.ndarray]:
+    """Results of so many times the samples, in first order: the same numbers, their intervals over sqrt(factor)."""
+    found = dict(arrays)
+    for name in (name for name in arrays if f"{name}_low" in arrays):
+        for close in (f"{name}_low", f"{name}_high"):
+            found[close] = arrays[name] + (arrays[close] - arrays[name]) / np.sqrt(factor)
+    return found
+
+
+def lengthened(friction: Arrays, factor: float) -> dict[str, np.ndarray]:
+    """Friction statistics of a chain whose lengths are all so many times as long."""
+    return {
+        name: factor * values if name == "lag" or name.startswith(("length_", "trend_length_")) else values
+        for name, values in friction.items()
+    }
+
+
+def present(scene: Scene, keys: Sequence[str]) -> tuple[str, ...]:
+    """Those of dotted keys that a scene has."""
+    found = []
+    for key in keys:
+        section, _, last = key.rpartition(".")
+        inner: Any = scene
+        for part in section.split("."):
+            inner = inner.get(part, {})
+        if last in inner:
+            found.append(key)
+    return tuple(found)
+
+
+def surface_inputs(scenes: Mapping[str, Scene], branch: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Inputs of surface and material that may have any value, and those that need solves, of square or friction."""
+    scene = scenes[branch]
+    scale, shape = (*MATERIAL, *present(scene, (RMS,))), present(scene, SHAPE)
+    return ((), (HARDNESS, *scale, *shape)) if present(scenes["claims"], (HARDNESS,)) else (scale, shape)
+
+
+def of_the_square(tested: Mapping[str, str], scenes: Mapping[str, Scene]) -> dict[str, Standing]:
+    """Of each statement on Figure 2 that was tested: its pressures have no other scale."""
+    free, solves = surface_inputs(scenes, "square")
+    lengths = (f"square.edge_m with {key} in proportion" for key in present(scenes["square"], (LENGTH,)))
+    standing = Standing(any_value=(*free, *lengths), new_solves=(*solves, *SQUARE))
+    return {name: standing for name in tested if name.startswith("fig2-")}
+
+
+def of_friction(tested: Mapping[str, str], friction: Arrays, scenes: Mapping[str, Scene]) -> dict[str, Standing]:
+    """Of each statement on the friction coefficient that was tested."""
+    scene = scenes["friction"]
+    strip, least = scene["strip"], scene["friction"]["least_contact_fraction"]
+    free, solves = surface_inputs(scenes, "friction")
+    more = judged(lambda factor: claims(None, narrowed(friction, factor), None))
+    longer = judged(lambda factor: claims(None, lengthened(friction, factor), None))
+    standings = {}
+    for name, verdict in tested.items():
+        if not name.startswith(("fig3-", "mu-")):
+            continue
+        found = [range_of(STRIPS, strip["samples"], verdict, more(name), ROOT_N, FEWEST)]
+        if name == IN_METRES:
+            found.append(range_of(WINDOW, strip["window_m"], verdict, longer(name), f"with {PROPORTION}"))
+        levels = friction["percentile"] == 50.0 if name in AT_MEDIAN else slice(None)
+        enough = not np.any(friction["missing_share"][:, levels] > 0.0)
+        if enough:  # then a lower bound drops no window either
+            found.append(Range(LEAST_CONTACT, least, 0.0, None, least, None, "no window has less"))
+        standings[name] = Standing(
+            any_value=(*free, "friction.mean_at_median", *(() if name == IN_METRES else (PROPORTION,))),
+            ranges=tuple(one for one in found if one is not None),
+            new_runs=() if enough else (LEAST_CONTACT,),
+            new_solves=(*solves, *present(scene, STRIP)),
+        )
+    return standings
+
+
+def with_standings(found: Sequence[Mapping[str, Any]], standings: Mapping[str, Standing]) -> list[dict[str, Any]]:
+    """The claims with a field `stands` each: a Standing as a mapping, None for what is not tested."""
+    paper = Standing(always="the paper is at odds with itself, whatever is assumed")
+    of_verdict = {NOT_TESTED: None, CONTRADICTS: asdict(paper)}
+    return [
+        {
+            **claim,
+            "stands": of_verdict[claim["verdict"]]
+            if claim["verdict"] in of_verdict
+            else asdict(standings[claim["id"]]),
+        }
+        for claim in found
+    ]

@@ -1,0 +1,241 @@
+"""The report is one valid page that needs no network and shows text as text."""
+
+import base64
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from roughslip.report.evidence import MEASURED, Evidence, evidence_section
+from roughslip.report.page import CAPTIONS, SceneReport, page
+
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+PICTURE = b"\x89PNG\r\n\x1a\n not much of a picture"
+
+
+class Page(HTMLParser):
+    """Elements and text of a page; an end tag that does not close the last open element is an error."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.elements, self.text, self.mistakes = [], [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        names = [name for name, _ in attrs]
+        if len(names) != len(set(names)):
+            self.mistakes.append(f"attribute twice in {tag}")
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.mistakes.append(f"</{tag}> closes nothing")
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] != "style":
+            self.text.append(data)
+
+    def all(self, tag):
+        return [attrs for name, attrs in self.elements if name == tag]
+
+
+def claim(**changes):
+    return {
+        "id": "fig3-mean-decreases",
+        "statement": "The mean decreases",
+        "paper": "decreases",
+        "ours": -0.08912,
+        "interval": [-0.0942, -0.0839],
+        "verdict": "reproduced",
+        "note": "change of the mean",
+        "rule": "the interval lies below zero",
+    } | changes
+
+
+def cost(**changes):
+    return {
+        "stage": "contact_strip",
+        "jobs": 2,
+        "cpu_seconds": 10.71,
+        "wall_seconds": 33.0,
+        "core_cpu_seconds": 9.0,
+        "core_share": 0.84,
+        "peak_memory_mib": 284.1,
+        "did": {"convolutions": 80400, "field_fits": 3},
+        "skipped": {"nodes: below <the> plane": 1234, "solves: no contact": 0},
+    } | changes
+
+
+def scene(**changes):
+    return SceneReport(
+        **{
+            "name": "mine",
+            "description": "A scan of my own",
+            "figures": dict.fromkeys(CAPTIONS, PICTURE),
+            "surfaces": {},
+            "claims": [claim()],
+            "costs": [cost(), cost(stage="all", did={"everything": 1})],
+            "configuration": '{"seed": 1}',
+        }
+        | changes
+    )
+
+
+def parsed(*scenes):
+    content = Page(page(scenes, {"numpy": "2.0", "python": "3.11"}))
+    assert content.mistakes == []
+    assert content.open == []
+    return content
+
+
+def test_one_page_without_a_network():
+    text = page([scene(), scene(name="yours")], {"numpy": "2.0"})
+    assert text.startswith("<!DOCTYPE html>")
+    content = parsed(scene(), scene(name="yours"))
+    assert not re.search(r"https?:|//[a-z]|url\(|@import|<script|<link|<iframe", text)
+    sources = [value for _, attrs in content.elements for name, value in attrs.items() if name in ("src", "href")]
+    pictures = [source for source in sources if source.startswith("data:image/png;base64,")]
+    assert len(pictures) == 2 * len(CAPTIONS)
+    assert base64.b64decode(pictures[0].partition(",")[2]) == PICTURE
+    ids = {attrs["id"] for _, attrs in content.elements if "id" in attrs}
+    assert {source for source in sources if source not in pictures} == {"#mine", "#yours"}
+    assert ids == {"mine", "yours", "mine-fig3-mean-decreases", "yours-fig3-mean-decreases"}
+
+
+def test_it_reads_on_a_phone_and_says_what_its_pictures_are():
+    content = parsed(scene())
+    assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in content.all("meta")
+    assert content.all("html") == [{"lang": "en"}]
+    assert {"charset": "utf-8"} in content.all("meta")
+    assert all(attrs["alt"] for attrs in content.all("img"))
+    heads = {attrs["data-head"] for attrs in content.all("td")}
+    assert {"Statement", "95 % interval", "Verdict", "CPU [s]", "Peak memory [MiB]"} < heads
+
+
+NASTY = """<script>alert("x")</script> & 'quoted' \u00b5 {braces}"""
+
+
+@pytest.mark.parametrize("key", ["statement", "paper", "note", "rule"])
+def test_claims_are_text(key):
+    content = parsed(scene(claims=[claim(**{key: NASTY})]))
+    assert content.all("script") == []
+    assert NASTY in " ".join(content.text)
+
+
+@pytest.mark.parametrize("key", ["description", "configuration"])
+def test_what_a_user_wrote_is_text(key):
+    content = parsed(scene(**{key: NASTY}))
+    assert content.all("script") == []
+    assert NASTY in " ".join(content.text)
+
+
+def test_numbers_verdicts_and_what_has_none():
+    absent = claim(ours=None, interval=None, verdict="not tested", note="the scene does not run this stage")
+    content = parsed(scene(claims=[claim(), claim(), absent]))
+    text = " ".join(content.text)
+    assert "-0.0891" in text
+    assert "-0.0942 to -0.0839" in text
+    assert "3 statements: 2 reproduced, 1 not tested." in text
+    assert "None" not in text
+    assert [attrs["class"] for attrs in content.all("td")].count("verdict not-tested") == 1
+
+
+def test_costs_and_the_platform_that_does_not_tell_its_memory():
+    content = parsed(scene(costs=[cost(peak_memory_mib=None), cost(stage="all", did={"everything": 1})]))
+    text = " ".join(content.text)
+    assert "80,400 convolutions, 3 field fits" in text
+    assert "None" not in text
+
+
+def test_what_was_not_computed_stands_beside_the_costs_with_its_reason():
+    """Skips that never occurred take no room; kept costs of before skips were counted can be shown too."""
+    not_needed = {"contact_strip": "given & done", "friction": "given & done", "spacing": "a number"}
+    content = parsed(scene(costs=[cost(), cost(stage="all", not_needed=not_needed)]))
+    text = " ".join(content.text)
+    assert "1,234 nodes: below <the> plane" in text
+    assert "no contact" not in text
+    assert "contact_strip, friction (given & done); spacing (a number)." in text
+    older = {name: value for name, value in cost().items() if name != "skipped"}
+    assert "Stages that did not run" not in " ".join(parsed(scene(costs=[older])).text)
+    assert "everything" not in text
+
+
+def test_how_a_surface_is_represented_stands_below_its_figure_as_text():
+    plain = parsed(scene()).text
+    content = parsed(scene(surfaces={"figure2": ["It has 7 modes.", NASTY]}))
+    (added,) = set(content.text) - set(plain)
+    assert added == f"{CAPTIONS['figure2']} It has 7 modes. {NASTY}"
+    assert content.all("script") == []
+
+
+@pytest.mark.parametrize("description", ["My scan", "My scan."])
+def test_a_description_ends_in_one_full_stop(description):
+    assert "My scan." in parsed(scene(description=description)).text
+
+
+def test_every_scene_its_targets():
+    """A scene of the oscillator alone shows Figure 5 alone."""
+    assert len(parsed(scene(figures={"figure5": PICTURE})).all("img")) == 1
+
+
+COST = {
+    "stages": [
+        {
+            "scene": "mine",
+            "stage": "contact_strip",
+            "unit": "strips",
+            "ours": {"units": 240.0, "seconds": 321.0},
+            "plain": {"units": 2400.0, "seconds": 65432.0},
+            "ratio": 203.8,
+            "ratio_at_the_tolerance_asked": 101.9,
+            "how": "counted <so>",
+        }
+    ],
+    "chain": [
+        {
+            "scene": "mine",
+            "ours_seconds": 321.0,
+            "plain_seconds": 65432.0,
+            "ratio": 203.8,
+            "ratio_at_the_tolerance_asked": 101.9,
+        }
+    ],
+}
+EVIDENCE = Evidence(
+    pictures=dict.fromkeys(MEASURED, PICTURE),
+    budget={"scene=mine number=mu_std_50": {"value": 0.1234, "error": 0.0123, "largest": "mesh"}},
+    cost=COST,
+    stress=[
+        {
+            "stage": "contact",
+            "problems": 3000,
+            "outcomes": {"converged": 2990, "IllPosedError": 10},
+            "worst_residual_over_tolerance": 0.5,
+        },
+        {"stage": "chaos", "problems": 1, "outcomes": {"InputError": 1}, "worst_residual_over_tolerance": None},
+    ],
+    machine={"contact": "a <processor>"},
+)
+
+
+def test_evidence_is_shown_on_the_same_page():
+    text = page([scene()], {"numpy": "2.0"}, EVIDENCE)
+    content = Page(text)
+    assert content.mistakes == content.open == []
+    assert {"budget", "cost", "speed", "stress"} < {attrs["id"] for _, attrs in content.elements if "id" in attrs}
+    alts = [attrs["alt"] for attrs in content.all("img")]
+    assert [f"Benchmark {name}" in alts for name in MEASURED] == [True] * len(MEASURED)
+    words = " ".join(content.text)
+    for shown in ("mu std 50", "0.1234", "1.2", "mesh", "3,000", "2,990 converged, 10 IllPosedError", "a <processor>"):
+        assert shown in words
+    for shown in ("contact_strip", "strips", "2.4e+03", "6.54e+04", "204", "102", "counted <so>"):
+        assert shown in words
+    assert "None" not in words
+
+
+def test_without_evidence_nothing_is_said_of_it():
+    assert evidence_section(Evidence()) == ""
+    assert page([scene()], {}, Evidence()) == page([scene()], {})

@@ -1,0 +1,122 @@
+"""The joint page in a browser: nothing goes wrong, every picture is there, links lead somewhere, it fits a phone.
+
+Any Chromium will do; without one the tests skip.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from html import unescape
+from pathlib import Path
+
+import pytest
+
+from roughslip import store
+from roughslip.report.evidence import MEASURED, Evidence
+from roughslip.report.page import SceneReport, page
+from tests.report.test_report import COST
+
+REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+BROWSER = next((found for name in NAMES if (found := shutil.which(name))), None)
+
+pytestmark = pytest.mark.skipif(BROWSER is None, reason=f"no browser found: none of {', '.join(NAMES)}")
+
+LISTEN = """<script>window.wrong = [];
+addEventListener("error", e => wrong.push(String(e.message || e.target.outerHTML.slice(0, 80))), true);
+for (const kind of ["error", "warn"]) console[kind] = (...words) => wrong.push(words.join(" "));</script>"""
+
+# Contrast as the Web Content Accessibility Guidelines 2.1 define it, of every element with text of its own.
+PROBE = """<script>addEventListener("load", () => {
+  const channel = c => { c /= 255; return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; };
+  const light = ([r, g, b]) => 0.2126 * channel(r) + 0.7152 * channel(g) + 0.0722 * channel(b);
+  const numbers = text => text.match(/[0-9.]+/g).map(Number);
+  const behind = element => { for (; element; element = element.parentElement) {
+    const colour = numbers(getComputedStyle(element).backgroundColor);
+    if (colour.length < 4 || colour[3] > 0) return colour.slice(0, 3); } return [255, 255, 255]; };
+  const faint = [];
+  for (const element of document.body.querySelectorAll("*")) {
+    if (![...element.childNodes].some(node => node.nodeType === 3 && node.data.trim())) continue;
+    if (["SCRIPT", "STYLE"].includes(element.tagName)) continue;
+    const [a, b] = [light(numbers(getComputedStyle(element).color).slice(0, 3)), light(behind(element))];
+    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (ratio < 4.5) faint.push(element.outerHTML.slice(0, 80) + " " + ratio.toFixed(2));
+  }
+  const found = {
+    wrong, faint,
+    pictures: [...document.images].map(image => [image.alt, image.complete && image.naturalWidth > 0]),
+    links: [...document.links].map(link => [link.getAttribute("href"), !!document.getElementById(link.hash.slice(1))]),
+    ids: [...document.querySelectorAll("[id]")].map(element => element.id),
+    width: [document.documentElement.scrollWidth, innerWidth],
+  };
+  document.body.innerHTML = "";
+  document.body.appendChild(document.createElement("pre")).textContent = JSON.stringify(found);
+});</script>"""
+
+
+@pytest.fixture(scope="module")
+def text():
+    """The page of the kept results, with every kind of evidence."""
+    scenes = []
+    for name in ("paper", "resolved"):
+        kept = REFERENCE / name
+        figures = {figure: (kept / f"{figure}.png").read_bytes() for figure in ("figure2", "figure3", "figure5")}
+        claims, costs = (store.read_json(kept / f"{file}.json") for file in ("claims", "costs"))
+        scenes.append(SceneReport(name, "Kept", figures, {}, claims, costs, "{}"))
+    picture = (REFERENCE / "paper" / "figure2.png").read_bytes()
+    stress = [{"stage": "a", "problems": 1, "outcomes": {"converged": 1}, "worst_residual_over_tolerance": 0.1}]
+    budget = {"scene=paper number=mu_std_50": {"value": 0.1, "error": 0.01, "largest": "mesh"}}
+    return page(scenes, store.versions(), Evidence(dict.fromkeys(MEASURED, picture), budget, COST, stress))
+
+
+@pytest.fixture(scope="module", params=[(390, 844), (1280, 900)], ids=["phone", "desk"])
+def probed(request, text, tmp_path_factory):
+    """What the browser tells of the page, loaded in a window of a phone's size or a desk's."""
+    folder = tmp_path_factory.mktemp("browser")
+    (folder / "page.html").write_text(
+        text.replace("<head>", f"<head>{LISTEN}").replace("</body>", f"{PROBE}</body>"), encoding="utf-8"
+    )
+    width, height = request.param
+    command = [
+        *(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"),
+        *(f"--user-data-dir={folder / 'profile'}", f"--window-size={width},{height}"),
+        *("--virtual-time-budget=20000", "--dump-dom", (folder / "page.html").as_uri()),
+    ]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    found = re.search(r"<pre[^>]*>(.*?)</pre>", run.stdout, re.S)
+    assert found, run.stderr[-2000:]
+    return json.loads(unescape(found[1]))
+
+
+def test_nothing_goes_wrong(probed):
+    assert probed["wrong"] == []
+
+
+def test_every_picture_is_there_and_says_what_it_is(probed):
+    assert len(probed["pictures"]) == 2 * 3 + len(MEASURED)
+    assert all(alt and shown for alt, shown in probed["pictures"])
+
+
+def test_links_lead_somewhere_and_no_place_has_two_names(probed):
+    assert probed["links"]
+    assert all(there for _, there in probed["links"])
+    assert len(probed["ids"]) == len(set(probed["ids"]))
+
+
+def test_every_claim_has_its_place(probed):
+    for name in ("paper", "resolved"):
+        wanted = {f"{name}-{claim['id']}" for claim in store.read_json(REFERENCE / name / "claims.json")}
+        assert wanted <= set(probed["ids"])
+
+
+def test_it_fits_the_window(probed):
+    """What is wider than the page, pictures and code, scrolls by itself."""
+    scroll, window = probed["width"]
+    assert scroll <= window
+
+
+def test_text_stands_out_from_what_is_behind_it(probed):
+    assert probed["faint"] == []

@@ -1,0 +1,266 @@
+"""Files of scans, good and bad. What needs SurfaceTopography is skipped where it is not installed."""
+
+import hashlib
+import importlib.util
+import sys
+import zipfile
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+
+from roughslip.errors import InputError
+from roughslip.scan import limits
+from roughslip.scan.instrument_file import read_scan, write_x3p
+from roughslip.scan.topography import Topography
+
+instruments = pytest.mark.skipif(
+    importlib.util.find_spec("SurfaceTopography") is None, reason="needs SurfaceTopography (the extra `scans`)"
+)
+
+NX, NY, DX, DY = 40, 34, 0.5e-6, 0.75e-6
+
+
+@pytest.fixture(scope="module")
+def heights():
+    return np.random.default_rng(51).standard_normal((NX, NY)) * 1e-7
+
+
+@pytest.fixture
+def scan(heights):
+    missing = np.zeros((NX, NY), dtype=bool)
+    missing[5:7, 9] = True
+    return Topography(heights, DX, DY, missing)
+
+
+def write_netcdf(path, heights, *, units="um", dims=("x", "y"), **changes):
+    with netCDF4.Dataset(path, "w") as file:
+        for name, n, step in (("x", NX, DX), ("y", NY, DY)):
+            file.createDimension(name, n)
+            axis = file.createVariable(name, "f8", (name,))
+            axis[:] = changes.get(name, np.arange(n) * step * 1e3)
+            axis.units = "mm"
+        z = file.createVariable("heights", "f4", dims)
+        z[:] = (heights if dims == ("x", "y") else heights.T) * 1e6
+        if units is not None:
+            z.units = units
+
+
+def check_refused(path, words, *, spacing=None, unit=None):
+    with pytest.raises(InputError) as caught:
+        read_scan(path, spacing, unit)
+    assert len(caught.value.lines) == 1
+    assert "\n" not in caught.value.lines[0]
+    assert caught.value.lines[0].startswith(f"{path}: ")
+    assert words in caught.value.lines[0]
+
+
+def test_a_plain_matrix_has_a_row_for_each_y(tmp_path, heights):
+    path = tmp_path / "plain.txt"
+    np.savetxt(path, heights.T * 1e9, header="nanometres")
+    found = read_scan(path, (DX, DY), "nm")
+    np.testing.assert_allclose(found.heights, heights, rtol=1e-13)
+    assert (found.dx, found.dy) == (DX, DY)
+
+
+@pytest.mark.parametrize("dims", [("x", "y"), ("y", "x")])
+def test_a_netcdf_map_carries_its_units(tmp_path, heights, dims):
+    path = tmp_path / "map.nc"
+    write_netcdf(path, heights, dims=dims)
+    found = read_scan(path)
+    np.testing.assert_allclose(found.heights, heights, rtol=1e-7)  # stored in single precision
+    assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)
+
+
+def test_bad_netcdf_maps(tmp_path, heights):
+    path = tmp_path / "map.nc"
+    write_netcdf(path, heights, units=None)
+    check_refused(path, "does not give its unit of heights; state it")
+    assert read_scan(path, unit="um").heights == pytest.approx(heights, rel=1e-6)
+    write_netcdf(path, heights, units="V")
+    check_refused(path, "'V', which is no length")
+    write_netcdf(path, heights)
+    check_refused(path, "leave the stated one, nm, out", unit="nm")
+    check_refused(path, "gives its spacing", spacing=(DX, DY))
+    write_netcdf(path, heights, x=np.arange(NX) ** 2 * 1e-3)
+    check_refused(path, "does not increase in equal steps")
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    check_refused(path, "truncated or damaged")
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("x", 3)
+    check_refused(path, "no variable 'heights'")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("1 2\n3 four\n", "not a matrix of numbers"), ("1 2\n3\n", "not a matrix"), ("1 2 3\n" * 3, "at least 32")],
+)
+def test_bad_matrices(tmp_path, text, words):
+    path = tmp_path / "bad.txt"
+    path.write_text(text)
+    check_refused(path, words, spacing=(DX, DY), unit="um")
+
+
+def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
+    path = tmp_path / "plain.txt"
+    np.savetxt(path, heights.T * 1e9)
+    check_refused(path, "check the unit", spacing=(DX, DY), unit="m")  # 100 m of roughness on a scan of 0.02 mm
+    check_refused(path, "m apart", spacing=(0.5, 0.75), unit="nm")
+    check_refused(path, "an unknown unit; known are m, mm", spacing=(DX, DY), unit="inch")
+    monkeypatch.setattr(limits, "MOST_POINTS", 1000)
+    check_refused(path, "at most 1000 are read", spacing=(DX, DY), unit="nm")
+    monkeypatch.setattr(limits, "MOST_BYTES", 1000)
+    check_refused(path, "MB are read", spacing=(DX, DY), unit="nm")
+    check_refused(tmp_path / "absent.al3d", "no such file")
+
+
+def test_an_archive_is_not_unpacked_beyond_the_limit(tmp_path, monkeypatch):
+    path = tmp_path / "bomb.x3p"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("main.xml", bytes(3 * 10**6))
+    monkeypatch.setattr(limits, "MOST_BYTES", 10**6)
+    assert path.stat().st_size < 10**6
+    check_refused(path, "unpacks to 3 MB; at most 1 MB are read")
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_an_archive_that_hides_its_size_is_refused(tmp_path, method):
+    """Python unpacks all that bzip2 and LZMA hold, whatever size the archive states."""
+    path = tmp_path / "bomb.x3p"
+    with zipfile.ZipFile(path, "w", method) as archive:
+        archive.writestr("main.xml", bytes(10**6))
+    check_refused(path, "an archive that is packed otherwise than by DEFLATE")
+
+
+def test_text_is_read_up_to_a_size_of_its_own(tmp_path, monkeypatch):
+    path = tmp_path / "long.asc"
+    path.write_text("# Width: 20 um\n" + "1.0 2.0\n" * 1000)
+    monkeypatch.setattr(limits, "MOST_TEXT", 8000)
+    check_refused(path, "0 MB of text; at most 0 MB are read")
+
+
+def elsewhere(path, kind):
+    """A map whose heights are not in the file: in another as bytes, as a data set, or behind a link."""
+    with h5py.File(path.with_name("other.h5"), "w") as other:
+        other["heights"] = np.zeros((NX, NY))
+    source = h5py.VirtualSource(path.with_name("other.h5"), "heights", shape=(NX, NY))
+    layout = h5py.VirtualLayout(shape=(NX, NY), dtype="f8")
+    layout[:] = source
+    with h5py.File(path, "w") as file:
+        if kind == "external":
+            file.create_dataset("heights", (NX, NY), "u1", external=[(str(path.with_name("other.h5")), 0, NX * NY)])
+        elif kind == "virtual":
+            file.create_virtual_dataset("heights", layout)
+        elif kind == "link":
+            file["heights"] = h5py.ExternalLink("other.h5", "heights")
+        else:
+            file["heights"] = h5py.SoftLink("/x")
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".h5"])
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("external", "heights has its values elsewhere"),
+        ("virtual", "heights has its values elsewhere"),
+        ("link", "heights is a link"),
+        ("soft link", "heights is a link"),
+    ],
+)
+def test_a_file_that_takes_its_values_from_another_is_refused(tmp_path, kind, words, suffix):
+    """A stranger's scan would publish what it points at."""
+    path = tmp_path / f"scan{suffix}"
+    elsewhere(path, kind)
+    check_refused(path, f"{words}; export the heights alone, into a file of their own")
+
+
+@pytest.mark.parametrize(
+    ("shape", "chunks", "words"),
+    [
+        ((10**5, 10**4), (10, 10), "heights unpacks to 8000 MB; at most 537 MB are read"),
+        ((NX, NY), (2**20, NY), f"heights is stored in pieces of {2**20 * NY} values; at most {2**23} are read"),
+    ],
+)
+def test_a_file_that_unpacks_to_more_than_it_shows_is_refused(tmp_path, shape, chunks, words):
+    path = tmp_path / "bomb.nc"
+    with h5py.File(path, "w") as file:
+        file.create_dataset("heights", shape, "f8", chunks=chunks, maxshape=(None, shape[1]), compression="gzip")
+    check_refused(path, words)
+
+
+def test_without_the_library_the_line_says_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)  # as if it were not installed
+    path = tmp_path / "scan.al3d"
+    path.write_bytes(b"AliconaImaging\x00\r\n")
+    check_refused(path, "pip install 'roughslip[scans]'")
+
+
+@instruments
+def test_an_x3p_file_comes_back_as_it_was(tmp_path, scan):
+    first, second = tmp_path / "a.x3p", tmp_path / "b.x3p"
+    write_x3p(first, scan)
+    write_x3p(second, scan)
+    assert first.read_bytes() == second.read_bytes()
+    found = read_scan(first)
+    np.testing.assert_array_equal(found.missing, scan.missing)
+    np.testing.assert_array_equal(found.heights[found.measured], scan.heights[found.measured])
+    assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-14)
+    with zipfile.ZipFile(first) as archive:
+        assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        assert b"<Date>1980-01-01" in archive.read("main.xml")
+        assert hashlib.md5(archive.read("main.xml")).hexdigest() in archive.read("md5checksum.hex").decode()
+
+
+@instruments
+def test_bad_instrument_files(tmp_path, scan):
+    path = tmp_path / "scan.x3p"
+    write_x3p(path, scan)
+    whole = path.read_bytes()
+    check_refused(path, "leave the stated one, nm, out", unit="nm")
+    path.write_bytes(whole[: len(whole) // 2])
+    check_refused(path, "truncated or damaged archive")
+    path.write_bytes(np.random.default_rng(52).bytes(2 * 64**2))  # 2 n^2 bytes: not taken for a radar map of the Earth
+    check_refused(path, "unknown format, or damaged")
+    path.write_bytes(b"AliconaImaging\x00\r\nVersion")
+    check_refused(path, "truncated or damaged (")
+
+
+@instruments
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("", "does not give its unit of heights; state it"),
+        ("# Width: 20 um\n# Height: 25.5 um\n", "does not give its unit of heights"),
+        ("# Width: 20 um\n# Height: 25.5 um\n# Value units: V\n", "no matrix of heights (CorruptFile"),
+        ("# Value units: nm\n", "does not give its spacing; state it"),
+    ],
+)
+def test_text_with_heights_in_unknown_units(tmp_path, heights, header, words):
+    path = tmp_path / "export.asc"
+    path.write_text(header + "\n".join(" ".join(f"{z:.9e}" for z in row) for row in heights.T * 1e9))
+    check_refused(path, words)
+
+
+@instruments
+def test_text_whose_header_gives_only_the_size_takes_the_stated_unit_for_heights(tmp_path, heights):
+    path = tmp_path / "export.asc"
+    header = "# Width: 20 um\n# Height: 25.5 um\n"
+    path.write_text(header + "\n".join(" ".join(f"{z:.12e}" for z in row) for row in heights.T * 1e9))
+    found = read_scan(path, unit="nm")
+    np.testing.assert_allclose(found.heights, heights, rtol=1e-11)
+    assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)
+
+
+@instruments
+def test_a_netcdf_map_of_the_library_is_read(tmp_path, scan):
+    from SurfaceTopography import Topography as Theirs
+
+    path = tmp_path / "theirs.nc"
+    heights = np.ma.masked_array(scan.heights * 1e6, mask=scan.missing)
+    Theirs(heights, (NX * DX * 1e6, NY * DY * 1e6), unit="µm").to_netcdf(str(path))
+    found = read_scan(path)
+    np.testing.assert_array_equal(found.missing, scan.missing)
+    np.testing.assert_allclose(found.heights[found.measured], scan.heights[found.measured], rtol=1e-12)
+    assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)

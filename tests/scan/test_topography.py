@@ -1,0 +1,138 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from roughslip.errors import InputError, ParameterError
+from roughslip.scan.topography import FEWEST_NODES, MOST_MISSING, Topography, remove_form, topography
+
+NX, NY, DX, DY = 48, 36, 0.5e-6, 0.8e-6
+
+
+def rough(seed=0):
+    return np.random.default_rng([31, seed]).standard_normal((NX, NY)) * 1e-7
+
+
+def with_holes(heights, seed=0, share=0.05):
+    holes = np.random.default_rng([32, seed]).random(heights.shape) < share
+    return np.where(holes, np.nan, heights)
+
+
+def quadratic():
+    x, y = np.arange(NX)[:, None] * DX, np.arange(NY)[None, :] * DY
+    return 3e-6 + 0.02 * x - 0.03 * y + 800.0 * x**2 - 500.0 * x * y + 300.0 * y**2
+
+
+def terms(form):
+    x, y = np.linspace(0, 1, NX)[:, None] + np.zeros(NY), np.linspace(0, 1, NY)[None, :] + np.zeros((NX, 1))
+    return [np.ones((NX, NY)), x, y, x * x, x * y, y * y][: {"mean": 1, "plane": 3, "quadratic": 6}[form]]
+
+
+@pytest.mark.parametrize("form", ["mean", "plane", "quadratic"])
+def test_what_is_left_is_orthogonal_to_the_form_over_the_measured_points(form):
+    scan = topography(with_holes(rough() + quadratic()), DX, DY, "scan")
+    left = remove_form(scan, form)
+    for term in terms(form):
+        # normal equations solved to rounding: 1e3 points of at most the heights before removal
+        assert abs(np.sum((left.heights * term)[scan.measured])) < 1e-11 * np.sum(np.abs(scan.heights))
+
+
+@pytest.mark.parametrize("form", ["mean", "plane", "quadratic"])
+def test_removal_does_not_see_the_form_and_removes_nothing_twice(form):
+    shape = {"mean": np.full((NX, NY), 2e-5), "plane": quadratic() * 0, "quadratic": quadratic()}[form]
+    if form == "plane":
+        shape = 1e-5 + np.arange(NX)[:, None] * 2e-7 - np.arange(NY)[None, :] * 1e-7
+    bare = remove_form(topography(with_holes(rough()), DX, DY, "scan"), form)
+    bent = remove_form(topography(with_holes(rough() + shape), DX, DY, "scan"), form)
+    again = remove_form(bent, form)
+    np.testing.assert_allclose(bent.heights, bare.heights, atol=1e-11 * np.abs(shape).max())
+    np.testing.assert_allclose(again.heights, bent.heights, atol=1e-18)
+
+
+def test_holes_are_filled_by_a_discrete_harmonic_function():
+    """x^2 - y^2 has no five-point Laplacian on any rectangular cells: a hole inside the mesh is filled exactly."""
+    x, y = np.arange(NX)[:, None] * DX, np.arange(NY)[None, :] * DY
+    z = x**2 - y**2 + 1e-6 * x
+    holed = z.copy()
+    holed[10:16, 8:15] = np.nan
+    holed[30, 20] = np.inf
+    scan = topography(holed, DX, DY, "scan")
+    assert scan.missing.sum() == 43
+    np.testing.assert_allclose(scan.heights, z, atol=1e-12 * np.abs(z).max())
+
+
+def test_a_hole_at_the_edge_has_no_slope_across_it():
+    z = np.zeros((NX, 1)) + np.cos(np.arange(NY))[None, :]
+    holed = z.copy()
+    holed[:4, 10] = np.nan  # one wide, so that its neighbours across y rule it but for the pull of its end
+    scan = topography(holed, DX, DY, "scan")
+    a, b = DX**-2, DY**-2  # the column solved by hand: reflecting top, z beyond the fourth cell
+    matrix = np.diag([a + 2 * b, 2 * a + 2 * b, 2 * a + 2 * b, 2 * a + 2 * b])
+    matrix -= a * (np.eye(4, k=1) + np.eye(4, k=-1))
+    right = np.full(4, b * (np.cos(9) + np.cos(11)))
+    right[3] += a * np.cos(10)
+    np.testing.assert_allclose(scan.heights[:4, 10], np.linalg.solve(matrix, right), rtol=1e-12)
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**31), share=st.floats(0.001, 0.07))
+def test_filling_keeps_measured_heights_and_invents_no_extremes(seed, share):
+    z = rough(seed)
+    scan = topography(with_holes(z, seed, share), DX, DY, "scan")
+    np.testing.assert_array_equal(scan.heights[scan.measured], z[scan.measured])
+    assert scan.heights.min() == z[scan.measured].min()
+    assert scan.heights.max() == z[scan.measured].max()
+
+
+def test_an_empty_rim_is_cut_off_and_the_inside_kept():
+    z = rough()
+    rimmed = np.full((NX + 5, NY + 3), np.nan)
+    rimmed[2:-3, 3:] = z
+    rimmed[1, 3:12] = 1e-7  # a ragged line, mostly missing, goes too
+    scan = topography(rimmed, DX, DY, "scan")
+    np.testing.assert_array_equal(scan.heights, z)
+    assert not scan.missing.any()
+    assert (scan.grid.dx, scan.grid.dy) == (DX, DY)
+
+
+@pytest.mark.parametrize(
+    ("heights", "words"),
+    [
+        (np.full((NX, NY), np.nan), "no point has a height; at most 10%"),
+        (rough()[:1], f"1 x {NY} points with heights; a scan needs at least {FEWEST_NODES}"),
+        (rough()[:, :20], f"at least {FEWEST_NODES} on each axis"),
+        (np.full((NX, NY), 3e-6), "all heights are equal"),
+        (rough()[0], "1-dimensional heights; a map of heights has two"),
+        (with_holes(rough(), share=0.2), "at most 10% may be missing"),
+        (np.zeros((0, NY)), "no point has a height"),
+    ],
+)
+def test_a_bad_scan_ends_in_one_line_that_names_it(heights, words):
+    with pytest.raises(InputError) as caught:
+        topography(heights, DX, DY, "lapping.x3p")
+    assert len(caught.value.lines) == 1
+    assert caught.value.lines[0].startswith("lapping.x3p: ")
+    assert words in caught.value.lines[0]
+    assert MOST_MISSING == 0.10
+
+
+@pytest.mark.parametrize("step", [0.0, -1e-6, np.nan, np.inf])
+def test_points_lie_a_positive_distance_apart(step):
+    with pytest.raises(InputError, match="positive and finite"):
+        topography(rough(), step, DY, "scan")
+
+
+def test_form_is_refused_where_unknown_or_all_there_is():
+    scan = topography(quadratic(), DX, DY, "scan")
+    with pytest.raises(ParameterError, match="mean, plane or quadratic"):
+        remove_form(scan, "cubic")
+    with pytest.raises(ParameterError, match="nothing is left"):
+        remove_form(scan, "quadratic")
+
+
+def test_a_topography_is_finite_and_complete():
+    holes = np.zeros((NX, NY), dtype=bool)
+    with pytest.raises(ParameterError, match="finite"):
+        Topography(with_holes(rough()), DX, DY, holes)
+    with pytest.raises(ParameterError, match="missing"):
+        Topography(rough(), DX, DY, holes[1:])

@@ -1,0 +1,85 @@
+"""Arrays of the three branches from which every statement follows that can, and what is said of them."""
+
+import json
+
+import numpy as np
+
+from roughslip.verdicts.rules import P_VALUES, claims
+
+METHODS = ("monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip")
+LEVELS = 3  # 10, 50, 90
+
+
+def with_interval(name, value, low, high):
+    return {name: np.array(value), f"{name}_low": np.array(low), f"{name}_high": np.array(high)}
+
+
+def square():
+    """A scene in which every statement on Figure 2 holds."""
+    return {
+        "method": np.array(METHODS),
+        "fit": np.array(METHODS[2:]),
+        "fit_samples": np.array([634, 634, 1000]),
+        "fit_distance_at_contact": np.array([0.04, 0.06, 0.01]),
+        "captured_variance": np.array(0.95),
+        "fit_positive_share": np.array([0.4, 1.0, 0.16]),
+        **with_interval("distance_in_contact", [0.02] * 5, [0.01] * 5, [0.03] * 5),
+        **with_interval("tail_error", [0.1] * 5, [0.05] * 5, [0.2] * 5),
+        **with_interval("distance_between_variants", 0.02, 0.01, 0.03),
+    }
+
+
+def friction():
+    """A scene in which every statement on the friction coefficient holds, but for the one that cannot."""
+    lag = 15e-6 * np.arange(121)
+    table = {"percentile": np.array([10.0, 50.0, 90.0]), "lag": lag, "triangle": np.maximum(1 - lag / 600e-6, 0)}
+    for name, value, half in (
+        ("misfit_difference", -0.01, 0.005),
+        ("length_least_squares", 250e-6, 20e-6),
+        ("skewness", 0.56, 0.1),
+        ("kurtosis", 0.3, 0.1),
+        ("beta_distance_standardised", 0.02, 0.02),
+    ):
+        ones = np.ones((2, LEVELS))
+        table |= with_interval(name, value * ones, (value - half) * ones, (value + half) * ones)
+    for name in ("misfit_exponential", "misfit_triangle", "length_one_over_e", "length_integral"):
+        table[name] = np.full((2, LEVELS), 3e-4)
+    for name in ("beta_a", "beta_b", "scaled_beta_a", "scaled_beta_b"):
+        table[name] = np.full((2, LEVELS), 2.0)
+    table["beta_at_bound"] = np.zeros((2, LEVELS), dtype=np.int8)
+    for name in ("mean", "std", "variation"):
+        table[f"combined_{name}"] = np.array([0.3, 0.2, 0.1])
+        table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
+        table |= with_interval(f"trend_combined_{name}_slope", -0.02, -0.03, -0.01)
+    table |= dict.fromkeys((variable for variable, _ in P_VALUES.values()), np.array(0.031))
+    return table | with_interval("trend_length_least_squares_change", [0.0, 0.0], [-1e-5, -1e-5], [1e-5, 1e-5])
+
+
+def oscillator():
+    """A scene in which every statement on Figure 5 holds."""
+    return {
+        "nominal_damping": np.array(0.17),
+        "deterministic_existence_limit": np.array(0.3244),
+        "damping_ratio": np.array([0.05, 0.17, 0.32, 0.33, 0.4]),
+        "deterministic_cycles": np.array([83, 91, 94, 0, 0]),
+        "mean_cycles": np.array([83.0, 91.0, 60.0, 5.0, 0.5]),
+        "difference_low": np.array([-1.0, -1.0, 30.0, -6.0, -0.7]),
+        "difference_high": np.array([1.0, 1.0, 38.0, -4.0, -0.3]),
+        **with_interval("still_cycling", [1, 1, 0.6, 0.3, 0], [0.98, 0.98, 0.5, 0.2, 0], [1, 1, 0.7, 0.4, 0.01]),
+        **with_interval("cycling_share", 1.0, 0.98, 1.0),
+        **with_interval("reattachment_distance_to_normal", 0.03, 0.02, 0.04),
+        **with_interval("reattachment_skewness", 0.3, 0.2, 0.4),
+        **with_interval("reattachment_kurtosis", 0.0, -0.1, 0.1),
+        "normality_jarque_bera_p": np.array(3e-9),
+        "normality_anderson_darling_p": np.array(0.0025),
+    }
+
+
+def judge(*, square_=None, friction_=None, oscillator_=None):
+    found = claims(square_, friction_, oscillator_)
+    json.dumps(found, allow_nan=False)
+    return {claim["id"]: claim for claim in found}
+
+
+def everything():
+    return judge(square_=square(), friction_=friction(), oscillator_=oscillator())

@@ -1,0 +1,255 @@
+"""Verdicts follow from their written rules: intervals are moved across each effect size."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from roughslip.verdicts import rules as module
+from roughslip.verdicts.rules import P_VALUES, RULES, STATEMENTS, claims, inside
+from tests.verdicts.claimed import LEVELS, everything, friction, judge, oscillator, square, with_interval
+
+IDS = [
+    *("fig2-mcs-lhs", "fig2-pc-lhs", "fig2-pc-tail", "fig2-variants-agree"),
+    *("fig3-mean-decreases", "fig3-std-decreases", "fig3-cov-decreases"),
+    *("mu-correlation-exponential", "mu-correlation-250um", "mu-correlation-any-depth"),
+    *("mu-right-skewed", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth"),
+    *("fig5-limit-cycle", "fig5-reattachment-nonnormal", "fig5-sharp-limit", "fig5-range-beyond-limit"),
+]
+VERDICTS = {"reproduced", "not reproduced", "contradicts itself", "not tested"}
+
+
+def test_every_statement_in_the_order_of_the_paper_with_a_rule_and_a_verdict():
+    found = claims(square(), friction(), oscillator())
+    assert [claim["id"] for claim in found] == IDS == list(STATEMENTS) == list(RULES)
+    for claim in found:
+        assert list(claim) == ["id", "statement", "paper", "ours", "interval", "verdict", "note", "rule"]
+        assert claim["verdict"] in VERDICTS
+        assert claim["interval"][0] <= claim["ours"] <= claim["interval"][1]
+        assert claim["rule"] == RULES[claim["id"]]
+    expected = dict.fromkeys(IDS, "reproduced") | {"mu-leptokurtic": "contradicts itself"}
+    assert {claim["id"]: claim["verdict"] for claim in found} == expected
+
+
+@pytest.mark.parametrize("absent", ["square", "friction", "oscillator"])
+def test_a_branch_that_does_not_run_is_not_tested(absent):
+    branches = {"square": square(), "friction": friction(), "oscillator": oscillator()} | {absent: None}
+    found = claims(**branches)
+    prefixes = {"square": ("fig2",), "friction": ("fig3", "mu-"), "oscillator": ("fig5",)}[absent]
+    for claim in found:
+        not_run = claim["id"].startswith(prefixes)
+        assert (claim["verdict"] == "not tested") == not_run
+        if not_run:
+            assert (claim["ours"], claim["interval"]) == (None, None)
+            assert claim["note"] == "the scene does not run this stage"
+
+
+INF = np.inf
+# id, branch, variable, index, open range in which the whole interval must lie
+SIMPLE = [
+    ("fig2-mcs-lhs", "square", "distance_in_contact", (1,), -INF, 0.1),
+    ("fig2-pc-lhs", "square", "distance_in_contact", (2,), -INF, 0.1),
+    ("fig2-pc-tail", "square", "tail_error", (2,), -INF, np.log10(2.0)),
+    ("fig2-variants-agree", "square", "distance_between_variants", (), -INF, 0.1),
+    ("fig3-mean-decreases", "friction", "trend_combined_mean_change", (), -INF, 0.0),
+    ("fig3-mean-decreases", "friction", "trend_combined_mean_slope", (), -INF, 0.0),
+    ("fig3-std-decreases", "friction", "trend_combined_std_change", (), -INF, 0.0),
+    ("fig3-std-decreases", "friction", "trend_combined_std_slope", (), -INF, 0.0),
+    ("fig3-cov-decreases", "friction", "trend_combined_variation_change", (), -INF, 0.0),
+    ("fig3-cov-decreases", "friction", "trend_combined_variation_slope", (), -INF, 0.0),
+    ("mu-correlation-exponential", "friction", "misfit_difference", (0, 1), -INF, 0.0),
+    ("mu-correlation-250um", "friction", "length_least_squares", (0, 1), 200e-6, 300e-6),
+    ("mu-correlation-any-depth", "friction", "trend_length_least_squares_change", (0,), -50e-6, 50e-6),
+    ("mu-right-skewed", "friction", "skewness", (0, 1), 0.0, INF),
+    ("mu-beta-2.1-5", "friction", "beta_distance_standardised", (0, 1), -INF, 0.1),
+    ("mu-beta-2.1-5", "friction", "skewness", (0, 1), 0.5 * 0.5598020, 1.5 * 0.5598020),
+    ("mu-beta-any-depth", "friction", "beta_distance_standardised", (0, 2), -INF, 0.1),
+    ("mu-beta-any-depth", "friction", "skewness", (0, 0), 0.5 * 0.5598020, 1.5 * 0.5598020),
+    ("fig5-limit-cycle", "oscillator", "cycling_share", (), 0.95, INF),
+    ("fig5-reattachment-nonnormal", "oscillator", "reattachment_skewness", (), 0.1, INF),
+]  # fmt: skip
+BRANCHES = {"square": square, "friction": friction, "oscillator": oscillator}
+
+
+@pytest.mark.parametrize(("name", "branch", "variable", "index", "least", "most"), SIMPLE)
+def test_the_verdict_turns_where_the_interval_crosses_the_effect_size(name, branch, variable, index, least, most):
+    """An interval of a fixed width is moved across the ends of its range in steps that never touch an end."""
+    ends = [(end, inwards) for end, inwards in ((least, 1.0), (most, -1.0)) if np.isfinite(end)]
+    width = 0.3 * (most - least if len(ends) == 2 else abs(ends[0][0]) or 0.1)
+    for end, inwards in ends:
+        for near in (-1.45, -1.05, -0.95, -0.5, -0.05, 0.05, 0.45):  # of the edge nearer the outside, in widths
+            edges = sorted((end + inwards * near * width, end + inwards * (near + 1.0) * width))
+            arrays = BRANCHES[branch]()
+            for suffix, value in zip(("", "_low", "_high"), (np.mean(edges), *edges), strict=True):
+                arrays[variable + suffix] = np.array(arrays[variable + suffix], dtype=float)
+                arrays[variable + suffix][index] = value
+            found = judge(**{f"{branch}_": arrays})[name]
+            assert found["verdict"] == ("reproduced" if near > 0 else "not reproduced"), (near, edges)
+            assert ("undecided" in found["note"]) == (-1 < near < 0), (near, edges)
+
+
+FINITE = st.floats(-1e3, 1e3)
+
+
+@settings(derandomize=True, max_examples=100)
+@given(st.tuples(FINITE, FINITE).map(sorted), st.tuples(FINITE, FINITE).map(sorted))
+def test_inside_is_a_logic_of_three_values(interval, wanted):
+    """All of it, none of it, or some of it; the complement of what is all inside is all outside."""
+    low, high = wanted
+    value = inside(tuple(interval), low, high)
+    assert (value == 1) == (low < interval[0] and interval[1] < high)
+    overlaps = max(low, interval[0]) < min(high, interval[1])
+    if overlaps:
+        assert value >= 0
+    if inside(tuple(interval), high=low) == 1 or inside(tuple(interval), low=high) == 1:
+        assert value == -1
+
+
+def test_what_is_not_a_number_is_inside_nothing():
+    assert inside((np.nan, np.nan), high=1.0) == 0
+
+
+def test_beta_of_the_paper_contradicts_its_own_kurtosis_whatever_we_find():
+    """Skewness 0.560, excess kurtosis -0.171: platykurtic."""
+    _, _, skewness, kurtosis = stats.beta.stats(2.1, 5.0, moments="mvsk")
+    np.testing.assert_allclose([module.BETA_SKEWNESS, module.BETA_KURTOSIS], [skewness, kurtosis], rtol=1e-12)
+    assert kurtosis < 0
+    for value in (-1.0, 0.0, 1.0):
+        arrays = friction()
+        for suffix in ("", "_low", "_high"):
+            arrays[f"kurtosis{suffix}"] = np.full((2, LEVELS), value)
+        assert judge(friction_=arrays)["mu-leptokurtic"]["verdict"] == "contradicts itself"
+
+
+def test_one_penetration_has_no_trend():
+    arrays = {
+        name: values[..., 1:2] if values.ndim and values.shape[-1] == LEVELS else values
+        for name, values in friction().items()
+        if not name.startswith("trend_")
+    }
+    found = judge(friction_=arrays)
+    without = [f"fig3-{name}-decreases" for name in ("mean", "std", "cov")] + ["mu-correlation-any-depth"]
+    assert [name for name in IDS[4:14] if found[name]["verdict"] == "not tested"] == without
+    assert found["mu-beta-any-depth"]["verdict"] == "reproduced"
+
+
+def test_numbers_that_do_not_exist_are_not_tested():
+    """An excited oscillator has no limit of its own; a run that never sticks again has no reattachment point."""
+    arrays = oscillator() | {"deterministic_existence_limit": np.array(np.nan)}
+    found = judge(oscillator_=arrays)
+    assert [found[name]["verdict"] for name in IDS[14:]] == ["not tested", "reproduced", "not tested", "not tested"]
+    assert "excited" in found["fig5-limit-cycle"]["note"]
+    note = judge(oscillator_=oscillator())["fig5-reattachment-nonnormal"]["note"]
+    assert "p of normality 3e-09 by these two and 0.003 by Anderson and Darling" in note
+    for name in [name for name in arrays if name.startswith(("reattachment", "normality"))]:
+        arrays[name] = np.array(np.nan)
+    assert judge(oscillator_=arrays)["fig5-reattachment-nonnormal"]["verdict"] == "not tested"
+    refused = square()  # fits of eqs. (8) and (9) with no more samples in contact than coefficients
+    refused["fit_samples"] = np.array([np.nan, np.nan, 1000.0])
+    for name in ("distance_in_contact", "tail_error"):
+        for suffix in ("", "_low", "_high"):
+            refused[name + suffix][2:4] = np.nan
+    for suffix in ("", "_low", "_high"):
+        refused[f"distance_between_variants{suffix}"] = np.array(np.nan)
+    found = judge(square_=refused)
+    assert [found[name]["verdict"] for name in IDS[:4]] == ["reproduced", *["not tested"] * 3]
+
+
+def test_a_badly_truncated_surface_is_told():
+    found = judge(square_=square() | {"captured_variance": np.array(0.14)})
+    assert "the modes carry 14 % of the variance" in found["fig2-mcs-lhs"]["note"].replace("%", " %").replace("  ", " ")
+    assert "variance" not in everything()["fig2-mcs-lhs"]["note"]
+
+
+def test_a_cycle_needs_a_damping_below_the_limit():
+    found = judge(oscillator_=oscillator() | {"nominal_damping": np.array(0.33)})["fig5-limit-cycle"]
+    assert found["verdict"] == "not reproduced"
+    assert "undecided" not in found["note"]
+
+
+@pytest.mark.parametrize(
+    ("skewness", "kurtosis", "verdict"),
+    [
+        ((-0.4, -0.2), (-0.1, 0.1), "reproduced"),
+        ((-0.1, 0.1), (0.2, 0.4), "reproduced"),
+        ((-0.1, 0.1), (-0.4, -0.2), "reproduced"),
+        ((-0.1, 0.1), (-0.1, 0.1), "not reproduced"),
+    ],
+)
+def test_non_normal_by_skewness_or_kurtosis(skewness, kurtosis, verdict):
+    arrays = oscillator()
+    for name, (low, high) in (("skewness", skewness), ("kurtosis", kurtosis)):
+        arrays |= with_interval(f"reattachment_{name}", (low + high) / 2, low, high)
+    assert judge(oscillator_=arrays)["fig5-reattachment-nonnormal"]["verdict"] == verdict
+
+
+@pytest.mark.parametrize(
+    ("damping", "cycles", "verdict"),
+    [
+        ([0.1, 0.33], [90, 0], "reproduced"),
+        ([0.1, 0.3, 0.33, 0.4], [90, 45, 1, 0], "reproduced"),
+        ([0.1, 0.3, 0.33, 0.4], [90, 44, 1, 0], "not reproduced"),  # it fades before the limit
+        ([0.1, 0.3, 0.33, 0.4], [90, 90, 2, 0], "not reproduced"),  # it goes on behind it
+        ([0.1, 0.3], [90, 90], "not tested"),  # whether it ceases was not tried
+        ([0.33, 0.4], [0, 0], "not tested"),  # nor whether it was there
+    ],
+)
+def test_sharp_limit_for_lists_of_dampings(damping, cycles, verdict):
+    cycles = np.array(cycles)
+    arrays = oscillator() | {
+        "damping_ratio": np.array(damping),
+        "deterministic_cycles": cycles,
+        "mean_cycles": cycles.astype(float),
+        **with_interval("still_cycling", *np.zeros((3, len(cycles)))),
+    }
+    found = judge(oscillator_=arrays)
+    assert found["fig5-sharp-limit"]["verdict"] == verdict
+    assert (found["fig5-range-beyond-limit"]["verdict"] == "not tested") == (max(damping) < 0.3244)
+
+
+@pytest.mark.parametrize(
+    ("share", "half", "verdict", "undecided"),
+    [
+        ([1.0, 0.3, 0.0], 0.04, "reproduced", False),
+        ([1.0, 0.0, 0.3], 0.04, "reproduced", False),
+        ([1.0, 0.08, 0.0], 0.04, "not reproduced", True),
+        ([1.0, 0.005, 0.0], 0.005, "not reproduced", False),
+    ],
+)
+def test_a_range_beyond_the_limit_needs_runs_that_cycle_to_the_end(share, half, verdict, undecided):
+    """A few cycles after the start are a transient, however many runs make them. The number shown is the surest one."""
+    share = np.array(share)
+    arrays = oscillator() | {
+        "damping_ratio": np.array([0.1, 0.33, 0.36]),
+        "deterministic_cycles": np.array([90, 0, 0]),
+        "mean_cycles": np.array([90.0, 20.0, 10.0]),
+        **with_interval("still_cycling", share, share - half, share + half),
+    }
+    found = judge(oscillator_=arrays)["fig5-range-beyond-limit"]
+    best = max(share[1:])
+    assert (found["verdict"], "undecided" in found["note"]) == (verdict, undecided)
+    assert (found["ours"], *found["interval"]) == pytest.approx((best, best - half, best + half), abs=1e-12)
+
+
+def test_notes_tell_the_p_values_that_there_are():
+    """One a statement, and none where there is no such number, as with one penetration."""
+    notes = {each["id"]: each["note"] for each in claims(None, friction(), None)}
+    for name, (variable, hypothesis) in P_VALUES.items():
+        assert notes[name].endswith(f"; {hypothesis}: p = 0.031") or "undecided" in notes[name]
+        alone = {each["id"]: each["note"] for each in claims(None, friction() | {variable: np.array(np.nan)}, None)}
+        assert {key for key in notes if notes[key] != alone[key]} == {name}
+
+
+def test_notes_tell_the_window_that_would_give_what_the_paper_has():
+    """Lengths go with the window: of 500 um in one of 600, the paper's 250 in one of 300. Skewness goes with its root:
+    half of the Beta's in one of 600 um, all of it in one of 150."""
+    table = friction()
+    table["length_least_squares"] = 2 * table["length_least_squares"]
+    table["skewness"] = np.full_like(table["skewness"], 0.5 * stats.beta.stats(2.1, 5.0, moments="s"))
+    notes = {claim["id"]: claim["note"] for claim in claims(None, table, None)}
+    assert "one of 300 um would give the paper's" in notes["mu-correlation-250um"]
+    assert "a window of 150 um would have the skewness of Beta(2.1, 5), 0.56" in notes["mu-beta-2.1-5"]
+    table["skewness"] = -table["skewness"]
+    notes = {claim["id"]: claim["note"] for claim in claims(None, table, None)}
+    assert "no window would have the skewness" in notes["mu-beta-2.1-5"]

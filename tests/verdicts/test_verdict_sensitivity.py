@@ -1,0 +1,283 @@
+"""How far verdicts stand: ends with closed forms, scale laws, and the verdict on both sides of every end."""
+
+import json
+
+import numpy as np
+import pytest
+
+from roughslip.chaos.distribution import wilson_interval
+from roughslip.contact.influence import Influence
+from roughslip.contact.solve import solve
+from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.grid import Grid
+from roughslip.verdicts.rules import claims
+from roughslip.verdicts.sensitivity import (
+    ACCURACY,
+    LEAST_CONTACT,
+    LENGTH,
+    MATERIAL,
+    PROPORTION,
+    RMS,
+    STRIPS,
+    WINDOW,
+    lengthened,
+    narrowed,
+    of_friction,
+    of_the_square,
+    range_of,
+    with_standings,
+)
+from roughslip.verdicts.sensitivity_oscillator import PARALLEL, of_the_oscillator, with_runs
+from tests.verdicts.claimed import friction, oscillator, square, with_interval
+
+ROUGHNESS = {"covariance": "gaussian", "rms_height_m": 5e-8, "correlation_length_m": 6e-7}
+STRIP = {"length_m": 2.4e-3, "margin_m": 3e-4, "cell_m": 2.5e-6, "window_m": 6e-4, "window_spacing_m": 1.5e-5}
+BELT = {"mass_kg": 2.0, "belt_velocity_m_per_s": 0.5, "damping_ratio": 0.17, "excitation_force_n": 0.0}
+SCENES = {
+    "claims": {"targets": ["figure2", "figure3", "figure5"]},
+    "square": {"roughness": ROUGHNESS, "square": {"nodes": 10, "edge_m": 6e-4}},
+    "friction": {
+        "roughness": ROUGHNESS,
+        "strip": STRIP | {"samples": 480, "penetration_percentiles": [10, 50, 90]},
+        "friction": {"mean_at_median": 0.3, "least_contact_fraction": 1e-3},
+    },
+    "deterministic": {"oscillator": BELT, "ensemble": {"duration_periods": 100}},
+}
+RUNS = 400
+
+
+def of_strips():
+    return friction() | {"missing_share": np.zeros((2, 3))}
+
+
+def of_runs(**changes):
+    """The scene of the claims with shares of 400 runs, the Hopf point at 0.23."""
+    low, high = wilson_interval(RUNS * np.array([1, 1, 0.6, 0.3, 0]), RUNS)
+    share = wilson_interval(RUNS, RUNS)
+    return (
+        oscillator()
+        | {"realisations": np.array(RUNS), "deterministic_hopf_damping": np.array(0.23)}
+        | {"still_cycling_low": low, "still_cycling_high": high}
+        | {"cycling_share_low": share[0], "cycling_share_high": share[1]}
+        | changes
+    )
+
+
+# As factors: the cycle exists up to 1.9, sliding is unstable up to 1.4, the list has both sides from 0.8 to 6; the belt
+# may go slower as it likes, and nothing is known of a slow one.
+NAN = np.nan
+SKELETON = {
+    "parameter": np.array(["mass_kg", "belt_velocity_m_per_s"]),
+    "cycle_range": np.array([[[0.1, NAN], [1.9, 1.9 * (1 + 1e-6)]], [[0.5, NAN], [1.5, 1.5 * (1 + 1e-6)]]]),
+    "unstable_range": np.array([[[0.1, NAN], [1.4, 1.4 * (1 + 1e-6)]], [[0.1, NAN], [1.2, 1.2 * (1 + 1e-6)]]]),
+    "sides_range": np.array([[[0.8, 0.8 * (1 - 1e-6)], [6.0, 6.0 * (1 + 1e-6)]], [[NAN, NAN], [NAN, NAN]]]),
+}
+
+
+def told(square_=None, friction_=None, oscillator_=None, skeleton=SKELETON, scenes=SCENES):
+    """The claims with their standings, by id."""
+    found = claims(square_, friction_, oscillator_)
+    tested = {c["id"]: c["verdict"] for c in found if c["verdict"] not in ("not tested", "contradicts itself")}
+    standings = of_the_square(tested, scenes) if square_ is not None else {}
+    if friction_ is not None:
+        standings |= of_friction(tested, friction_, scenes)
+    if oscillator_ is not None:
+        standings |= of_the_oscillator(tested, oscillator_, skeleton, scenes)
+    found = with_standings(found, standings)
+    json.dumps(found, allow_nan=False)
+    return {claim["id"]: claim for claim in found}
+
+
+def range_in(claim, name):
+    (found,) = [one for one in claim["stands"]["ranges"] if one["input"] == name]
+    return found
+
+
+def ends(found):
+    return [found[key] for key in ("low_changes", "low", "high", "high_changes")]
+
+
+def test_every_claim_says_how_far_it_stands():
+    found = told(square(), of_strips(), of_runs())
+    for name, claim in found.items():
+        stands = claim["stands"]
+        assert set(stands) == {"always", "any_value", "ranges", "new_runs", "new_solves"}
+        inputs = [*(one["input"] for one in stands["ranges"]), *stands["new_runs"], *stands["new_solves"]]
+        inputs += [entry for entry in stands["any_value"] if "." in entry and " " not in entry]
+        assert len(inputs) == len(set(inputs)), name
+        assert bool(inputs) != bool(stands["always"])
+    assert found["mu-leptokurtic"]["stands"]["always"].startswith("the paper is at odds")
+    assert told(square_=square())["fig5-sharp-limit"]["stands"] is None
+
+
+def test_the_verdict_is_another_on_the_far_side_of_every_end_and_the_same_on_the_near_one():
+    """Judged anew from results scaled to each end; intervals undecided here, decided there."""
+    table = of_strips()
+    for name, value, half in (("skewness", 0.56, 0.5), ("length_least_squares", 260e-6, 30e-6)):
+        table |= with_interval(name, *(np.full((2, 3), value + off) for off in (0.0, -half, half)))
+    runs = of_runs(**with_interval("reattachment_skewness", 0.3, 0.15, 0.45))
+    moves = {
+        STRIPS: lambda factor: claims(None, narrowed(table, factor), None),
+        WINDOW: lambda factor: claims(None, lengthened(table, factor), None),
+        "ensemble.realisations": lambda factor: claims(None, None, with_runs(runs, factor)),
+    }
+    tried = dict.fromkeys(moves, 0)
+    for name, claim in told(None, table, runs).items():
+        for one in claim["stands"]["ranges"] if claim["stands"] else ():
+            if one["input"] not in moves:
+                continue
+            for near, far in (("low", "low_changes"), ("high", "high_changes")):
+                for end, same in ((one[near], True), (one[far], False)):
+                    if end is not None:
+                        judged = {c["id"]: c["verdict"] for c in moves[one["input"]](end / one["value"])}
+                        assert (judged[name] == claim["verdict"]) == same, (name, one)
+                        tried[one["input"]] += not same
+    assert min(tried.values()) >= 2
+
+
+def test_fewer_strips_widen_the_interval_up_to_the_rule():
+    """0.56 +- 0.4 lies above zero until its half width is 0.56: with (0.4 / 0.56)^2 of 480 strips, 244.9."""
+    table = of_strips() | with_interval("skewness", *(np.full((2, 3), value) for value in (0.56, 0.16, 0.96)))
+    found = range_in(told(friction_=table)["mu-right-skewed"], STRIPS)
+    assert ends(found) == [244, 245, 4800, None]
+    assert found["value"] == 480
+
+
+def test_a_length_in_metres_moves_with_all_lengths_and_nothing_else_does():
+    """230 to 270 um stays within 200 to 300 um from 600 / 1.15 to 600 / 0.9 um of window."""
+    found = told(friction_=of_strips())
+    (low_changes, low, high, high_changes) = ends(range_in(found["mu-correlation-250um"], WINDOW))
+    assert (low, high) == (pytest.approx(600e-6 * 200 / 230, rel=2e-4), pytest.approx(600e-6 * 300 / 270, rel=2e-4))
+    assert low_changes < low < high < high_changes
+    assert max(low / low_changes, high_changes / high) <= 1.0 + 2 * ACCURACY
+    assert PROPORTION not in found["mu-correlation-250um"]["stands"]["any_value"]
+    table = of_strips()
+    for factor in (0.1, 10.0):
+        before, after = (claims(None, one, None) for one in (table, lengthened(table, factor)))
+        for one, other in zip(before, after, strict=True):
+            if one["id"] != "mu-correlation-250um":
+                assert one["verdict"] == other["verdict"]
+    for name in ("fig3-mean-decreases", "mu-correlation-any-depth", "mu-beta-2.1-5"):
+        assert PROPORTION in found[name]["stands"]["any_value"]
+
+
+def test_modulus_heights_and_lengths_cancel_in_calibrated_friction():
+    """Three times E*, twice the heights, five times the lengths: mu of every window stays, so that no verdict moves."""
+    heights = np.random.default_rng(7).standard_normal((4, 12, 12))
+
+    def mu(modulus, rms, cell):
+        area, force = np.empty((2, 4))
+        for window, surface in enumerate(heights):
+            influence = Influence(Grid(12, 12, cell, cell), modulus)
+            pressure = solve(influence, rms * (surface - 0.5)).pressure
+            area[window], force[window] = np.count_nonzero(pressure) * cell**2, pressure.sum() * cell**2
+        whole = np.mean(area / force)
+        return friction_coefficient(area, force, 0.3 / whole, 1e-3 * (12 * cell) ** 2)[0]
+
+    np.testing.assert_allclose(mu(6e11, 1e-7, 5e-6), mu(2e11, 5e-8, 1e-6), rtol=1e-8)
+    found = told(square(), of_strips(), of_runs())
+    for claim in found.values():
+        assert claim["stands"]["always"] or {*MATERIAL, RMS} <= set(claim["stands"]["any_value"])
+
+
+def test_a_surface_that_yields_has_one_group_more():
+    yielding = SCENES | {"claims": SCENES["claims"] | {"material": {"hardness_pa": 2e9}}}
+    for claim in told(square(), of_strips(), of_runs(), scenes=yielding).values():
+        if claim["id"] not in ("mu-leptokurtic", "fig5-sharp-limit"):
+            assert {*MATERIAL, RMS} <= set(claim["stands"]["new_solves"])
+            assert not {*MATERIAL, RMS} & set(claim["stands"]["any_value"])
+
+
+def test_what_only_solves_tell_is_said_and_no_range_invented():
+    for name, claim in told(square(), of_strips(), of_runs()).items():
+        if name not in ("mu-leptokurtic", "fig5-sharp-limit"):
+            assert LENGTH in claim["stands"]["new_solves"]
+            assert LENGTH not in [one["input"] for one in claim["stands"]["ranges"]]
+
+
+def test_a_lower_least_contact_drops_no_window_where_none_is_dropped():
+    missing = np.zeros((2, 3))
+    missing[0, 0] = 0.01  # at the first level, not at the median
+    found = told(friction_=of_strips() | {"missing_share": missing})
+    assert ends(range_in(found["mu-right-skewed"], LEAST_CONTACT)) == [None, 0.0, 1e-3, None]
+    assert found["mu-right-skewed"]["stands"]["new_runs"] == ()
+    assert found["fig3-mean-decreases"]["stands"]["new_runs"] == (LEAST_CONTACT,)
+
+
+def test_mass_and_belt_stand_as_long_as_sliding_repels_and_fail_where_no_cycle_is():
+    """In between the scatter decides. What is known of the slow belt ends at half its velocity."""
+    found = told(oscillator_=of_runs())["fig5-limit-cycle"]
+    close = {"rel": 2 * ACCURACY}
+    assert ends(range_in(found, "oscillator.mass_kg")) == [
+        *(None, pytest.approx(2.0 * 0.1, **close), pytest.approx(2.0 * 1.4, **close)),
+        pytest.approx(2.0 * 1.9, **close),
+    ]
+    assert ends(range_in(found, "oscillator.belt_velocity_m_per_s")) == [
+        *(None, pytest.approx(0.5 * 0.5, **close), pytest.approx(0.5 * 1.2, **close)),
+        pytest.approx(0.5 * 1.5, **close),
+    ]
+    assert f"{PARALLEL} from 1 on" in found["stands"]["any_value"]
+
+
+def test_where_runs_below_the_hopf_point_do_not_all_cycle_nothing_is_concluded():
+    """Then the cycle without scatter says only where the cycle ends."""
+    doubtful = of_runs(still_cycling_low=np.array([0.99, 0.94, 0.5, 0.2, 0.0]))
+    found = told(oscillator_=doubtful)["fig5-limit-cycle"]
+    mass = range_in(found, "oscillator.mass_kg")
+    assert (mass["low"], mass["high"]) == (2.0, 2.0)
+    assert mass["high_changes"] == pytest.approx(3.8, rel=2 * ACCURACY)
+    assert PARALLEL in found["stands"]["new_runs"]
+
+
+def test_damping_stands_between_listed_values_that_were_run():
+    """Shares of 1, 1, 0.6, 0.3, 0 at 0.05, 0.17, 0.32, 0.33, 0.4, judged as that at 0.17."""
+    found = told(oscillator_=of_runs())["fig5-limit-cycle"]
+    assert ends(range_in(found, "oscillator.damping_ratio")) == [None, 0.05, 0.17, 0.32]
+
+
+def test_the_sharp_limit_stands_while_the_list_has_both_sides_of_it():
+    found = told(oscillator_=of_runs())["fig5-sharp-limit"]["stands"]
+    (mass,) = found["ranges"]
+    assert mass["input"] == "oscillator.mass_kg"
+    close = {"rel": 2 * ACCURACY}
+    assert ends(mass) == [pytest.approx(2.0 * end, **close) for end in (0.8, 0.8, 6.0, 6.0)]
+    assert "oscillator.belt_velocity_m_per_s" in found["new_runs"]  # whose ends are not known
+    assert {"oscillator.damping_ratio", "ensemble.realisations", PARALLEL} <= set(found["any_value"])
+    assert found["new_solves"] == ()
+
+
+def test_at_another_penetration_than_the_calibrated_one_the_surface_moves_the_limit():
+    deeper = BELT | {"penetration_percentile": 20.0}
+    scenes = SCENES | {"deterministic": SCENES["deterministic"] | {"oscillator": deeper}}
+    assert (
+        LENGTH
+        in told(friction_=of_strips(), oscillator_=of_runs(), scenes=scenes)["fig5-sharp-limit"]["stands"]["new_solves"]
+    )
+
+
+def test_as_many_runs_as_make_a_share_of_one_sure():
+    """Wilson: n of n are sure to lie above 0.95 from n = 0.95 z^2 / 0.05 on, 72.99."""
+    found = told(oscillator_=of_runs())["fig5-limit-cycle"]
+    assert ends(range_in(found, "ensemble.realisations")) == [72, 73, 4000, None]
+
+
+def test_an_excited_oscillator_keeps_its_ratio_of_forces_alone():
+    excited = BELT | {"excitation_force_n": 100.0}
+    scenes = {"claims": {}, "deterministic": {"oscillator": excited, "ensemble": {}}}
+    runs = of_runs(deterministic_existence_limit=np.array(NAN), deterministic_hopf_damping=np.array(NAN))
+    blind = {name: values if name == "parameter" else np.full((2, 2, 2), NAN) for name, values in SKELETON.items()}
+    found = told(oscillator_=runs, skeleton=blind, scenes=scenes)
+    assert [name for name, claim in found.items() if claim["stands"]] == ["fig5-reattachment-nonnormal"]
+    stands = found["fig5-reattachment-nonnormal"]["stands"]
+    assert "oscillator.normal_force_n with mass and excitation force in proportion" in stands["any_value"]
+    assert {"oscillator.mass_kg", "friction.statistics.standard_deviation"} <= set(stands["new_runs"])
+
+
+def test_no_fewer_strips_than_a_scene_may_have():
+    few = SCENES["friction"] | {"strip": SCENES["friction"]["strip"] | {"samples": 12}}
+    found = told(friction_=of_strips(), scenes=SCENES | {"friction": few})["fig3-mean-decreases"]
+    assert ends(range_in(found, STRIPS)) == [None, 8, 120, None]
+
+
+def test_a_range_of_which_nothing_is_known_is_none():
+    assert range_of("strip.cell_m", 1.0, "reproduced", lambda factor: None, "nothing") is None

@@ -1,0 +1,1 @@
+"""Key files: what the results of a stage depend on."""

@@ -1,0 +1,23 @@
+"""One hash of what a stage does: the import closure of its module and the packages that it runs on."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from roughslip.source_hash import closure_hash
+from workflow.keys.environment_check import departures
+
+
+def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:
+    """SHA-256 of what the closure of a module does, of the locked packages, and of those installed in their place.
+
+    Comments, docstrings and layout leave it alone, and so does the Python version. A file that moves changes it.
+    """
+    digest = hashlib.sha256(closure_hash(module_name, Path(source_root)).encode())
+    locked = Path(lock).read_text(encoding="utf-8")
+    pins = (line.strip() for line in locked.splitlines())
+    digest.update(
+        "\n".join([*(line for line in pins if line and not line.startswith("#")), *departures(locked)]).encode()
+    )
+    return digest.hexdigest()

@@ -1,0 +1,352 @@
+"""What the rules ask of the scenes: which exist, which files a stage of one reads, and its key file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from roughslip import source_hash
+from roughslip.errors import InputError
+from roughslip.scene import rules, skipped_stages, strict_yaml
+from roughslip.scene.loader import load, scene_names
+from workflow.keys.key_files import write_key
+from workflow.keys.reference_batches import SAMPLES
+from workflow.study import memory
+
+DESIGNS = {
+    "monte_carlo": "square.monte_carlo_samples",
+    "latin_hypercube": "square.latin_hypercube_samples",
+    "expansion": "expansion.samples",
+}
+
+# Stages that take samples in batches, by the key of their size.
+BATCHED = {
+    "batches.square_samples": "contact_square",
+    "batches.strip_samples": "contact_strip",
+    "batches.expansion_samples": "expansion_strip",
+    "batches.realisations": "oscillator",
+}
+
+# A scene is a target of its own name, as these are already.
+BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain", "skips")
+MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
+STRESSED = ("surface", "contact", "chaos", "friction", "oscillator")
+CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
+EVIDENCE = (
+    "benchmark",
+    "evidence_drawn",
+    *MEASURED,
+    *CAMPAIGNS,
+    *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")),
+)
+RULES = frozenset({*rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})
+ASIDE = ("reference", "comparison", "verify")  # stages of several scenes together, asked for by name
+ENDS = ("costs", "report")  # of a scene, which its sum of costs does not hold
+COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
+FOLDERS = ("keys", "logs", "usage", "surface", "contact", "chaos", "friction", "oscillator")  # of a scene's results
+DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
+
+
+class Scenes:
+    """All scene files of the project, checked; those that this run asks for must be without mistake.
+
+    root : the project's folder
+    words : the command line; the scenes that it names are asked for, or else those of config/config.yaml
+    memory_mb : that a job may take on a node of a cluster; not given, jobs run on this machine and share what it has
+    Raises InputError with every mistake of every scene asked for, and where one takes more memory than there is. A
+    mistake in a scene that is not harms nobody.
+    """
+
+    def __init__(self, root: Path, words: list[str], memory_mb: int | None = None) -> None:
+        self.root = root
+        self.memory_mb = memory.machine_mb() if memory_mb is None else memory_mb
+        self._beside_mb = 0 if memory_mb is None else memory.NODE_MB
+        folder = root / "config" / "scenes"
+        self.default = _default_scenes(root / "config" / "config.yaml", folder)
+        asked = {_scene_of(word) for word in words} & set(scene_names(folder))
+        if not asked or DEFAULT_TARGETS.intersection(words):
+            asked.update(self.default)
+        self.valid: dict[str, dict[str, Any]] = {}
+        mistakes: list[str] = []
+        for name in scene_names(folder):
+            try:
+                self.valid[name] = checked(name, folder, root / "config" / "scene.schema.yaml")
+            except InputError as error:
+                if name in asked:
+                    mistakes += error.lines
+        mistakes += [line for name in sorted(asked & self.valid.keys()) for line in self._too_large(name)]
+        mistakes += [f"{folder}: cannot be written to" for name in sorted(asked) for folder in not_writable(name)]
+        if mistakes:
+            raise InputError(list(dict.fromkeys(mistakes)))
+        self.asked = sorted(asked)
+
+    def compared(self, asked: str | None) -> list[str]:
+        """Scenes whose Figure 3 is drawn in one picture: those of COMPARED that are there, or as asked, `one,other`.
+
+        Raises InputError for one that has no Figure 3.
+        """
+        names = [name for name in COMPARED if name in self.valid] if asked is None else str(asked).split(",")
+        drawn = [name for name in self.valid if "figure3" in rules.figures(self.valid[name])]
+        wrong = [strict_yaml.shown(name) for name in names if name not in drawn]
+        if wrong or len(set(names)) < len(names):
+            text = (
+                f"{', '.join(wrong) or strict_yaml.shown(asked)} is not allowed; scenes with figure3, each once, of: "
+            )
+            raise InputError([f"--config compare: {text}{', '.join(drawn)}"])
+        return names
+
+    def __getitem__(self, name: str) -> dict[str, Any]:
+        return self.valid[name]
+
+    @cache  # noqa: B019 (one instance lives as long as the run)
+    def stages(self, name: str) -> frozenset[str]:
+        """Stages that the targets of the scene need."""
+        return frozenset(rules.stages_needed(self.valid[name]))
+
+    def key_file(self, name: str, stage: str) -> str:
+        """Path of a stage's key file. All those of the scene are written where scene, code or the lock file changed."""
+        self._write_keys(name)
+        return f"results/{name}/keys/{stage}.json"
+
+    def write_keys(self) -> None:
+        """Write all key files of the scenes asked for. Raises InputError where they cannot be written."""
+        for name in self.asked:
+            try:
+                self._write_keys(name)
+            except OSError as error:
+                raise InputError(f"results/{name}/keys: cannot be written to ({error.strerror})") from None
+
+    @cache  # noqa: B019
+    def _write_keys(self, name: str) -> None:
+        """All at once: Snakemake lists the folder when it meets the first, and takes later ones for missing."""
+        for stage in (*self.stages(name), *ASIDE):
+            part = rules.slice_for(self.valid[name], stage)
+            if stage == "costs":
+                part["not_needed"] = skipped_stages.not_needed(self.valid[name])
+            write_key(
+                f"results/{name}/keys/{stage}.json",
+                part,
+                module=f"roughslip.stages.{stage}",
+                source_root=self.root / "src",
+                lock=self.root / "requirements.lock",
+            )
+        source_hash.keep()
+
+    def key(self, stage: str) -> Callable[[Any], str]:
+        """An input function: the stage's key file for the scene of the wildcards."""
+        return lambda wildcards: self.key_file(wildcards.scene, stage)
+
+    def memory(self, stage: str) -> Callable[..., int]:
+        """A resource function: megabytes of a job of the stage for the scene of the wildcards.
+
+        More at each attempt, but not more than there is: no node would take that, and not every job died of its memory.
+        """
+
+        def mem_mb(wildcards: Any, attempt: int) -> int:
+            count = int(wildcards.last) - int(wildcards.first) if hasattr(wildcards, "first") else 0
+            name = getattr(wildcards, "scene", self.default[0])
+            needed = memory.needed_mb(self.valid[name], stage, count) + self._beside_mb
+            return max(needed, min(attempt * needed, self.memory_mb))
+
+        return mem_mb
+
+    def _too_large(self, name: str) -> list[str]:
+        """A line for the stage that takes the most, where that is more than there is."""
+        scene = self.valid[name]
+        needed, stage = max((memory.needed_mb(scene, stage, 1), stage) for stage in self.stages(name))
+        needed += self._beside_mb
+        if needed <= self.memory_mb:
+            return []
+        file = strict_yaml.display(self.root / "config" / "scenes" / f"{name}.yaml")
+        return [
+            f"{file}: stage {stage} would take some {needed} MB of memory, and {self.memory_mb} MB are there; take "
+            "fewer nodes, modes, samples or draws, or say how much there is where the jobs run: --config memory_mb=..."
+        ]
+
+    def batches(self, name: str, total: str, size: str) -> list[tuple[int, int]]:
+        """Ranges [first, last) of sample numbers, from the dotted keys of their total and of the batch size.
+
+        Batches are smaller than the scene asks for where they would not fit into memory; no result depends on it.
+        """
+        count, step = rules.get(self.valid[name], total), rules.get(self.valid[name], size)
+        room = self.memory_mb - self._beside_mb
+        step = memory.largest_batch(self.valid[name], BATCHED[size], min(step, count), room)
+        return [(first, min(first + step, count)) for first in range(0, count, step)]
+
+    def square_contacts(self, name: str) -> list[str]:
+        """Contact results of every design on the square whose number of samples is given."""
+        return [
+            f"results/{name}/contact/square-{design}-{first}-{last}.nc"
+            for design, total in DESIGNS.items()
+            if rules.get(self.valid[name], total) != rules.AUTO
+            for first, last in self.batches(name, total, "batches.square_samples")
+        ]
+
+    def square_training(self, name: str) -> list[str]:
+        """The solves that train the expansion of the square where their number is found while running, else nothing."""
+        return [f"results/{name}/contact/training.nc"] if "training_square" in self.stages(name) else []
+
+    def strip_contacts(self, name: str, below: int | None = None) -> list[str]:
+        """Contact results of the strips, all or those of batches that begin below a sample number."""
+        return [
+            f"results/{name}/contact/strip-{first}-{last}.nc"
+            for first, last in self.batches(name, "strip.samples", "batches.strip_samples")
+            if below is None or first < below
+        ]
+
+    def training_contacts(self, name: str) -> list[str]:
+        """Contact results of the strips that train the expansion."""
+        return self.strip_contacts(name, below=self.valid[name]["strip"]["training_samples"])
+
+    def expansion_strips(self, name: str) -> list[str]:
+        """Window sums from the expansion."""
+        return [
+            f"results/{name}/friction/expansion-{first}-{last}.nc"
+            for first, last in self.batches(name, "strip.expansion_samples", "batches.expansion_samples")
+        ]
+
+    def spacing(self, name: str) -> list[str]:
+        """The pilot that finds how many nodes friction paths take, where the scene leaves that to it, else nothing."""
+        return [f"results/{name}/oscillator/spacing.nc"] if "spacing" in self.stages(name) else []
+
+    def oscillator_runs(self, name: str) -> list[str]:
+        """Events and counts of the ensemble."""
+        return [
+            f"results/{name}/oscillator/ensemble-{first}-{last}.nc"
+            for first, last in self.batches(name, "ensemble.realisations", "batches.realisations")
+        ]
+
+    def results(self, name: str) -> dict[str, str]:
+        """The results that sum up each branch that the scene's targets need, by the options that take them."""
+        found = {
+            "square": ("chaos_square", "chaos/square.nc"),
+            "friction": ("friction", "friction/statistics.nc"),
+            "oscillator": ("cycles", "oscillator/statistics.nc"),
+            "deterministic": ("deterministic", "oscillator/deterministic.nc"),
+        }
+        return {
+            option: f"results/{name}/{path}" for option, (stage, path) in found.items() if stage in self.stages(name)
+        }
+
+    def figures(self, name: str) -> list[str]:
+        """The figures of the scene."""
+        return [f"results/{name}/{figure}.png" for figure in rules.figures(self.valid[name])]
+
+    def surfaces(self, name: str) -> list[str]:
+        """What is told of the surfaces of the scene: modes and variables of the square, the models of a scan."""
+        found = {"surface": "surface/modes.nc", "chaos_square": "chaos/square.nc", "scan": "surface/scan.nc"}
+        return [f"results/{name}/{path}" for stage, path in found.items() if stage in self.stages(name)]
+
+    def scan_file(self, name: str) -> str:
+        """The scan that the scene reads: the user's, or the one that is made for it."""
+        file = rules.get(self.valid[name], "roughness.scan.file")
+        return f"results/{name}/scan.x3p" if file is None else _scan_file(self.root, file)
+
+    def products(self, name: str) -> list[str]:
+        """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""
+        names = rules.figures(self.valid[name])
+        figures = [f"{figure}.{kind}" for figure in names for kind in ("png", "svg", "nc")]
+        summary = ["summary.csv"] if "friction" in self.stages(name) else []
+        return [
+            f"results/{name}/{product}" for product in (*figures, *summary, "claims.json", "costs.json", "report.html")
+        ]
+
+    def all_of(self, name: str) -> list[str]:
+        """What the scene's own target asks for: its products, and of every job the record, so that one whose result
+        got lost or damaged runs again."""
+        return [*self.products(name), *self.all_records(name)]
+
+    def all_records(self, name: str) -> list[str]:
+        """The records of cost of every job of the scene."""
+        return [*self.usage_records(name), *(f"results/{name}/usage/{stage}.json" for stage in ENDS)]
+
+    def usage_records(self, name: str) -> list[str]:
+        """The records of cost of every job up to figures and claims."""
+        batched = {
+            "contact_square": self.square_contacts,
+            "contact_strip": self.strip_contacts,
+            "expansion_strip": self.expansion_strips,
+            "oscillator": self.oscillator_runs,
+        }
+        records = []
+        for stage in sorted(self.stages(name) - {*ENDS}):
+            if stage in batched:
+                tails = [Path(result).stem.partition("-")[2] for result in batched[stage](name)]
+                records += [f"results/{name}/usage/{stage}-{tail}.json" for tail in tails]
+            else:
+                records.append(f"results/{name}/usage/{stage}.json")
+        return records
+
+
+def checked(name: str, folder: Path, schema: Path) -> dict[str, Any]:
+    """The scene of that name as a run takes it, from the folder of the scene files: its scan, too, has to be there.
+
+    Raises InputError with every mistake of the scene.
+    """
+    if name in RULES:
+        file = strict_yaml.display(folder / f"{name}.yaml")
+        raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
+    scene = load(folder / f"{name}.yaml", folder, schema)
+    file = rules.get(scene, "roughness.scan.file")
+    if file is not None:
+        found = Path(_scan_file(folder.parents[1], file))
+        text = "is not there; a path from the folder of the scenes or of the project"
+        if found.is_file():
+            text = "lies outside the project; put it, not a link, beside the scenes"
+        if not (found.is_file() and _is_inside(found, folder.parents[1])):
+            where = ("roughness", "scan", "file")
+            raise InputError(strict_yaml.line(folder / f"{name}.yaml", where, f"{strict_yaml.shown(file)} {text}"))
+    return scene
+
+
+def not_writable(name: str) -> list[Path]:
+    """The folders that stand in the way of a scene's results, if there are any.
+
+    Snakemake would end with a traceback where it is to remove what it makes anew.
+    """
+    results = Path("results")
+    folders = (results, results / name, *(results / name / inner for inner in FOLDERS))
+    there = [path for path in folders if os.path.lexists(path)]
+    return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
+
+
+def _scene_of(word: str) -> str:
+    """The scene that a target of the command line belongs to: its name, or the folder of a result."""
+    parts = Path(word).parts
+    return parts[1] if len(parts) > 1 and parts[0] == "results" else word
+
+
+def _is_inside(file: Path, root: Path) -> bool:
+    """Whether a file, links followed, is one of the project or of the working folder."""
+    return any(file.resolve().is_relative_to(folder.resolve()) for folder in (root, Path.cwd()))
+
+
+def _scan_file(root: Path, file: str) -> str:
+    """The path of a scan from the folder of the scene files, else from that of the project."""
+    beside = root / "config" / "scenes" / file
+    return strict_yaml.display(beside if beside.is_file() else root / file)
+
+
+def _default_scenes(path: Path, folder: Path) -> list[str]:
+    """The scenes that config/config.yaml names, which have files."""
+    values, misread = strict_yaml.read(path)
+    if misread:
+        raise InputError([strict_yaml.line(path, key, text) for key, text in misread])
+    allowed = scene_names(folder)
+    known = ", ".join(allowed)
+    lines = [strict_yaml.line(path, (key,), "unknown key; allowed: scenes") for key in values if key != "scenes"]
+    names = values.get("scenes")
+    if not isinstance(names, list) or not names:
+        given = "missing" if "scenes" not in values else f"{strict_yaml.shown(names)} is not allowed"
+        text = f"{given}; a list of scenes, each once, of: {known}"
+        raise InputError([*lines, strict_yaml.line(path, ("scenes",), text)])
+    for number, name in enumerate(names):
+        if name not in allowed or name in names[:number]:
+            text = f"{strict_yaml.shown(name)} is not allowed; each once, one of: {known}"
+            lines.append(strict_yaml.line(path, ("scenes", number), text))
+    if lines:
+        raise InputError(lines)
+    return names

@@ -98,7 +98,7 @@ def test_no_contact_costs_nothing(surface, monkeypatch: pytest.MonkeyPatch) -> N
     interference = surface((30, 30), 3.0, 7)
     interference -= interference.max()  # the summit touches without load
     monkeypatch.setattr(influence, "apply", lambda pressure: pytest.fail("a product with B"))
-    monkeypatch.setattr(solve_module.dense, "solve", lambda *_: pytest.fail("a dense solve"))
+    monkeypatch.setattr(solve_module.dense_solver, "solve", lambda *_: pytest.fail("a dense solve"))
     solution = solve(influence, interference)
     assert (solution.method, solution.work, solution.residual) == ("none", 0, 0.0)
     assert not np.any(solution.pressure)

@@ -74,7 +74,7 @@ cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 
 reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)
 	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input
-	$(RUN) workflow.references.evidence
+	$(RUN) workflow.evidence.keep
 
 clean: ## remove all that was generated, .venv too; results/reference stays
 	rm -rf $(VENV) $(PEERS_VENV) .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis

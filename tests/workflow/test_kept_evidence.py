@@ -7,7 +7,7 @@ import pytest
 
 from roughslip.report.evidence import MEASURED
 from roughslip.stages.report import read_evidence
-from workflow.references import evidence
+from workflow.evidence import keep as evidence
 from workflow.study.scenes import BENCHMARKS, STRESSED
 
 KEPT = Path(__file__).resolve().parents[2] / "results" / "reference" / "evidence"

@@ -1,9 +1,3 @@
-"""Measurements of the stages beside public solvers.
+"""Benchmarks: run time against error, measured in turns with public solvers on one thread."""
 
-One thread: libraries read these variables when they are imported.
-"""
-
-import os
-
-for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ[_variable] = "1"
+import workflow.evidence  # noqa: F401  limits libraries to one thread before they are imported

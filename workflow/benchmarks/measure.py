@@ -22,13 +22,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from workflow.evidence.rows import Row, case, fields, power
+
 OURS = "roughslip"
 STARTED = time.perf_counter()
 
 # A turn of a fast method calls it until so much time has passed, so that the clock and an interrupt weigh little.
 TURN_SECONDS = 5e-3
 
-Row = dict[str, Any]
+__all__ = ["case", "fields", "power"]  # imported from here until callers import them from workflow.evidence
 Name = TypeVar("Name", bound=Hashable)
 Turns = Callable[[float], int]  # how many turns for a method that takes so many seconds
 
@@ -86,22 +88,6 @@ def timed(call: Callable[[], Any]) -> tuple[float, Any]:
     start = time.perf_counter()
     result = call()
     return time.perf_counter() - start, result
-
-
-def case(**fields: object) -> str:
-    """The name of a case: `key=value` pairs joined by spaces."""
-    return " ".join(f"{key}={value}" for key, value in fields.items())
-
-
-def fields(name: str) -> dict[str, str]:
-    """The pairs of a case's name."""
-    return dict(pair.split("=", 1) for pair in name.split(" "))
-
-
-def power(value: float) -> str:
-    """A tolerance as it stands in the name of a case: 1e-6."""
-    mantissa, exponent = f"{value:e}".split("e")
-    return f"{float(mantissa):g}e{int(exponent)}"
 
 
 def row(name: str, method: str, error: float, seconds: Sequence[float], work: int, **more: Any) -> Row:

@@ -1,6 +1,6 @@
-"""What git keeps of benchmarks and stress campaigns: results/reference/evidence, which the joint page shows.
+"""Copy results of benchmarks and stress campaigns to results/reference/evidence, which git keeps.
 
-Whatever has been made is copied; what has not stays as it was.
+The joint page shows them. Kept files whose results have not been made again stay as they are.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ KEPT = RESULTS / "reference" / "evidence"
 
 
 def stress_by_stage(stress: dict[str, Any]) -> list[dict[str, Any]]:
-    """Problems, outcomes and worst residual of every stage, of a file with thousands of problems."""
+    """Return problems, outcomes and the largest residual of each stage, from the summary of a stress file."""
     rows: dict[str, dict[str, Any]] = {}
     for part in stress["summary"]:
         row = rows.setdefault(

@@ -1,0 +1,9 @@
+"""What benchmarks and stress campaigns share: rows, parallel work, and what git keeps of their results.
+
+Importing this package limits numerical libraries to one thread, so import it before them.
+"""
+
+import os
+
+for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ[_variable] = "1"

@@ -80,9 +80,15 @@ def closure(module_name: str, source_root: Path) -> list[Path]:
 
 
 def closure_hash(module_name: str, source_root: Path) -> str:
-    """SHA-256 of what the closure of a module does. A file that moves changes it; raises as `closure`."""
+    """SHA-256 of what the closure of a module does. A file that moves changes it; raises as `closure`.
+
+    Templates of a package in the closure count as code.
+    """
     digest = hashlib.sha256()
     for file in closure(module_name, source_root):
+        if file.name == "__init__.py":
+            for template in sorted(file.parent.glob("templates/*.j2")):
+                digest.update(template.read_bytes())
         digest.update(f"{file.relative_to(source_root).as_posix()} {syntax(file, file.read_bytes()).digest}\n".encode())
     return digest.hexdigest()
 

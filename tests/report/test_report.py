@@ -6,8 +6,9 @@ from html.parser import HTMLParser
 
 import pytest
 
-from roughslip.report.evidence import MEASURED, Evidence, evidence_section
+from roughslip.report.evidence import MEASURED, Evidence
 from roughslip.report.page import CAPTIONS, SceneReport, page
+from roughslip.report.sensitivity_table import legend, sensitivity_line
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 PICTURE = b"\x89PNG\r\n\x1a\n not much of a picture"
@@ -143,15 +144,15 @@ def test_numbers_verdicts_and_what_has_none():
     assert [attrs["class"] for attrs in content.all("td")].count("verdict not-tested") == 1
 
 
-def test_costs_and_the_platform_that_does_not_tell_its_memory():
+def test_costs_where_the_platform_measures_no_memory():
     content = parsed(scene(costs=[cost(peak_memory_mib=None), cost(stage="all", did={"everything": 1})]))
     text = " ".join(content.text)
     assert "80,400 convolutions, 3 field fits" in text
     assert "None" not in text
 
 
-def test_what_was_not_computed_stands_beside_the_costs_with_its_reason():
-    """Skips that never occurred take no room; kept costs of before skips were counted can be shown too."""
+def test_skipped_work_stands_in_the_costs_with_its_reason():
+    """Zero counts are not shown; kept costs without counts of skips can be shown too."""
     not_needed = {"contact_strip": "given & done", "friction": "given & done", "spacing": "a number"}
     content = parsed(scene(costs=[cost(), cost(stage="all", not_needed=not_needed)]))
     text = " ".join(content.text)
@@ -163,7 +164,7 @@ def test_what_was_not_computed_stands_beside_the_costs_with_its_reason():
     assert "everything" not in text
 
 
-def test_how_a_surface_is_represented_stands_below_its_figure_as_text():
+def test_the_representation_of_a_surface_stands_below_its_figure():
     plain = parsed(scene()).text
     content = parsed(scene(surfaces={"figure2": ["It has 7 modes.", NASTY]}))
     (added,) = set(content.text) - set(plain)
@@ -236,6 +237,76 @@ def test_evidence_is_shown_on_the_same_page():
     assert "None" not in words
 
 
-def test_without_evidence_nothing_is_said_of_it():
-    assert evidence_section(Evidence()) == ""
+def test_without_evidence_the_page_has_no_such_section():
     assert page([scene()], {}, Evidence()) == page([scene()], {})
+
+
+SCALE = ["material.young_modulus_pa", "roughness.rms_height_m"]
+
+
+def reach(name, value, low, low_changes, high, high_changes, by=""):
+    keys = ("input", "value", "low", "low_changes", "high", "high_changes", "by")
+    return dict(zip(keys, (name, value, low, low_changes, high, high_changes, by), strict=True))
+
+
+def sensitive(*ranges, always="", any_value=(), new_runs=(), new_solves=()):
+    stands = {"always": always, "any_value": [*SCALE, *any_value], "ranges": list(ranges)}
+    return {"id": "a", "stands": stands | {"new_runs": list(new_runs), "new_solves": list(new_solves)}}
+
+
+CYCLE = sensitive(
+    reach("oscillator.mass_kg", 1.0, 0.1, None, 1.3596, 1.95787),
+    reach("ensemble.realisations", 400, 73, 72, 4000, None),
+    any_value=["oscillator.normal_force_n with mass in proportion"],
+    new_runs=["ensemble.duration_periods"],
+    new_solves=["roughness.covariance", "roughness.correlation_length_m", "strip.cell_m"],
+)
+LENGTH = sensitive(
+    reach("strip.window_m", 6e-4, 4.978e-4, 4.9779e-4, 6e-3, None, "with all lengths in proportion"),
+    reach("friction.least_contact_fraction", 1e-3, 0.0, None, 1e-3, None, "no window has less"),
+)
+PAPER = sensitive(always="the paper is at odds with itself", any_value=())
+NOT_TESTED = {"id": "b", "stands": None}
+ALL = [CYCLE, LENGTH, PAPER, NOT_TESTED]
+
+
+def test_ends_units_and_what_is_not_known():
+    """A star where nothing changed, brackets where the change lies further on, one number where it is adjacent."""
+    assert sensitivity_line(CYCLE, ALL) == (
+        "Holds for mass 0.1* to 1.36 (1.958) kg; runs 73 to 4000*; any normal force with mass in proportion; needs a "
+        "run: duration periods; needs contact solves: shape of the roughness, mesh and penetrations of the strip"
+    )
+    assert sensitivity_line(LENGTH, ALL) == (
+        "Holds for window 0.0004978 to 0.006* m (with all lengths in proportion); least contact fraction 0 to 0.001*"
+    )
+
+
+def test_verdicts_without_ranges():
+    assert sensitivity_line(PAPER, ALL) == "Holds in any case: the paper is at odds with itself"
+    assert sensitivity_line(NOT_TESTED, ALL) == sensitivity_line({"id": "of an older run"}, ALL) == ""
+
+
+def test_inputs_that_no_verdict_depends_on_are_written_once():
+    text = legend(ALL, "mine")
+    assert text.startswith("No verdict depends on Young's modulus, rms height. ")
+    assert text.endswith("edit mine.yaml and run snakemake -j2 mine")
+    assert "Young" not in sensitivity_line(CYCLE, ALL)
+    with_one_more = [*ALL, sensitive() | {"stands": sensitive()["stands"] | {"any_value": []}}]
+    assert legend(with_one_more, "mine").startswith("Notes end in")
+    assert "any Young's modulus" in sensitivity_line(CYCLE, with_one_more)
+
+
+@pytest.mark.parametrize("words", ["the paper", NASTY])
+def test_the_page_has_a_line_a_claim_as_text(words):
+    claim = {"statement": "s", "paper": "p", "ours": 1.0, "interval": [0.0, 2.0], "verdict": "reproduced", "note": "n"}
+    claims = [
+        claim | {"rule": "r", "id": "one"} | {"stands": CYCLE["stands"]},
+        claim | {"rule": "r", "id": "two"} | {"stands": PAPER["stands"] | {"always": words}},
+    ]
+    content = Page(page([SceneReport("mine", "Mine", {}, {}, claims, [], "{}")], {}))
+    assert content.mistakes == content.open == []
+    text = " ".join(content.text)
+    assert "mass 0.1* to 1.36 (1.958) kg; runs 73 to 4000*" in text
+    assert f"Holds in any case: {words}." in text
+    assert "No verdict depends on Young's modulus, rms height, normal force with mass in proportion." in text
+    assert content.all("script") == []

@@ -1,4 +1,4 @@
-"""The joint page in a browser: nothing goes wrong, every picture is there, links lead somewhere, it fits a phone.
+"""The joint page in a browser: no errors, every picture loads, links have targets, it fits a phone.
 
 Any Chromium will do; without one the tests skip.
 """
@@ -23,7 +23,10 @@ REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 BROWSER = next((found for name in NAMES if (found := shutil.which(name))), None)
 
-pytestmark = pytest.mark.skipif(BROWSER is None, reason=f"no browser found: none of {', '.join(NAMES)}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(BROWSER is None, reason=f"no browser found: {', '.join(NAMES)}"),
+]
 
 LISTEN = """<script>window.wrong = [];
 addEventListener("error", e => wrong.push(String(e.message || e.target.outerHTML.slice(0, 80))), true);
@@ -74,7 +77,7 @@ def text():
 
 @pytest.fixture(scope="module", params=[(390, 844), (1280, 900)], ids=["phone", "desk"])
 def probed(request, text, tmp_path_factory):
-    """What the browser tells of the page, loaded in a window of a phone's size or a desk's."""
+    """What the browser reports of the page, loaded in a window of a phone's size or a desk's."""
     folder = tmp_path_factory.mktemp("browser")
     (folder / "page.html").write_text(
         text.replace("<head>", f"<head>{LISTEN}").replace("</body>", f"{PROBE}</body>"), encoding="utf-8"

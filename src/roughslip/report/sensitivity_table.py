@@ -1,4 +1,4 @@
-"""How far verdicts stand, in a line each on the report's page; what serves for all of a scene is told once."""
+"""Sensitivity of verdicts to assumptions, one line a verdict; what all verdicts of a scene share is written once."""
 
 from __future__ import annotations
 
@@ -16,48 +16,48 @@ NAMES = {
     "square": "mesh, modes and samples of the square",
     "strip": "mesh and penetrations of the strip",
 }
-NEXT = 1e-2  # relative: ends as near as that are told by one number
+NEXT = 1e-2  # relative: two ends as close as that are printed as one number
 
 
 def legend(claims: Iterable[Mapping[str, Any]], scene: str) -> str:
-    """What is true of every verdict of a scene that hangs on anything, and how the lines are to be read."""
-    common = _common(claims)
-    told = f"No verdict depends on {', '.join(map(_name, common))}. " if common else ""
+    """Inputs that no verdict of a scene depends on, and how to read the lines."""
+    common = _common_inputs(claims)
+    independent = f"No verdict depends on {', '.join(map(_name, common))}. " if common else ""
     return (
-        f"{told}Notes end in the ranges over which the verdict stands, all else being as it is: beyond a starred end "
-        "no change was found within a factor of ten, or nothing is known; from a number in brackets on it is known to "
-        f"be another. The remaining inputs need a run, or contact solves: edit {scene}.yaml and run "
-        f"snakemake -j2 {scene}"
+        f"{independent}Notes end in the ranges over which the verdict stays the same, with all other inputs unchanged. "
+        "A star marks an end without a change within a factor of ten, or beyond which nothing is known. A number in "
+        "brackets marks where the verdict is known to differ. The remaining inputs need a run, or contact solves: edit "
+        f"{scene}.yaml and run snakemake -j2 {scene}"
     )
 
 
-def standing_line(claim: Mapping[str, Any], claims: Iterable[Mapping[str, Any]]) -> str:
-    """How far the verdict on one of the claims of a scene stands; empty for one that was not tested."""
+def sensitivity_line(claim: Mapping[str, Any], claims: Iterable[Mapping[str, Any]]) -> str:
+    """The ranges over which the verdict on one of the claims of a scene stays; empty for one that was not tested."""
     stands = claim.get("stands")
     if stands is None:
         return ""
     if stands["always"]:
-        return f"Stands in any case: {stands['always']}"
-    common = _common(claims)
+        return f"Holds in any case: {stands['always']}"
+    common = _common_inputs(claims)
     parts = [
         *map(_range, stands["ranges"]),
         _list("any ", [_name(entry) for entry in stands["any_value"] if entry not in common]),
         _list("needs a run: ", [_name(entry) for entry in stands["new_runs"]]),
         _list("needs contact solves: ", dict.fromkeys(_section(entry) for entry in stands["new_solves"])),
     ]
-    return f"Stands for {'; '.join(part for part in parts if part)}"
+    return f"Holds for {'; '.join(part for part in parts if part)}"
 
 
-def _common(claims: Iterable[Mapping[str, Any]]) -> list[str]:
-    """What may have any value for every verdict that hangs on something."""
-    told = [claim.get("stands") for claim in claims]
-    every = [stands["any_value"] for stands in told if stands and not stands["always"]]
+def _common_inputs(claims: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Inputs that may have any value for every verdict that depends on something."""
+    found = [claim.get("stands") for claim in claims]
+    every = [stands["any_value"] for stands in found if stands and not stands["always"]]
     return [entry for entry in every[0] if all(entry in one for one in every)] if every else []
 
 
 def _list(head: str, entries: Iterable[str]) -> str:
-    told = ", ".join(entries)
-    return head + told if told else ""
+    text = ", ".join(entries)
+    return head + text if text else ""
 
 
 def _section(entry: str) -> str:
@@ -66,7 +66,7 @@ def _section(entry: str) -> str:
 
 
 def _name(entry: str) -> str:
-    """A key of the scene by its last word, without its unit; what is said beside it stays."""
+    """A key of the scene by its last word, without its unit; further words are kept."""
     return " ".join(_word(word) for word in entry.split(" "))
 
 
@@ -78,14 +78,14 @@ def _word(word: str) -> str:
 
 
 def _unit(key: str) -> tuple[str, str]:
-    """The end of a key that tells its unit, and the unit."""
+    """The end of a key that names its unit, and the unit."""
     return next(((end, f" {unit}") for end, unit in UNITS.items() if key.endswith(end)), ("", ""))
 
 
 def _range(found: Mapping[str, Any]) -> str:
     low, high = (_end(found[end], found[f"{end}_changes"]) for end in ("low", "high"))
-    beside = f" ({found['by']})" if found["by"].startswith("with ") else ""
-    return f"{_name(found['input'])} {low} to {high}{_unit(found['input'])[1]}{beside}"
+    condition = f" ({found['by']})" if found["by"].startswith("with ") else ""
+    return f"{_name(found['input'])} {low} to {high}{_unit(found['input'])[1]}{condition}"
 
 
 def _end(stands: float, changes: float | None) -> str:

@@ -1,4 +1,4 @@
-"""Results to draw, made up, and what must hold of every figure: what tests of figures share."""
+"""Checks that hold of every figure, and results to draw."""
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def assert_nothing_is_cut(figure):
 
 
 def assert_stored_and_the_same_bytes(draw, arrays, drawn, folder):
-    """Drawn twice, a figure reads what is stored beside it and no more, and leaves the same files."""
+    """Drawn twice, a figure reads the stored variables and no more, and leaves the same files."""
     arrays = Recorded(arrays)
     for name in ("one", "two"):
         figure = draw(arrays)

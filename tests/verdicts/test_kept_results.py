@@ -1,9 +1,11 @@
-"""A run beside the kept results: what moved, what is allowed, and what is not."""
+"""Kept results: which files are kept, and which differences of a run are allowed."""
 
 import numpy as np
 import pytest
 
 from roughslip.errors import StoreError
+from roughslip.verdicts.kept_results import KEPT as KEPT_FILES
+from roughslip.verdicts.kept_results import keep
 from roughslip.verdicts.verification import compared_claims, compared_friction, compared_summaries
 
 KEPT = [
@@ -87,3 +89,31 @@ def test_friction_is_held_against_direct_strips_in_standard_errors_of_both():
     rows = compared_friction(friction, reference)
     assert disagreeing(rows) == ["std at 50 %, direct"]
     assert rows[1].allowed.endswith("+4.01 of them off")
+
+
+def results(folder, names=KEPT_FILES):
+    folder.mkdir()
+    for name in (*names, "big.nc"):
+        (folder / name).write_bytes(f"{name} of {folder.name}".encode())
+    return folder
+
+
+def test_the_kept_files_and_no_others_are_copied(tmp_path):
+    keep(results(tmp_path / "paper"), tmp_path / "reference" / "paper")
+    copied = {path.name: path.read_bytes() for path in (tmp_path / "reference" / "paper").iterdir()}
+    assert copied == {name: f"{name} of paper".encode() for name in KEPT_FILES}
+
+
+def test_a_second_run_replaces_the_first(tmp_path):
+    target = tmp_path / "reference"
+    keep(results(tmp_path / "old"), target)
+    keep(results(tmp_path / "new"), target)
+    assert {path.name for path in target.iterdir()} == set(KEPT_FILES)
+    assert (target / "claims.json").read_text() == "claims.json of new"
+
+
+def test_an_incomplete_scene_is_refused_whole(tmp_path):
+    source = results(tmp_path / "given", [name for name in KEPT_FILES if name not in ("figure2.png", "summary.csv")])
+    with pytest.raises(StoreError, match=r"given: lacks figure2\.png, summary\.csv"):
+        keep(source, tmp_path / "reference")
+    assert not (tmp_path / "reference").exists()

@@ -95,7 +95,7 @@ FINITE = st.floats(-1e3, 1e3)
 @settings(derandomize=True, max_examples=100)
 @given(st.tuples(FINITE, FINITE).map(sorted), st.tuples(FINITE, FINITE).map(sorted))
 def test_inside_is_a_logic_of_three_values(interval, wanted):
-    """All of it, none of it, or some of it; the complement of what is all inside is all outside."""
+    """Inside, outside or both; an interval inside a range is outside of its complement."""
     low, high = wanted
     value = inside(tuple(interval), low, high)
     assert (value == 1) == (low < interval[0] and interval[1] < high)

@@ -36,8 +36,10 @@ def normal(rng, shape):
 
 
 def test_beta_is_found_in_900_windows_and_never_claimed_from_30():
-    """With n windows a sample of the law itself lies 0.6 / sqrt(n) from it, and the bootstrap adds 0.9 / sqrt(n): 0.05
-    in all for 900, 0.27 for 30; the skewness is known to some 3.5 / sqrt(n), 0.12 or 0.6, of the 0.28 allowed."""
+    """A sample of n windows lies 0.6 / sqrt(n) from its own distribution, and the bootstrap adds 0.9 / sqrt(n).
+
+    The sum is 0.05 for 900 windows and 0.27 for 30. The skewness errs by 3.5 / sqrt(n), 0.12 or 0.6; 0.28 is allowed.
+    """
     assert [stationary(225, 4, beta, seed)["verdict"] for seed in range(6)] == ["reproduced"] * 6
     few = [stationary(8, 4, beta, seed) for seed in range(6)]
     assert [claim["verdict"] for claim in few] == ["not reproduced"] * 6
@@ -45,7 +47,7 @@ def test_beta_is_found_in_900_windows_and_never_claimed_from_30():
 
 
 def test_a_normal_law_is_not_taken_for_the_beta():
-    """It lies 0.052 from the standardised Beta(2.1, 5), less than a reader sees; its skewness tells it apart."""
+    """It lies 0.052 from the standardised Beta(2.1, 5), less than a reader sees; its skewness distinguishes it."""
     u = np.linspace(-4.0, 4.0, 4001)
     mean, std = stats.beta.mean(2.1, 5.0), stats.beta.std(2.1, 5.0)
     apart = np.max(np.abs(stats.norm.cdf(u) - stats.beta.cdf(mean + std * u, 2.1, 5.0)))

@@ -1,15 +1,21 @@
-"""How far verdicts stand: ends with closed forms, scale laws, and the verdict on both sides of every end."""
+"""Sensitivity of verdicts: ends with closed forms, scaling, and the verdict on both sides of every end."""
 
 import json
+import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from roughslip.chaos.distribution import wilson_interval
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
+from roughslip.errors import ParameterError
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.grid import Grid
+from roughslip.verdicts import bracket
+from roughslip.verdicts.bracket import REACH, STEPS, end
 from roughslip.verdicts.rules import claims
 from roughslip.verdicts.sensitivity import (
     ACCURACY,
@@ -25,7 +31,7 @@ from roughslip.verdicts.sensitivity import (
     of_friction,
     of_the_square,
     range_of,
-    with_standings,
+    with_sensitivity,
 )
 from roughslip.verdicts.sensitivity_oscillator import PARALLEL, of_the_oscillator, with_runs
 from tests.verdicts.claimed import friction, oscillator, square, with_interval
@@ -75,15 +81,15 @@ SKELETON = {
 
 
 def told(square_=None, friction_=None, oscillator_=None, skeleton=SKELETON, scenes=SCENES):
-    """The claims with their standings, by id."""
+    """The claims with their sensitivities, by id."""
     found = claims(square_, friction_, oscillator_)
     tested = {c["id"]: c["verdict"] for c in found if c["verdict"] not in ("not tested", "contradicts itself")}
-    standings = of_the_square(tested, scenes) if square_ is not None else {}
+    sensitivities = of_the_square(tested, scenes) if square_ is not None else {}
     if friction_ is not None:
-        standings |= of_friction(tested, friction_, scenes)
+        sensitivities |= of_friction(tested, friction_, scenes)
     if oscillator_ is not None:
-        standings |= of_the_oscillator(tested, oscillator_, skeleton, scenes)
-    found = with_standings(found, standings)
+        sensitivities |= of_the_oscillator(tested, oscillator_, skeleton, scenes)
+    found = with_sensitivity(found, sensitivities)
     json.dumps(found, allow_nan=False)
     return {claim["id"]: claim for claim in found}
 
@@ -97,7 +103,7 @@ def ends(found):
     return [found[key] for key in ("low_changes", "low", "high", "high_changes")]
 
 
-def test_every_claim_says_how_far_it_stands():
+def test_every_claim_lists_the_inputs_that_it_depends_on():
     found = told(square(), of_strips(), of_runs())
     for name, claim in found.items():
         stands = claim["stands"]
@@ -106,7 +112,7 @@ def test_every_claim_says_how_far_it_stands():
         inputs += [entry for entry in stands["any_value"] if "." in entry and " " not in entry]
         assert len(inputs) == len(set(inputs)), name
         assert bool(inputs) != bool(stands["always"])
-    assert found["mu-leptokurtic"]["stands"]["always"].startswith("the paper is at odds")
+    assert found["mu-leptokurtic"]["stands"]["always"].startswith("the paper contradicts itself")
     assert told(square_=square())["fig5-sharp-limit"]["stands"] is None
 
 
@@ -127,9 +133,9 @@ def test_the_verdict_is_another_on_the_far_side_of_every_end_and_the_same_on_the
             if one["input"] not in moves:
                 continue
             for near, far in (("low", "low_changes"), ("high", "high_changes")):
-                for end, same in ((one[near], True), (one[far], False)):
-                    if end is not None:
-                        judged = {c["id"]: c["verdict"] for c in moves[one["input"]](end / one["value"])}
+                for place, same in ((one[near], True), (one[far], False)):
+                    if place is not None:
+                        judged = {c["id"]: c["verdict"] for c in moves[one["input"]](place / one["value"])}
                         assert (judged[name] == claim["verdict"]) == same, (name, one)
                         tried[one["input"]] += not same
     assert min(tried.values()) >= 2
@@ -281,3 +287,62 @@ def test_no_fewer_strips_than_a_scene_may_have():
 
 def test_a_range_of_which_nothing_is_known_is_none():
     assert range_of("strip.cell_m", 1.0, "reproduced", lambda factor: None, "nothing") is None
+
+
+@settings(derandomize=True, max_examples=60)
+@given(st.floats(0.01, 100.0), st.floats(1.001, 9.99), st.booleans())
+def test_an_end_is_found_from_both_sides_to_the_stated_accuracy(start, factor, upwards):
+    """The answer changes at a known value: it is kept at the one number of the end, and not at the other."""
+    place = start * factor if upwards else start / factor
+
+    def answer(value):
+        return (value < place) if upwards else (value > place)
+
+    found = end(answer, start, start * REACH if upwards else start / REACH)
+    assert answer(found.stands)
+    assert not answer(found.changes)
+    for number in (found.stands, found.changes):
+        assert number == pytest.approx(place, rel=bracket.ACCURACY)
+    assert min(found.stands, found.changes) <= place <= max(found.stands, found.changes)
+
+
+def test_an_answer_that_never_changes_stands_to_the_end_of_the_search():
+    found = end(lambda value: "same", 2.0, 20.0)
+    assert (found.stands, found.changes) == (pytest.approx(20.0, rel=1e-12), None)
+
+
+@pytest.mark.parametrize("reach", [10.0, 0.1])
+def test_what_is_unknown_lies_between_the_two_numbers(reach):
+    """Known up to a factor of 2, another from 5 on, and nothing in between."""
+
+    def answer(value):
+        factor = max(value, 1.0 / value)
+        return "a" if factor < 2.0 else None if factor < 5.0 else "b"
+
+    found = end(answer, 1.0, reach)
+    assert max(found.stands, 1.0 / found.stands) == pytest.approx(2.0, rel=2 * bracket.ACCURACY)
+    assert max(found.changes, 1.0 / found.changes) == pytest.approx(5.0, rel=2 * bracket.ACCURACY)
+    assert (answer(found.stands), answer(found.changes)) == ("a", "b")
+
+
+def test_what_comes_back_beyond_a_gap_is_not_taken_for_known():
+    found = end(lambda value: None if 2.0 < value < 3.0 else "a", 1.0, 10.0)
+    assert (found.stands, found.changes) == (pytest.approx(2.0, rel=2 * bracket.ACCURACY), None)
+
+
+def test_the_work_is_a_step_in_the_walk_and_a_bit_in_the_bisection():
+    calls = []
+    end(lambda value: calls.append(value) or value < 3.0, 1.0, REACH)
+    step = REACH ** (1.0 / STEPS) - 1.0
+    assert len(calls) <= 1 + STEPS + 2 * math.ceil(math.log2(step / bracket.ACCURACY) + 1.0)
+
+
+@pytest.mark.parametrize(("start", "reach"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0), (1.0, math.inf), (math.nan, 1.0)])
+def test_a_range_lies_between_finite_positive_numbers(start, reach):
+    with pytest.raises(ParameterError, match="finite positive"):
+        end(lambda value: True, start, reach)
+
+
+def test_no_range_begins_where_nothing_is_known():
+    with pytest.raises(ParameterError, match="is unknown"):
+        end(lambda value: None, 1.0, 10.0)

@@ -22,7 +22,7 @@ DRAWN = {
         *with_interval_names("beta_misfit", "family_distance", "skewness", "kurtosis"),
     ],
 }
-"""Variables of the friction statistics that a figure draws, which are stored beside it."""
+"""Variables of the result that the figure draws; they are stored with it."""
 
 SOURCES = {"solved": ("solved contact", "C0", "o"), "expansion": ("expansion", "C1", "s")}
 FAMILIES = {"normal": ("C3", ":", "^"), "gamma": ("C4", "--", "s"), "lognormal": ("C1", "-.", "D")}

@@ -1,4 +1,4 @@
-"""The figure of the whole square: statistics of the pressure at every node, and fields beside solved ones."""
+"""The figure of the whole square: statistics of the pressure at every node, and solved and expanded fields."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DRAWN = [
     "mean_gain",
     *(f"{name}_pressure" for name in FIELDS),
 ]
-"""Variables of a result that the figure draws, which are stored beside it."""
+"""Variables of the result that the figure draws; they are stored with it."""
 
 SHOWN = 0  # of the stored fields
 

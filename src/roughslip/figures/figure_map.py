@@ -18,7 +18,7 @@ DRAWN = [
     *("survival_limit", "survival_hopf", "band_level", "band_start"),
     *with_interval_names("survival_curve", "lifetime", "waiting", "band"),
 ]
-"""Variables of the results that the figure draws, which are stored beside it."""
+"""Variables of the result that the figure draws; they are stored with it."""
 
 CURVES = 6  # of survival that the eye can part
 DECIDED = 0.05  # mean survival over the time shown, below which a curve is all fall

@@ -1,4 +1,4 @@
-"""The figure of a scan: what it shows, beside what surfaces sampled after it show."""
+"""The figure of a scan: its statistics, and those of surfaces sampled from the fitted models."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DRAWN = [
     *with_interval_names("density", "correlation", "power", *NUMBERS),
     *(f"twin_{name}" for name in NUMBERS),
 ]
-"""Variables of a result that the figure draws, which are stored beside it."""
+"""Variables of the result that the figure draws; they are stored with it."""
 
 SCAN, TWIN = "0.15", "C1"
 OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies further away

@@ -17,8 +17,8 @@ MEASURED = {
     "solves and against seconds.",
     "friction": "Friction paths: error of the autocorrelation against the time of the paths, and points a second.",
     "oscillator": "Oscillator: error of the point where the mass sticks again against time, and cycles a second.",
-    "skips": "What is not computed: the time with everything computed divided by the time as it is, and the "
-    "difference of the two results relative to the tolerance; at the edge where they are equal to the bit.",
+    "skips": "What is not computed: the time with everything computed, divided by the time as it is. And the "
+    "difference of the two results relative to the tolerance, at the edge where they are equal to the bit.",
     BUDGET: "What each source leaves in every number of the figures, the others as the scene has them. To the right of "
     "each mark: two standard errors of it. Sources vary with common random numbers. Errors of mesh and path nodes are "
     "twice their change on halving, as of first order. Numbers in units of the mean friction coefficient at median "

@@ -35,9 +35,9 @@ CAPTIONS = {
     "an expansion of its fit. They do not include the truncation of its series.",
     "figure3": "Figure 3. Friction coefficient of the test surface against penetration, from solved contact, from the "
     "expansion, and from solved contact with the expansion as control variate. The curve through the last is mu_fit.",
-    "figure3_law": "The distribution of the friction coefficient. Autocorrelation with that of windows of white "
-    "pressure, measured the same way, which is the window's own part; exponential lengths; the standardised "
-    "marginal at median penetration; distances of the windows from families of distributions; skewness and excess "
+    "figure3_law": "The distribution of the friction coefficient. Autocorrelation, with that of windows of white "
+    "pressure measured the same way, which is the window's own part. Exponential lengths. The standardised "
+    "distribution at median penetration. Distances of the windows from families of distributions; skewness and excess "
     "kurtosis.",
     "figure5": "Figure 5. Stick-slip limit cycle with and without scatter, the point where the mass sticks again, and "
     "the cycles lost to the scatter against damping.",

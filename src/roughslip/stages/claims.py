@@ -1,4 +1,4 @@
-"""Stage claims: the verdict on each statement of the paper, from what the scene found, and how far it stands."""
+"""Stage claims: the verdict on each statement of the paper, from what the scene found, and its sensitivity."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 from roughslip import store
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.verdicts.rules import CONTRADICTS, NOT_TESTED, claims
-from roughslip.verdicts.sensitivity import of_friction, of_the_square, with_standings
+from roughslip.verdicts.sensitivity import of_friction, of_the_square, with_sensitivity
 from roughslip.verdicts.sensitivity_oscillator import of_the_oscillator
 
 BRANCHES = ("square", "friction", "oscillator")
@@ -21,15 +21,15 @@ def work(job: Job) -> None:
     scenes["claims"] = job.configuration
     with job.usage.core():
         found = claims(*(results.get(name) for name in BRANCHES))
-        told = {claim["id"]: claim["verdict"] for claim in found}
-        tested = {name: verdict for name, verdict in told.items() if verdict not in (NOT_TESTED, CONTRADICTS)}
-        standings = of_the_square(tested, scenes) if "square" in results else {}
+        verdicts = {claim["id"]: claim["verdict"] for claim in found}
+        tested = {name: verdict for name, verdict in verdicts.items() if verdict not in (NOT_TESTED, CONTRADICTS)}
+        sensitivities = of_the_square(tested, scenes) if "square" in results else {}
         if "friction" in results:
-            standings |= of_friction(tested, results["friction"], scenes)
+            sensitivities |= of_friction(tested, results["friction"], scenes)
         if "oscillator" in results:
-            standings |= of_the_oscillator(tested, results["oscillator"], results["deterministic"], scenes)
+            sensitivities |= of_the_oscillator(tested, results["oscillator"], results["deterministic"], scenes)
     job.usage.count(claims=len(found))
-    store.write_json(job.arguments.output, with_standings(found, standings))
+    store.write_json(job.arguments.output, with_sensitivity(found, sensitivities))
 
 
 if __name__ == "__main__":

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from roughslip.figures.style import DRAWN, figure5
+from roughslip.figures.figure5 import DRAWN, figure5
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.stages.runtime.drawing import draw_and_save
 
 
 def work(job: Job) -> None:
     """Write figure5.png, figure5.svg and figure5.nc."""
-    draw_and_save(job, figure5, DRAWN["figure5"])
+    draw_and_save(job, figure5, DRAWN)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How far a number may move until an answer changes: walked outwards in steps, then bisected."""
+"""The range of a number over which an answer stays the same: a search outwards in steps, then bisection."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ class End:
 def end(answer: Answer, start: float, reach: float, accuracy: float = ACCURACY) -> End:
     """The end of the range around `start` towards `reach`, both positive.
 
-    answer : of a value; None where it cannot be told
+    answer : of a value; None where it is unknown
     accuracy : relative, of both numbers of the end
 
     Between two steps an answer is taken to change once at most. Raises ParameterError where the answer at the start
-    cannot be told, or where start and reach are not finite and positive.
+    is unknown, or where start and reach are not finite and positive.
     """
     if not all(math.isfinite(value) and value > 0.0 for value in (real("start", start), real("reach", reach))):
         raise ParameterError(f"a range is searched between finite positive numbers, not from {start} to {reach}")
     own = answer(start)
     if own is None:
-        raise ParameterError(f"what the answer is at {start:g} itself cannot be told: no range begins there")
+        raise ParameterError(f"the answer at the start value {start:g} is unknown, so no range begins there")
     values = [start, *(float(value) for value in np.geomspace(start, reach, STEPS + 1)[1:])]
     stands, left = start, True
     for before, value in pairwise(values):

@@ -1,4 +1,4 @@
-"""What the repository keeps of a full run, so that a reader sees it without running it and a test can compare."""
+"""The files of a full run that the repository keeps, for readers and for comparison."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The paper's statements, each with our number, its interval and a verdict that a written rule decides.
 
-A rule wants an interval on one side of an effect size; no verdict is set by hand. `reproduced` needs the whole interval
-there; else `not reproduced`, and where the interval reaches both sides the note says that it is undecided. A statement
-at odds with another number of the paper `contradicts itself`; one that the scene has no numbers for is `not tested`.
+A rule asks for an interval on one side of an effect size; no verdict is set by hand. `reproduced` needs the whole
+interval there, else the verdict is `not reproduced`. Where the interval reaches both sides the note says `undecided`. A
+statement at odds with another number of the paper `contradicts itself`. Without numbers it is `not tested`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SAME_SKEWNESS = 0.5  # relative; the normal law, 0.05 from Beta(2.1, 5) in Kolmo
 NON_NORMAL = 0.1  # skewness or excess kurtosis
 CYCLING = 0.95  # share of the runs
 CAN_CYCLE = 0.05  # share of the runs
-LEAST_P = 1e-16  # that is told: whatever is below is as good as none
+LEAST_P = 1e-16  # smallest p-value reported
 PAPER_LENGTH = 250e-6  # m
 PAPER_BETA = (2.1, 5.0)
 _, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
@@ -77,7 +77,7 @@ _SKEWED_ALIKE = "that of the skewness from {:.2f} to {:.2f}, around the {:.2f} o
 RULES = {
     "fig2-mcs-lhs": _COINCIDE,
     "fig2-pc-lhs": _COINCIDE,
-    "fig2-pc-tail": f"where Monte Carlo lies between 0.001, or the least that its samples settle, and 0.1, eq. (8) is "
+    "fig2-pc-tail": f"where Monte Carlo lies between 0.001, or the least that its samples resolve, and 0.1, eq. (8) is "
     f"within a factor of {FACTOR:g} of it: the interval of the largest |log10| of their ratio lies below "
     f"{np.log10(FACTOR):.3f}",
     "fig2-variants-agree": _COINCIDE,
@@ -102,7 +102,7 @@ RULES = {
     "fig5-reattachment-nonnormal": f"the interval of the skewness or that of the excess kurtosis lies beyond "
     f"{NON_NORMAL} on either side of zero",
     "fig5-sharp-limit": "every damping of the list below the limit gives at least half the cycles of the least "
-    "damping, every one above at most one; not tested if the list has none below or none above",
+    "damping, every one above at most one. It is not tested if the list has only one side",
     "fig5-range-beyond-limit": "at some damping of the list above the deterministic limit the interval of the share of "
     f"runs that cycle to the end lies above {CAN_CYCLE}; not tested if the list has none",
 }
@@ -145,9 +145,9 @@ def _claim(name: str, found: Finding | str) -> Claim:
 
 
 def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> int:
-    """1 where all of an interval lies between low and high, -1 where none of it does, else 0: it does not decide.
+    """1 for an interval inside [low, high], -1 for one outside, 0 for one that reaches both sides and decides nothing.
 
-    Several conditions hold together by the least of their numbers, one or another by the largest (Kleene's logic).
+    The least of several numbers is their conjunction, the largest their disjunction (Kleene's logic).
     """
     if low < interval[0] and interval[1] < high:
         return 1

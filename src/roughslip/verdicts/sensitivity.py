@@ -1,18 +1,20 @@
-"""How far each verdict hangs on what the scene assumes: over which range of an input it stays, without new solves.
+"""Sensitivity of verdicts to assumptions: the range of an input over which a verdict stays, without new solves.
 
-The chain is dimensionless in few groups, so that most inputs move a verdict through one of them or not at all.
+The chain depends on few dimensionless groups, so that most inputs change a verdict through one of them or not at all.
 
-- Contact is linear in E* rms / length: Young's modulus, Poisson's ratio and rms height multiply the pressures and leave
-  the contact as it is. Distributions are compared by Kolmogorov distance, and the shear strength is calibrated, which
-  fixes mu E*/tau: no verdict depends on them, unless the surface yields, where H / (E* rms / length) is one more group.
-- All lengths of surface, strip and windows together are one scale; only a length told in metres moves with it.
-- The oscillator without excitation is D, N / (m omega v0), the law's decay and rise times v0 and v0^2, and mu_S with
-  its length over v0 / omega: normal force and mass in proportion are one (`ranges_oscillator`).
-- More strips or runs narrow an interval by 1 / sqrt(n) about the number found, in first order. The part of a
-  Kolmogorov distance that is sampling alone is held too.
+- Contact is linear in E* rms / length. Young's modulus, Poisson's ratio and rms height multiply the pressures and leave
+  the contact unchanged. Distributions are compared by Kolmogorov distance. The calibrated shear strength fixes
+  mu E*/tau. So no verdict depends on these three, unless the surface yields: then H / (E* rms / length) is one more
+  group.
+- All lengths of surface, strip and windows together are one scale. Only a length reported in metres changes with it.
+- The oscillator without excitation has few groups. They are D, N / (m omega v0), the decay and rise of the friction law
+  times v0 and v0^2, and mu_S with its length over v0 / omega. Normal force and mass in proportion change nothing
+  (`sensitivity_oscillator`).
+- More strips or runs narrow an interval by 1 / sqrt(n) about the number found, to first order. The part of a
+  Kolmogorov distance that is sampling alone is kept.
 
-Every verdict is judged by its own rule, on results that are scaled. Where these tell nothing, as of a correlation
-length or a mesh, the input is listed as one of which only a new run tells.
+Every verdict is judged by its own rule, on scaled results. Where scaling gives no answer, as for a correlation length
+or a mesh, the input is listed among those that need a new run.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ from roughslip.verdicts.bracket import REACH, end
 from roughslip.verdicts.rules import CONTRADICTS, NOT_TESTED, Arrays, claims
 
 Scene = Mapping[str, Any]
-At = Callable[[float], str | None]  # the verdict at a factor of an input; None where it cannot be told
+At = Callable[[float], str | None]  # the verdict at a factor of an input; None where it is unknown
 
 MATERIAL = ("material.young_modulus_pa", "material.poisson_ratio")
 HARDNESS, RMS, LENGTH = "material.hardness_pa", "roughness.rms_height_m", "roughness.correlation_length_m"
@@ -52,11 +54,12 @@ FEWEST = 8  # samples or runs that a scene may have
 class Range:
     """The range of one input over which a verdict stays what it is, everything else as in the scene.
 
-    input, value : key of the scene, and its value there [SI]
-    low, high : between which the verdict is known to stay
-    low_changes, high_changes : from where on it is known to be another; None where that is not within a factor of ten,
-        or only a new run tells
-    by : what tells it
+    input : key of the scene
+    value : its value [SI]
+    low, high : the verdict is known to stay between them
+    low_changes, high_changes : the verdict is known to differ from there on; None if unknown, or not
+        within a factor of ten
+    by : source of the range
     """
 
     input: str
@@ -69,13 +72,13 @@ class Range:
 
 
 @dataclass(frozen=True)
-class Standing:
-    """On which inputs a verdict hangs.
+class Sensitivity:
+    """The inputs that a verdict depends on.
 
-    always : why it hangs on none, else empty
-    any_value : inputs that may have any, alone or with what is said there
-    ranges : inputs that may move so far
-    new_runs, new_solves : inputs of which only a new run tells, of stages without contact solves or with them
+    always : the reason why it depends on none, else empty
+    any_value : inputs that may have any value, alone or under the condition stated there
+    ranges : inputs with a known range
+    new_runs, new_solves : inputs that need a new run, of stages without contact solves or with them
     """
 
     always: str = ""
@@ -86,7 +89,7 @@ class Standing:
 
 
 def range_of(name: str, value: float, verdict: str, at: At, by: str, least: float = 0.0) -> Range | None:
-    """The range of an input from the verdicts at factors of its value; None where nothing is known beside it.
+    """The range of an input from the verdicts at factors of its value; None where only the value itself is known.
 
     value : of the scene, positive; the ends of a whole number are whole
     least : value below which the input is not allowed
@@ -156,22 +159,22 @@ def surface_inputs(scenes: Mapping[str, Scene], branch: str) -> tuple[tuple[str,
     return ((), (HARDNESS, *scale, *shape)) if present(scenes["claims"], (HARDNESS,)) else (scale, shape)
 
 
-def of_the_square(tested: Mapping[str, str], scenes: Mapping[str, Scene]) -> dict[str, Standing]:
+def of_the_square(tested: Mapping[str, str], scenes: Mapping[str, Scene]) -> dict[str, Sensitivity]:
     """Of each statement on Figure 2 that was tested: its pressures have no other scale."""
     free, solves = surface_inputs(scenes, "square")
     lengths = (f"square.edge_m with {key} in proportion" for key in present(scenes["square"], (LENGTH,)))
-    standing = Standing(any_value=(*free, *lengths), new_solves=(*solves, *SQUARE))
-    return {name: standing for name in tested if name.startswith("fig2-")}
+    sensitivity = Sensitivity(any_value=(*free, *lengths), new_solves=(*solves, *SQUARE))
+    return {name: sensitivity for name in tested if name.startswith("fig2-")}
 
 
-def of_friction(tested: Mapping[str, str], friction: Arrays, scenes: Mapping[str, Scene]) -> dict[str, Standing]:
+def of_friction(tested: Mapping[str, str], friction: Arrays, scenes: Mapping[str, Scene]) -> dict[str, Sensitivity]:
     """Of each statement on the friction coefficient that was tested."""
     scene = scenes["friction"]
     strip, least = scene["strip"], scene["friction"]["least_contact_fraction"]
     free, solves = surface_inputs(scenes, "friction")
     more = judged(lambda factor: claims(None, narrowed(friction, factor), None))
     longer = judged(lambda factor: claims(None, lengthened(friction, factor), None))
-    standings = {}
+    sensitivities = {}
     for name, verdict in tested.items():
         if not name.startswith(("fig3-", "mu-")):
             continue
@@ -182,25 +185,27 @@ def of_friction(tested: Mapping[str, str], friction: Arrays, scenes: Mapping[str
         enough = not np.any(friction["missing_share"][:, levels] > 0.0)
         if enough:  # then a lower bound drops no window either
             found.append(Range(LEAST_CONTACT, least, 0.0, None, least, None, "no window has less"))
-        standings[name] = Standing(
+        sensitivities[name] = Sensitivity(
             any_value=(*free, "friction.mean_at_median", *(() if name == IN_METRES else (PROPORTION,))),
             ranges=tuple(one for one in found if one is not None),
             new_runs=() if enough else (LEAST_CONTACT,),
             new_solves=(*solves, *present(scene, STRIP)),
         )
-    return standings
+    return sensitivities
 
 
-def with_standings(found: Sequence[Mapping[str, Any]], standings: Mapping[str, Standing]) -> list[dict[str, Any]]:
-    """The claims with a field `stands` each: a Standing as a mapping, None for what is not tested."""
-    paper = Standing(always="the paper is at odds with itself, whatever is assumed")
+def with_sensitivity(
+    found: Sequence[Mapping[str, Any]], sensitivities: Mapping[str, Sensitivity]
+) -> list[dict[str, Any]]:
+    """The claims with a field `stands` each: a Sensitivity as a mapping, None for what is not tested."""
+    paper = Sensitivity(always="the paper contradicts itself under every assumption")
     of_verdict = {NOT_TESTED: None, CONTRADICTS: asdict(paper)}
     return [
         {
             **claim,
             "stands": of_verdict[claim["verdict"]]
             if claim["verdict"] in of_verdict
-            else asdict(standings[claim["id"]]),
+            else asdict(sensitivities[claim["id"]]),
         }
         for claim in found
     ]

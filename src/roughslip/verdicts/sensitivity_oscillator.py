@@ -1,9 +1,9 @@
-"""How far verdicts on Figure 5 stay: from the oscillator without scatter, and from the ensemble at other dampings.
+"""Sensitivity of the verdicts on Figure 5, from the oscillator without scatter and the ensemble at other dampings.
 
-Below the Hopf point steady sliding repels, so that the cycle is the only motion that lasts; above the limit of
-existence there is none. How far mass and belt velocity may move until either is so at the scene's damping, stage
-deterministic has searched. Between the two the scatter decides, and neither tells the verdict: an end that lies there
-is told by the value up to which the verdict is known to stay and by that from which it is known to be another.
+Below the Hopf point steady sliding is unstable, so that the cycle is the only attractor. Above the limit of existence
+there is no cycle. Stage deterministic searches how far mass and belt velocity may change until either holds at the
+scene's damping. Between the two limits the scatter decides, and neither gives the verdict. An end that lies there has
+two numbers: up to where the verdict is known to stay, and from where it is known to differ.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from roughslip.verdicts.sensitivity import (
     At,
     Range,
     Scene,
-    Standing,
+    Sensitivity,
     judged,
     narrowed,
     present,
@@ -54,7 +54,7 @@ MEDIAN = 50.0
 
 def of_the_oscillator(
     tested: Mapping[str, str], oscillator: Arrays, skeleton: Arrays, scenes: Mapping[str, Scene]
-) -> dict[str, Standing]:
+) -> dict[str, Sensitivity]:
     """Of each statement on Figure 5 that was tested.
 
     oscillator, skeleton : contents of oscillator/statistics.nc and of deterministic.nc
@@ -62,7 +62,7 @@ def of_the_oscillator(
     """
     more = judged(lambda factor: claims(None, None, with_runs(oscillator, factor)))
     inputs = [key for key in INPUTS if key != SCATTER or "friction" not in scenes]
-    standings = {}
+    sensitivities = {}
     for name, verdict in tested.items():
         if not name.startswith("fig5-"):
             continue
@@ -72,14 +72,16 @@ def of_the_oscillator(
         ranges = tuple(one for one in found if one is not None)
         by_surface, solves = _of_the_surface(name, scenes)
         free = (*(key for key in NOT_READ[name] if key in inputs), *_scales(scenes["deterministic"]), *by_surface)
-        if name == CYCLE and all(_repelled_and_sure(oscillator, verdict)):  # less scatter is nearer to the cycle alone
+        if name == CYCLE and all(
+            _repelled_and_sure(oscillator, verdict)
+        ):  # less scatter brings the ensemble closer to the cycle
             free = (*free, f"{PARALLEL} from {scenes['deterministic']['oscillator'].get('windows_in_parallel', 1)} on")
         if name == SHARP:
             free = (*free, f"{DAMPINGS} on both sides of {float(oscillator['deterministic_existence_limit']):.4f}")
         known = {*(one.input for one in ranges), *(entry.partition(" ")[0] for entry in free)}
         runs = tuple(key for key in inputs if key not in known)
-        standings[name] = Standing(any_value=free, ranges=ranges, new_runs=runs, new_solves=solves)
-    return standings
+        sensitivities[name] = Sensitivity(any_value=free, ranges=ranges, new_runs=runs, new_solves=solves)
+    return sensitivities
 
 
 def with_runs(oscillator: Arrays, factor: float) -> dict[str, np.ndarray]:
@@ -143,7 +145,7 @@ def _last_and_first(listed: Mapping[float, str], verdict: str, outwards: Sequenc
 
 
 def _is_within(ends: np.ndarray, factor: float) -> bool | None:
-    """Whether a factor lies within the ends (2, 2) that stage deterministic found; None where it was not told."""
+    """Whether a factor lies within the ends (2, 2) that stage deterministic found; None between the two."""
     (low, below), (high, above) = ends
     if low <= factor <= high:
         return True

@@ -22,7 +22,7 @@ STATEMENTS = {
     "fig5-range-beyond-limit": ("With scatter there is a range of damping where the cycle goes on", "a range"),
 }
 
-# What a p-value of the friction statistics tests, by the statement whose note tells it.
+# The hypothesis that a p-value of the friction statistics tests, by the statement whose note reports it.
 P_VALUES = {
     "fig3-mean-decreases": ("p_no_change_of_mean", "no change"),
     "fig3-std-decreases": ("p_no_change_of_std", "no change"),
@@ -31,5 +31,5 @@ P_VALUES = {
     "mu-correlation-any-depth": ("p_equal_correlation", "one autocorrelation at all penetrations"),
     "mu-right-skewed": ("p_no_skewness", "no skewness"),
     "mu-leptokurtic": ("p_no_kurtosis", "no excess kurtosis"),
-    "mu-beta-any-depth": ("p_equal_law", "one standardised law at all penetrations"),
+    "mu-beta-any-depth": ("p_equal_law", "one standardised distribution at all penetrations"),
 }

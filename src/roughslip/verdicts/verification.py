@@ -1,8 +1,8 @@
-"""Whether a run agrees with what the repository keeps of another: verdicts, numbers within their intervals.
+"""Comparison of a run with the kept results of another: verdicts, and numbers within their intervals.
 
-A run of the same code gives the same numbers. One with other code, packages or processors need not; it agrees where
-each number lies within the 95 % interval that was told with the kept one. Beyond that the friction of a scene with a
-direct reference, solved strips of its own random numbers, is held against it.
+A run of the same code gives the same numbers. With other code, packages or processors the numbers may differ: they
+agree within the 95 % interval of the kept ones. The friction of a scene that has a Monte Carlo reference, strips solved
+directly with random numbers of their own, is compared with that too.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ ENDS = ("_low", "_high")
 
 @dataclass(frozen=True)
 class Compared:
-    """A number, verdict or count of this run beside the kept one.
+    """A number, verdict or count of this run and the kept one.
 
-    name : what it is
-    found, kept : of this run and of the kept one, as they are told
-    allowed : what would agree
+    name : of the number
+    found, kept : of this run and of the kept one, as text
+    allowed : the range that agrees
     moved : whether they differ at all
     agrees : whether the difference is allowed
     """
@@ -80,12 +80,12 @@ def compared_summaries(found: str, kept: str) -> list[Compared]:
 
 
 def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
-    """Mean and standard deviation of mu at every penetration beside those of directly solved strips.
+    """Mean and standard deviation of mu at every penetration, compared with strips solved directly.
 
     friction : what stage friction stores; reference : area over force [1/Pa] with standard errors
 
-    In units of the shear strength, which the scene calibrates by its own mean at the median. Differences are told in
-    standard errors of both, half a 95 % interval being 1.96 of them.
+    In units of the shear strength, which the scene calibrates by its own mean at the median. Differences are in
+    standard errors of both; half a 95 % interval is 1.96 of them.
     """
     shear, rows = float(friction["shear_strength"]), []
     for level, percentile in enumerate(reference["percentile"]):
@@ -95,8 +95,8 @@ def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
             expected = shear * float(reference[name][level])
             error = math.hypot((high - low) / (2 * 1.96), shear * float(reference[f"{name}_standard_error"][level]))
             off = (value - expected) / error
-            told = (f"{value:.6g}", f"{expected:.6g}", f"{FAR:g} standard errors, {off:+.2f} of them off")
-            rows.append(Compared(f"{name} at {percentile:g} %, direct", *told, True, abs(off) <= FAR))
+            texts = (f"{value:.6g}", f"{expected:.6g}", f"{FAR:g} standard errors, {off:+.2f} of them off")
+            rows.append(Compared(f"{name} at {percentile:g} %, direct", *texts, True, abs(off) <= FAR))
     return rows
 
 
@@ -116,9 +116,9 @@ def _equal(name: str, found: str, kept: str) -> Compared:
 def _within(name: str, found: float | None, kept: float | None, interval: Sequence[float] | None) -> Compared:
     if found is None or kept is None or interval is None or math.isnan(found) or math.isnan(kept):
         return _equal(name, *("none" if value is None else f"{value:.6g}" for value in (found, kept)))
-    # what is told with six digits may lie outside its own interval by a rounding
+    # a number of six digits may lie outside its own interval by a rounding
     rounding = 1e-5 * max(abs(found), abs(kept))
     inside = interval[0] - rounding <= found <= interval[1] + rounding
     moved = abs(found - kept) > rounding
-    told = (f"{found:.6g}", f"{kept:.6g}", f"{interval[0]:.6g} to {interval[1]:.6g}")
-    return Compared(name, *told, moved, inside or not moved)
+    texts = (f"{found:.6g}", f"{kept:.6g}", f"{interval[0]:.6g} to {interval[1]:.6g}")
+    return Compared(name, *texts, moved, inside or not moved)

@@ -1,4 +1,4 @@
-"""How far an input of the oscillator may move without scatter: until the cycle, or steady sliding, is another."""
+"""Ranges of the inputs of the oscillator without scatter over which its cycle and its stability stay the same."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from roughslip.oscillator.system import Oscillator
 from roughslip.verdicts.bracket import REACH, end
 
 PARAMETERS = ("mass_kg", "belt_velocity_m_per_s")
-TOLERANCE = 1e-9  # of a slip phase; ends of ranges are told to 1e-6
+TOLERANCE = 1e-9  # of a slip phase; ends of ranges have 1e-6
 LONGEST = 5.0  # natural periods of a cycle: then a run that cycles shows one in its closing ten
 
 TITLES = {
@@ -31,7 +31,7 @@ TITLES = {
 def cycle_period(oscillator: Oscillator, law: FrictionLaw) -> float | None:
     """Natural periods of the stick-slip cycle at the oscillator's own damping ratio.
 
-    Infinite where there is none, None where slip is too stiff to tell.
+    Infinite where there is none, None where slip is too stiff to decide.
     """
     try:
         return limit_cycle(oscillator, law, TOLERANCE).period / (2.0 * math.pi)
@@ -42,7 +42,7 @@ def cycle_period(oscillator: Oscillator, law: FrictionLaw) -> float | None:
 
 
 def range_variables(belt: Oscillator, law: FrictionLaw, dampings: Sequence[float]) -> dict[str, store.Variable]:
-    """What the oscillator without scatter tells of mass and belt velocity, each alone, as factors of the scene's value.
+    """Ranges of mass and belt velocity, each alone, as factors of the scene's value, without scatter.
 
     dampings : the list of damping ratios, ascending
 

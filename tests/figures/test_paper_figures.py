@@ -9,14 +9,17 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+from roughslip.figures.figure2 import DRAWN as DRAWN_2
+from roughslip.figures.figure2 import METHODS, figure2
 from roughslip.figures.figure3 import DRAWN as FRICTIONS
 from roughslip.figures.figure3 import FAMILIES, PAPER_MOMENTS, figure3, law
-from roughslip.figures.style import DRAWN as PAPERS
-from roughslip.figures.style import METHODS, figure2, figure5, save
+from roughslip.figures.figure5 import DRAWN as DRAWN_5
+from roughslip.figures.figure5 import figure5
+from roughslip.figures.style import save
 from tests.figures.drawn import Recorded, with_interval
 
 FIGURES = {"figure2": figure2, "figure3": figure3, "figure3_law": law, "figure5": figure5}
-DRAWN = {**PAPERS, **FRICTIONS}
+DRAWN = {"figure2": DRAWN_2, "figure5": DRAWN_5, **FRICTIONS}
 DAMPING = np.array([0.05, 0.1, 0.17, 0.2, 0.23, 0.25, 0.27, 0.28, 0.29, 0.3, 0.31, 0.32, 0.3225, 0.325, 0.34, 0.4])
 
 
@@ -143,7 +146,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_a_figure_reads_what_is_stored_beside_it_and_no_more(name):
+def test_a_figure_reads_the_stored_variables_and_no_more(name):
     result = Recorded({variable: FULL[name][variable] for variable in DRAWN[name]})
     FIGURES[name](result)
     assert result.read == set(DRAWN[name])
@@ -197,7 +200,7 @@ def test_no_legend_covers_data_or_leaves_its_axes(case):
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_titles_and_labels_fit_their_panel(name):
-    """No title runs into the panel beside it, and nothing is cut at the edge of the picture."""
+    """No title reaches into the next panel, and nothing is cut at the edge of the picture."""
     figure = FIGURES[name](FULL[name])
     figure.draw_without_rendering()
     whole = figure.bbox

@@ -1,0 +1,64 @@
+"""Figure 2: distribution of the pressure at the centre of the square, by Monte Carlo and by expansions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from roughslip.figures.style import INTERVAL, Arrays, head, panels, with_interval_names
+
+DRAWN = ["method", "pressure", "distance_in_contact", *with_interval_names("cumulative", "contact_probability")]
+"""Variables of the result that the figure draws; they are stored with it."""
+
+METHODS: dict[str, tuple[str, dict[str, Any]]] = {
+    "monte_carlo": ("Monte Carlo", {"color": "0.15", "linestyle": "-", "linewidth": 2.2}),
+    "latin_hypercube": ("Latin hypercube", {"color": "C0", "linestyle": ":", "linewidth": 1.8}),
+    "equation_8": ("PC, eq. (8)", {"color": "C1", "linestyle": "--"}),
+    "equation_9": ("PC, eq. (9)", {"color": "C3", "linestyle": "-."}),
+    "roughslip": ("PC, all samples", {"color": "C2", "linestyle": "-", "linewidth": 1.2}),
+}
+"""Label and look of each method of sampling or expansion; they differ in line style as well as in colour."""
+
+
+def figure2(result: Arrays) -> Figure:
+    """Distribution of the pressure at the centre given contact, linear and logarithmic, and the contact probability."""
+    figure, (linear, logarithmic, probability) = panels(3, 1, 4.0)
+    unit, name = (1e-9, "GPa") if result["pressure"].max() > 1e9 else (1e-6, "MPa")
+    pressure = unit * result["pressure"]
+    methods = [str(method) for method in result["method"]]
+    for row, method in enumerate(methods):
+        label, look = METHODS[method]
+        for axes, floor in ((linear, 0.0), (logarithmic, 1e-9)):
+            low, high = (np.maximum(result[f"cumulative{end}"][row], floor) for end in INTERVAL[1:])
+            axes.fill_between(pressure, low, high, color=look["color"], alpha=0.15, linewidth=0)
+            curve = np.where(result["cumulative"][row] > floor, result["cumulative"][row], np.nan)
+            axes.plot(pressure, curve, label=label, **look)
+        _contact(probability, result, row, look["color"], annotated=method != "monte_carlo")
+    linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="probability given contact", ylim=(0, 1))
+    nearly_all = int(np.searchsorted(result["cumulative"][methods.index("monte_carlo")], 0.999))
+    linear.set_xlim(0, pressure[min(nearly_all, len(pressure) - 1)])
+    logarithmic.set(xscale="log", yscale="log", ylim=(1e-4, 1.2), xlabel=f"pressure at the centre [{name}]")
+    logarithmic.set(xlim=(pressure[0], pressure[-1]), ylabel="probability given contact")
+    probability.set(xlabel="probability of contact [%]", ylim=(0.4 - len(methods), 0.7))
+    probability.set_yticks(-np.arange(len(methods)), [METHODS[method][0] for method in methods])
+    probability.margins(x=0.3)
+    figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(methods))
+    head(linear, "a", "distribution given contact")
+    head(logarithmic, "b", "low probabilities")
+    head(probability, "c", "contact, and distance to Monte Carlo")
+    sns.despine(figure)
+    return figure
+
+
+def _contact(axes: Axes, result: Arrays, row: int, colour: str, annotated: bool) -> None:
+    share, low, high = (100 * float(result[f"contact_probability{end}"][row]) for end in INTERVAL)
+    axes.plot([low, high], [-row, -row], "|-", color=colour)
+    axes.plot(share, -row, "o", color=colour)
+    if annotated:
+        distance = float(result["distance_in_contact"][row])
+        text = f"distance {distance:.3f}" if np.isfinite(distance) else "fit refused"
+        axes.annotate(text, (share, -row), xytext=(0, 7), textcoords="offset points", ha="center", fontsize="small")

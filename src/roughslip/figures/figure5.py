@@ -1,0 +1,79 @@
+"""Figure 5: limit cycles, reattachment point, and cycles lost to the scatter against damping."""
+
+from __future__ import annotations
+
+import numpy as np
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from roughslip.figures.style import Arrays, head, legend_above, panels, with_interval_names
+
+DRAWN = [
+    *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
+    *("reattachment_mean", "reattachment_std", "deterministic_reattachment", "nominal_damping", "damping_ratio"),
+    *("deterministic_cycles", "mean_cycles", *with_interval_names("difference")),
+    *("deterministic_hopf_damping", "deterministic_existence_limit"),
+]
+"""Variables of the result that the figure draws; they are stored with it."""
+
+
+def figure5(result: Arrays) -> Figure:
+    """Limit cycles, histogram of the reattachment point, and cycles lost to the scatter against damping."""
+    figure, (cycle, histogram, loss) = panels(3, 1, 4.0)
+    _cycle(cycle, result)
+    _reattachment(histogram, result)
+    _loss(loss, result)
+    head(cycle, "a", f"limit cycle at D = {float(result['nominal_damping']):g}")
+    head(histogram, "b", "reattachment point")
+    head(loss, "c", "cycles lost to the scatter")
+    sns.despine(figure)
+    return figure
+
+
+def _cycle(axes: Axes, result: Arrays) -> None:
+    runs = len(result["position"])
+    for number in range(runs):
+        axes.plot(1e3 * result["position"][number], 1e3 * result["velocity"][number], color="C0", lw=0.4, alpha=0.5)
+    axes.plot([], [], color="C0", lw=1, label=f"stochastic, {runs} run{'s' if runs > 1 else ''}")
+    drawn = 1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]
+    axes.plot(*drawn, color="0.1", lw=1.2, label="deterministic")
+    axes.set(xlabel="displacement $X_1$ [mm]", ylabel="velocity $X_2 = \\dot x / \\omega$ [mm]")
+    legend_above(axes)
+
+
+def _reattachment(axes: Axes, result: Arrays) -> None:
+    axes.set(xlabel="reattachment point $X_{gh}$ [mm]", ylabel="density [1/mm]")
+    mean, std = 1e3 * float(result["reattachment_mean"]), 1e3 * float(result["reattachment_std"])
+    if not np.isfinite(mean):
+        axes.text(0.5, 0.5, "too few cycles at this damping", transform=axes.transAxes, ha="center")
+        return
+    density, edges = 1e-3 * result["histogram"], 1e3 * result["histogram_edge"]
+    axes.stairs(density, edges, fill=True, color="C0", alpha=0.45, label="stochastic")
+    x = mean + std * np.linspace(-4, 4, 200)
+    normal = np.exp(-(((x - mean) / std) ** 2) / 2) / (std * np.sqrt(2 * np.pi))
+    axes.plot(x, normal, "k-", lw=1.2, label="fitted normal")
+    place = 1e3 * float(result["deterministic_reattachment"])
+    if np.isfinite(place):
+        axes.plot([place, place], [0, max(normal.max(), density.max())], "C3--", lw=1.2, label="deterministic")
+    axes.set_ylim(bottom=0)
+    legend_above(axes)
+
+
+def _loss(axes: Axes, result: Arrays) -> None:
+    damping = result["damping_ratio"]
+    axes.fill_between(damping, result["difference_low"], result["difference_high"], color="C0", alpha=0.3, linewidth=0)
+    axes.plot(damping, result["difference"], "o-", ms=3, color="C0", label="$M_d - E[M_S]$")
+    axes.plot(damping, result["deterministic_cycles"], color="0.4", lw=1, ls="-.", label="$M_d$")
+    axes.plot(damping, result["mean_cycles"], color="C1", lw=1.2, ls="--", label="$E[M_S]$")
+    axes.axhline(0, color="0.6", lw=0.5)
+    low, high = axes.get_ylim()
+    for name, style, text in (
+        ("hopf_damping", ":", "sliding unstable below"),
+        ("existence_limit", "-", "cycle exists below"),
+    ):
+        limit = float(result[f"deterministic_{name}"])
+        if damping[0] <= limit <= damping[-1]:
+            axes.vlines(limit, low, high, color="0.2", lw=0.8, ls=style, label=f"{text} {limit:.4f}")
+    axes.set(xlabel="damping ratio $D$", ylabel="number of cycles", ylim=(low, high))
+    legend_above(axes)

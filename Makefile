@@ -24,7 +24,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: FORCE help setup reproduce smoke test lint benchmark stress verify faults fuzz cluster reference clean
+.PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify faults fuzz cluster reference clean
 
 # A home that cannot be written to: what libraries keep there goes into the project.
 ifneq ($(shell test -w "$$HOME" && echo yes),yes)
@@ -34,7 +34,7 @@ export MPLCONFIGDIR := $(CURDIR)/.cache/matplotlib
 endif
 
 help: ## list these targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
 
 setup: $(VENV)/run.stamp ## make .venv from requirements.lock (every target below does so where it is missing)
 
@@ -44,8 +44,11 @@ reproduce: $(VENV)/run.stamp ## reproduce the paper: figures, claims and results
 smoke: $(VENV)/run.stamp ## run every stage on a tiny scene
 	$(RUN) snakemake -j$(JOBS) smoke
 
-test: $(VENV)/dev.stamp ## run the tests
-	$(RUN) pytest -n $(JOBS) --dist loadfile
+test: $(VENV)/dev.stamp ## run the fast tests, three minutes on two cores
+	$(RUN) pytest -n $(JOBS) --dist loadfile -m "not slow"
+
+test-all: test ## run all tests: the fast ones, then the slow ones
+	$(RUN) pytest -n $(JOBS) --dist loadfile -m slow
 
 lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) ruff check .

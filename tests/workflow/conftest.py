@@ -1,7 +1,8 @@
-"""A project of its own with a tiny scene that is run once a session; tests plan, edit and break copies of it."""
+"""A copy of the project in which a tiny scene is run once a session; tests plan, edit and break copies of it."""
 
 from __future__ import annotations
 
+import fcntl
 import os
 import re
 import shutil
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from roughslip.source_hash import compiled_folder
 from workflow.faults.scratch import TINY, copy_project
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,14 +21,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @dataclass(frozen=True)
 class Project:
-    """A copy of the project, and Snakemake in it.
-
-    folder : its root
-    numba_cache : compiled functions; numba keeps those of another folder apart
-    """
+    """A copy of the project, and Snakemake in it. folder : its root"""
 
     folder: Path
-    numba_cache: Path
 
     def path(self, name: str) -> Path:
         return self.folder / name
@@ -48,12 +45,12 @@ class Project:
             return [name for name in names if Path(parent) == self.path("results") and name not in scenes]
 
         shutil.copytree(self.folder, folder, ignore=others)
-        return Project(folder, self.numba_cache)
+        return Project(folder)
 
     @property
     def options(self) -> dict:
         """What subprocess takes to run a command in the project."""
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(self.numba_cache), "PYTHONPATH": str(self.path("src"))}
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(compiled_folder()), "PYTHONPATH": str(self.path("src"))}
         return {"cwd": self.folder, "env": environment, "text": True}
 
     def python(self, module: str, *arguments: str) -> subprocess.CompletedProcess:
@@ -78,21 +75,31 @@ class Project:
 
 @pytest.fixture(scope="session")
 def empty(tmp_path_factory: pytest.TempPathFactory) -> Project:
-    """The project with the scene `tiny`, nothing made."""
-    base = tmp_path_factory.mktemp("workflow")
-    folder = base / "project"
-    copy_project(ROOT, folder)
-    project = Project(folder, base / "numba")
-    project.scene("tiny", TINY)
-    return project
+    """The project with the scene `tiny` and no results."""
+    return _new_project(tmp_path_factory.mktemp("empty") / "project")
 
 
 @pytest.fixture(scope="session")
-def finished(empty: Project) -> Project:
-    """The same project after `snakemake -j2 tiny`. A test may make a scene of its own in it; to change more it takes a
-    copy."""
-    empty.make("-j2", "tiny")
-    return empty
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Project:
+    """The project after `snakemake -j2 tiny`: made once for all workers of a session. Tests only read it."""
+    base = tmp_path_factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    project = Project(base / "finished")
+    with (base / "finished.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not project.folder.exists():
+            made = _new_project(base / "in progress")
+            made.make("-j2", "tiny")
+            made.folder.rename(project.folder)
+    return project
+
+
+@pytest.fixture(scope="module")
+def shared(finished: Project, tmp_path_factory: pytest.TempPathFactory):
+    """A copy of the finished project for all tests of a file, which add scenes to it."""
+    copy = finished.copy(tmp_path_factory.mktemp("shared") / "copy", "tiny")
+    yield copy
+    shutil.rmtree(copy.folder)
 
 
 @pytest.fixture
@@ -101,3 +108,10 @@ def project(finished: Project, tmp_path: Path):
     copy = finished.copy(tmp_path / "copy", "tiny")
     yield copy
     shutil.rmtree(copy.folder)
+
+
+def _new_project(folder: Path) -> Project:
+    copy_project(ROOT, folder)
+    project = Project(folder)
+    project.scene("tiny", TINY)
+    return project

@@ -90,6 +90,7 @@ def test_every_mistake_of_a_scene_is_one_line_before_any_job(fresh):
     assert [line[: len(start)] for line, start in zip(said, SAID, strict=True)] == SAID
 
 
+@pytest.mark.slow
 def test_mistakes_of_the_configuration_are_lines_too(fresh):
     """The command line shows them as those of a scene; the rest asks the class that it calls."""
     (text, said), *_ = CONFIGURATIONS.items()
@@ -120,6 +121,7 @@ def test_default_scenes_count_as_asked_for_beside_others(fresh, monkeypatch):
             Scenes(fresh.folder, words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damaged", "damage", "said"),
     [
@@ -145,6 +147,7 @@ def test_a_damaged_result_is_named_and_made_again(project, damaged, damage, said
         assert json.loads(project.path(name).read_text())["stage"] == json.loads(whole)["stage"]
 
 
+@pytest.mark.slow
 def test_a_result_that_got_lost_is_made_again(project):
     for name in ("figure2.svg", "figure3.nc"):
         project.path(f"results/tiny/{name}").unlink()
@@ -155,6 +158,7 @@ def test_a_result_that_got_lost_is_made_again(project):
     assert "surface" in project.plan("tiny")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["missing", "truncated"])
 def test_a_stage_run_by_hand_names_what_it_cannot_read(project, kind):
     name = "results/tiny/friction/statistics.nc"
@@ -198,6 +202,7 @@ def test_a_key_file_that_cannot_be_written_is_named(tmp_path, monkeypatch):
         scenes.write_keys()
 
 
+@pytest.mark.slow
 def test_numbers_of_the_command_line_are_checked_before_any_job(fresh):
     lines = refused(fresh, "-n", "tiny", "--config", "memory_mb=abc", "reference_strips=0")
     assert lines == [
@@ -206,6 +211,7 @@ def test_numbers_of_the_command_line_are_checked_before_any_job(fresh):
     ]
 
 
+@pytest.mark.slow
 def test_results_put_back_from_a_copy_are_not_taken_for_those_of_the_scene_of_now(project):
     """Snakemake, which compares a key with that of its own last run, would find nothing to be done."""
     target = "results/tiny/surface/modes.nc"
@@ -218,6 +224,7 @@ def test_results_put_back_from_a_copy_are_not_taken_for_those_of_the_scene_of_no
     assert project.plan(target) == {"surface": 1}
 
 
+@pytest.mark.slow
 def test_a_flipped_bit_in_what_snakemake_recorded_ends_no_run(project):
     file = next(path for path in sorted(project.path(".snakemake/metadata").iterdir()) if path.is_file())
     content = bytearray(file.read_bytes())

@@ -7,6 +7,8 @@ import json
 import netCDF4
 import pytest
 
+pytestmark = pytest.mark.slow
+
 # Strips two by two, so that those that train fall into two batches; the other batches end in a single sample.
 SPLIT = """\
 extends: tiny
@@ -42,11 +44,11 @@ STAGES = {
 
 
 @pytest.fixture(scope="module")
-def both(finished):
+def both(shared):
     """The scene made in large batches by one job at a time, and in small ones by two."""
-    finished.scene("split", SPLIT)
-    finished.make("-j2", *(f"results/split/{name}" for name in SUMMED_UP))
-    return finished.path("results/tiny"), finished.path("results/split")
+    shared.scene("split", SPLIT)
+    shared.make("-j2", *(f"results/split/{name}" for name in SUMMED_UP))
+    return shared.path("results/tiny"), shared.path("results/split")
 
 
 def test_results_are_the_same_bit_for_bit(both):
@@ -67,8 +69,8 @@ def test_the_batches_were_others(both):
 
 
 @pytest.mark.parametrize("pattern", STAGES)
-def test_a_result_carries_what_made_it(finished, pattern):
-    folder = finished.path("results/tiny")
+def test_a_result_carries_what_made_it(shared, pattern):
+    folder = shared.path("results/tiny")
     key = json.loads((folder / f"keys/{STAGES[pattern]}.json").read_text())
     paths = list(folder.glob(pattern))
     assert paths
@@ -81,6 +83,6 @@ def test_a_result_carries_what_made_it(finished, pattern):
             assert all({"units", "long_name"} <= set(variable.ncattrs()) for variable in result.variables.values())
 
 
-def test_every_result_is_among_them(finished):
-    folder = finished.path("results/tiny")
+def test_every_result_is_among_them(shared):
+    folder = shared.path("results/tiny")
     assert set(folder.rglob("*.nc")) == {path for pattern in STAGES for path in folder.glob(pattern)}

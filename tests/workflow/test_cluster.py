@@ -36,7 +36,7 @@ def missing() -> str:
 
 
 WHY = missing()
-pytestmark = pytest.mark.skipif(WHY != "", reason=WHY)
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(WHY != "", reason=WHY)]
 
 
 @dataclass

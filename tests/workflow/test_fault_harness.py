@@ -14,12 +14,14 @@ import pytest
 from workflow.faults import campaign, injections
 from workflow.faults.scratch import Scratch
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
-def scratch(finished, tmp_path_factory) -> Iterator[Scratch]:
-    """The finished project itself, whose compiled functions are there; it is as it was afterwards."""
-    environment = finished.options["env"]
-    found = Scratch(finished.folder, tmp_path_factory.mktemp("saved") / "state", "tiny", environment)
+def scratch(shared, tmp_path_factory) -> Iterator[Scratch]:
+    """A copy of the finished project; each fault starts from its undisturbed state."""
+    environment = shared.options["env"]
+    found = Scratch(shared.folder, tmp_path_factory.mktemp("saved") / "state", "tiny", environment)
     found.save()
     yield found
     found.reset()

@@ -12,6 +12,8 @@ import pytest
 
 from roughslip.stages.runtime.command import execute
 
+pytestmark = pytest.mark.slow
+
 CONTACTS = [
     f"results/killed/contact/square-{design}.nc"
     for design in ("monte_carlo-0-4000", "latin_hypercube-0-4000", "expansion-0-200")
@@ -25,27 +27,24 @@ def wait_for(condition, seconds: float) -> None:
         time.sleep(0.02)
 
 
-def test_after_a_kill_unlock_and_a_new_run_give_the_same_results(finished):
-    """In the project of `tiny` itself, whose compiled functions are there; its results are not touched."""
-    finished.scene("killed", "extends: tiny\n")
-    logs = finished.path("results/killed/logs")
+def test_after_a_kill_unlock_and_a_new_run_give_the_same_results(shared):
+    shared.scene("killed", "extends: tiny\n")
+    logs = shared.path("results/killed/logs")
     command = [sys.executable, "-m", "snakemake", "-j2", *CONTACTS]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **finished.options) as run:
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **shared.options) as run:
         wait_for(lambda: list(logs.glob("contact_square-*")), 60)
         stages = psutil.Process(run.pid).children(recursive=True)
         run.kill()
     assert stages
     assert psutil.wait_procs(stages, timeout=30)[1] == []
-    assert not all(finished.path(name).exists() for name in CONTACTS)
-    assert list(finished.path(".snakemake/locks").iterdir())
-    assert finished.snakemake("--unlock").returncode == 0
-    finished.make("-j2", *CONTACTS)
-    made = {path.relative_to(finished.path("results/killed")) for path in finished.path("results/killed").rglob("*.nc")}
+    assert not all(shared.path(name).exists() for name in CONTACTS)
+    assert list(shared.path(".snakemake/locks").iterdir())
+    assert shared.snakemake("--unlock").returncode == 0
+    shared.make("-j2", *CONTACTS)
+    made = {path.relative_to(shared.path("results/killed")) for path in shared.path("results/killed").rglob("*.nc")}
     assert len(made) == 5  # modes, design, three batches
     for name in made:
-        assert (finished.path("results/killed") / name).read_bytes() == (
-            finished.path("results/tiny") / name
-        ).read_bytes()
+        assert (shared.path("results/killed") / name).read_bytes() == (shared.path("results/tiny") / name).read_bytes()
 
 
 def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):

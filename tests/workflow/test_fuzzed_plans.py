@@ -19,6 +19,8 @@ from tests.scene.shipped import SCENES, SCHEMA_PATH
 from workflow.recovery import run_lock
 from workflow.study.scenes import Scenes, checked
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 CASES = int(os.environ.get("SCENE_CASES", "150"))
 TOO_LARGE = re.compile(r"(fuzz\d+)\.yaml: stage \w+ would take some \d+ MB of memory, and \d+ MB are there; take ")

@@ -53,6 +53,7 @@ def test_declared_memory_holds_a_large_mesh():
         assert 1.1 * peak * MIB < needed < 2 * peak * MIB, stage
 
 
+@pytest.mark.slow
 def test_jobs_keep_within_what_they_declare(finished):
     records = [json.loads(path.read_text()) for path in finished.path("results/tiny/usage").glob("*.json")]
     tiny = Scenes(finished.folder, ["tiny"])["tiny"]

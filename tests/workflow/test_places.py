@@ -14,6 +14,8 @@ import pytest
 from roughslip import store
 from workflow.faults.scratch import TINY, as_a_user, copy_project
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 NUMBA = "import roughslip, os; print(os.environ['NUMBA_CACHE_DIR'])"
 

@@ -8,6 +8,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 # Jobs of the scene tiny by what they hang on. The report shows figures, verdicts and costs, so it closes every change.
 DESIGN = {"design": 1}
 SURFACE = {"surface": 1, **DESIGN}
@@ -130,8 +132,8 @@ def test_a_damaged_record_of_cost_runs_its_job_again(project, record, jobs):
     assert project.plan("tiny") == jobs
 
 
-def test_a_second_run_has_nothing_to_do(finished):
-    run = finished.snakemake("-j2", "tiny")
+def test_a_second_run_has_nothing_to_do(project):
+    run = project.snakemake("-j2", "tiny")
     assert run.returncode == 0
     assert "Nothing to be done" in run.stdout + run.stderr
 

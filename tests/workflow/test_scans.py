@@ -13,6 +13,8 @@ from roughslip.scan.instrument_file import read_scan, write_x3p
 from roughslip.scan.topography import topography
 from roughslip.stages.result_tables.scan_table import NUMBERS
 
+pytestmark = pytest.mark.slow
+
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 
 GROUND = """\
@@ -45,12 +47,12 @@ needs_library = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def ground(finished):
-    """The scene `ground`, made in the project of `tiny` itself, whose compiled functions are there."""
-    finished.scene("ground", GROUND)
-    finished.make("-j2", "ground")
-    yield finished
-    finished.path("config/scenes/ground.yaml").unlink()
+def ground(shared):
+    """The scene `ground`, made from its scan."""
+    shared.scene("ground", GROUND)
+    shared.make("-j2", "ground")
+    yield shared
+    shared.path("config/scenes/ground.yaml").unlink()
 
 
 @needs_library
@@ -116,11 +118,11 @@ def test_a_scan_that_is_not_there_is_told_before_any_job(empty, tmp_path):
 
 @needs_library
 @pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data")
-def test_real_scans_go_to_figures_3_and_5(finished):
-    """In the project of `tiny` itself. The larger scan is cut to nine correlation lengths across its grooves; its twins
+def test_real_scans_go_to_figures_3_and_5(shared):
+    """The larger scan is cut to nine correlation lengths across its grooves; its twins
     are enough, as `ground` takes its kind of model to Figure 3."""
     wide = read_scan(DATA / "matrix-2.txt")
-    beside = finished.path("config/scenes")
+    beside = shared.path("config/scenes")
     write_x3p(beside / "matrix.x3p", topography(wide.heights[:200], wide.dx, wide.dy, "cut"))
     shutil.copyfile(DATA / "al3d-1.al3d", beside / "focus.al3d")
     scenes = {
@@ -130,13 +132,13 @@ def test_real_scans_go_to_figures_3_and_5(finished):
     for name, (file, models) in scenes.items():
         scan = f"{{file: {file}, form: quadratic, {models}}}"
         text = f"extends: tiny\ndescription: Real\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n"
-        finished.scene(name, text)
-    finished.make("-j2", "focus", "results/matrix/surface/twins.nc")
+        shared.scene(name, text)
+    shared.make("-j2", "focus", "results/matrix/surface/twins.nc")
     drawn = (*PRODUCTS, "figure3.png", "figure5.png")
-    assert all(finished.path(f"results/focus/{product}").is_file() for product in drawn)
+    assert all(shared.path(f"results/focus/{product}").is_file() for product in drawn)
     for name in scenes:
-        result = store.read(finished.path(f"results/{name}/surface/twins.nc"))
+        result = store.read(shared.path(f"results/{name}/surface/twins.nc"))
         for number in ("rms_height", "skewness", "kurtosis"):
             twins = sorted(result[f"twin_{number}"])
             assert result[f"{number}_low"] < twins[len(twins) // 2] < result[f"{number}_high"], number
-        finished.path(f"config/scenes/{name}.yaml").unlink()
+        shared.path(f"config/scenes/{name}.yaml").unlink()

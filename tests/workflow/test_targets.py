@@ -9,6 +9,8 @@ import pytest
 
 from workflow.study.scenes import ASIDE
 
+pytestmark = pytest.mark.slow
+
 # One job a batched stage, three for the designs of the square.
 END = {"claims": 1, "costs": 1, "scene_report": 1}
 SQUARE = {"surface": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1}

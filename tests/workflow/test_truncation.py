@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 from roughslip import store
+
+pytestmark = pytest.mark.slow
 
 SMOOTH = """\
 extends: tiny

@@ -1,0 +1,196 @@
+"""Import closures and hashes of what code does: on a small package written to disk, and on this one."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from roughslip import source_hash
+from roughslip.source_hash import closure, closure_hash, syntax
+
+SOURCE = Path(source_hash.__file__).resolve().parents[1]
+MODULES = sorted((SOURCE / "roughslip").rglob("*.py"))
+COMMANDS = [file.stem for file in MODULES if '__name__ == "__main__"' in file.read_text("utf-8")]
+STAGE = "pkg.stages.contact"
+
+# A stage that reaches each module in another way; `lonely` and `other` are outside its closure.
+PACKAGE = {
+    "pkg/__init__.py": "",
+    "pkg/errors.py": "class E(Exception): pass\n",
+    "pkg/grid.py": "from .errors import E\n",
+    "pkg/lazy.py": "import os\n",
+    "pkg/types.py": "from pkg import errors as _\n",
+    "pkg/lonely.py": "import pkg.stages.contact\n",
+    "pkg/sub/__init__.py": "from . import inner\n",
+    "pkg/sub/inner.py": "from ..grid import E\n",
+    "pkg/sub/deep/__init__.py": "",
+    "pkg/sub/deep/leaf.py": "import numpy\n",
+    "pkg/sub/other.py": "",
+    "pkg/stages/__init__.py": "",
+    "pkg/stages/contact.py": (
+        "from __future__ import annotations\n"
+        "from typing import TYPE_CHECKING\n"
+        "import pkg.sub.deep.leaf as leaf\n"
+        "if TYPE_CHECKING:\n"
+        "    from pkg.types import Q\n"
+        "def run(x):\n"
+        '    """Solve."""\n'
+        "    from pkg import lazy\n"
+        "    return x + 1\n"
+    ),
+}
+REACHED = sorted(set(PACKAGE) - {"pkg/lonely.py", "pkg/sub/other.py"})
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    for name, text in PACKAGE.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return tmp_path
+
+
+def test_a_closure_is_what_an_import_can_execute(source):
+    assert [file.relative_to(source).as_posix() for file in closure(STAGE, source)] == REACHED
+
+
+def test_a_cycle_of_imports_ends(source):
+    (source / "pkg/errors.py").write_text("import pkg.grid\n")
+    assert len(closure(STAGE, source)) == len(REACHED)
+
+
+def test_a_missing_module_is_named_with_its_importer(source):
+    (source / "pkg/lazy.py").write_text("import pkg.gone\n")
+    with pytest.raises(ModuleNotFoundError, match=r"lazy\.py imports pkg\.gone"):
+        closure(STAGE, source)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "acts"),
+    [
+        ("pkg/stages/contact.py", "return x + 1", "return (\n        x + 1  # one more\n    )", False),
+        ("pkg/stages/contact.py", '"""Solve."""', '"""Solve it.\n\n    With care."""', False),
+        ("pkg/lonely.py", "import", "import os\nimport", False),
+        ("pkg/sub/other.py", "", "x = 1\n", False),
+        ("pkg/stages/contact.py", "x + 1", "x + 2", True),
+        ("pkg/stages/contact.py", "x + 1", "x - 1", True),
+        ("pkg/stages/contact.py", "x + 1", "x + 1.0", True),
+        ("pkg/stages/contact.py", '"""Solve."""', 'y = """Solve."""', True),
+        ("pkg/stages/contact.py", "from pkg import lazy", "from pkg import lazy, lonely", True),
+        ("pkg/sub/deep/__init__.py", "", "x = 1\n", True),
+    ],
+)
+def test_an_edit_changes_the_hash_if_it_acts(source, name, old, new, acts):
+    before = closure_hash(STAGE, source)
+    text = (source / name).read_text()
+    assert old in text
+    (source / name).write_text(text.replace(old, new, 1))
+    assert (closure_hash(STAGE, source) != before) is acts
+
+
+# Digest from Python 3.11.7; 3.12.1 and 3.13.0 gave the same. f-strings, empty lists of arguments and new fields of
+# nodes are where ast.dump and ast.unparse differ.
+TRICKY = '''
+def f(a, /, b=1, *args, c: int = 2, **kw):
+    """Doc."""
+    w = 3
+    return f"{a!r:>{w}} {b:.3e}{'x'}" "y" f"{a=}", a[1, ::2], [*args], {**kw}, 1e400, "é\\n", b"\\x00", lambda: (yield)
+
+
+class C(dict[str, int]):
+    """Doc."""
+
+    x: "C | None" = None
+'''
+TRICKY_DIGEST = "c67fcad1b736c85c822cfe3519086239b39a4f0a357780f43a44a96d45810167"
+
+
+def test_the_digest_is_the_same_on_every_python():
+    assert syntax(Path("tricky.py"), TRICKY.encode()).digest == TRICKY_DIGEST
+
+
+def forget(monkeypatch: pytest.MonkeyPatch, kept: Path) -> None:
+    """Act as a new process that finds this memory of parsed files."""
+    monkeypatch.setattr(source_hash, "_memory", lambda: kept)
+    source_hash.syntax.cache_clear()
+    source_hash._kept.cache_clear()
+
+
+def test_parsed_files_are_remembered_for_the_next_process(source, tmp_path, monkeypatch):
+    kept = tmp_path / "cache/syntax.json"
+    forget(monkeypatch, kept)
+    first = closure_hash(STAGE, source)
+    source_hash.keep()
+    forget(monkeypatch, kept)
+    with monkeypatch.context() as without:
+        without.setattr("roughslip.source_hash.ast.parse", None)
+        assert closure_hash(STAGE, source) == first
+
+
+@pytest.mark.parametrize("damage", ["flip", "cut", "bytes", "folder", "other Python"])
+def test_a_damaged_memory_is_not_used(source, tmp_path, monkeypatch, damage):
+    kept = tmp_path / "syntax.json"
+    forget(monkeypatch, kept)
+    first = closure_hash(STAGE, source)
+    source_hash.keep()
+    text = kept.read_text()
+    digest = syntax(source / "pkg/grid.py", (source / "pkg/grid.py").read_bytes()).digest
+    if damage == "folder":
+        kept.unlink()
+        kept.mkdir()
+    elif damage == "other Python":
+        monkeypatch.setattr("roughslip.source_hash.sys.version", "3.99")
+    else:
+        changed = {"flip": text.replace(digest, digest[::-1]), "cut": text[:-9], "bytes": f"\udcff{text}"}[damage]
+        kept.write_bytes(changed.encode(errors="surrogateescape"))
+    forget(monkeypatch, kept)
+    assert source_hash._kept() == {}
+    assert closure_hash(STAGE, source) == first
+    source_hash.keep()  # where it cannot be written, this passes without a message
+
+
+# Libraries are imported once, and each stage then in a child, so that no stage sees the imports of another.
+ASK = """
+import json, os, sys
+import numpy, numba, xarray, netCDF4, scipy.optimize, scipy.special, scipy.stats, seaborn
+found = {}
+for stage in sys.argv[1:]:
+    reading, writing = os.pipe()
+    if os.fork() == 0:
+        __import__(f"roughslip.stages.{stage}")
+        files = [m.__file__ for n, m in sys.modules.items() if n.partition(".")[0] == "roughslip"]
+        os.write(writing, json.dumps(files).encode())
+        os._exit(0)
+    os.close(writing)
+    with open(reading) as answer:
+        found[stage] = json.load(answer)
+    os.wait()
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.slow
+def test_the_closure_of_a_stage_is_what_python_imports():
+    """So an edit of a module re-runs the stages that execute it, and no others."""
+    command = [sys.executable, "-W", "ignore", "-c", ASK, *COMMANDS]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, env={"PYTHONPATH": str(SOURCE)})
+    for stage, files in json.loads(run.stdout).items():
+        found = {path.resolve() for path in closure(f"roughslip.stages.{stage}", SOURCE)}
+        assert found == {Path(file).resolve() for file in files}, stage
+
+
+@pytest.mark.slow
+def test_an_edit_of_a_function_changes_the_digest_of_its_module():
+    for path in MODULES:
+        tree = ast.parse(path.read_text("utf-8"))
+        functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+        if functions:
+            functions[-1].body.append(*ast.parse("_edited = 1").body)
+            edited = ast.unparse(ast.fix_missing_locations(tree)).encode()
+            assert syntax(path, edited).digest != syntax(path, path.read_bytes()).digest, path

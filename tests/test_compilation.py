@@ -1,4 +1,4 @@
-"""Where compiled functions are cached: a folder a module, named by what its import closure does."""
+"""The cache of compiled functions: named by code, shared by processes, and checked when it is read."""
 
 import os
 import shutil
@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import roughslip
+from roughslip import compilation
 
 SOURCE = Path(roughslip.__file__).parent
 OUTER = "from roughslip.outer import g; print(g())"
@@ -51,43 +52,51 @@ def compiled_files(folder: Path) -> list[Path]:
     return sorted(folder.rglob("*.nbc"))
 
 
-def test_a_second_process_compiles_nothing_and_only_the_first_announces_it(project):
-    out, error = run(project, OUTER)
-    assert out == "20"
-    assert "compiling" in error
-    files = compiled_files(project / ".cache" / "numba")
+def test_equal_code_is_compiled_once(project, tmp_path):
+    """By one of two processes that start together; not after edits of docstrings, and not in another folder."""
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "shared")}
+    processes = [start(project, OUTER, **cache) for _ in range(2)]
+    answers = [process.communicate() for process in processes]
+    assert [out.strip() for out, _ in answers] == ["20", "20"]
+    assert sum("compiling functions" in error for _, error in answers) == 1
+    files = compiled_files(tmp_path / "shared")
     assert len(files) == 2
-    assert run(project, OUTER) == ("20", "")
-    assert compiled_files(project / ".cache" / "numba") == files
+    edit(project, '"""Inner."""', '"""Another text,\n\nlonger."""\n# and a comment')
+    shutil.copytree(project / "src", tmp_path / "copy" / "src")
+    assert run(tmp_path / "copy", OUTER, **cache) == ("20", "")
+    assert compiled_files(tmp_path / "shared") == files
 
 
 def test_an_edit_in_a_called_file_reaches_compiled_callers(project):
-    """numba alone would answer 20 again: it looks at the caller's file only."""
+    """numba alone would return 20 again: it compares the file of the caller only."""
     assert run(project, OUTER)[0] == "20"
     edit(project, "2", "3")
     assert run(project, OUTER)[0] == "30"
 
 
-def test_docstrings_and_comments_compile_nothing(project):
-    run(project, OUTER)
-    edit(project, '"""Inner."""', '"""Another text,\n\nlonger."""\n# and a comment')
-    assert run(project, OUTER) == ("20", "")
-
-
-def test_equal_code_in_another_folder_is_not_compiled_again(project, tmp_path):
-    cache = str(tmp_path / "shared")
-    run(project, OUTER, NUMBA_CACHE_DIR=cache)
-    shutil.copytree(project / "src", tmp_path / "copy" / "src")
-    assert run(tmp_path / "copy", OUTER, NUMBA_CACHE_DIR=cache) == ("20", "")
-
-
-def test_two_processes_that_start_together_compile_once(project):
-    processes = [start(project, OUTER) for _ in range(2)]
-    assert [process.communicate()[0].strip() for process in processes] == ["20", "20"]
-    assert len(compiled_files(project / ".cache" / "numba")) == 2
-
-
-def test_without_a_project_the_cache_is_the_users(project, tmp_path):
+def test_damaged_files_are_compiled_again(project, tmp_path):
+    """Without a project the cache is that of the user."""
     (project / "pyproject.toml").unlink()
-    run(project, OUTER, XDG_CACHE_HOME=str(tmp_path / "user"))
-    assert len(compiled_files(tmp_path / "user" / "roughslip" / "numba")) == 2
+    user = {"XDG_CACHE_HOME": str(tmp_path / "user")}
+    run(project, OUTER, **user)
+    cache = tmp_path / "user" / "roughslip" / "numba"
+    damaged = [*cache.glob("outer-*/*.nbc"), *cache.glob("inner-*/*.nbi")]
+    assert len(damaged) == 2
+    for file in damaged:
+        content = bytearray(file.read_bytes())
+        content[len(content) // 2] ^= 1
+        file.write_bytes(content)
+    out, error = run(project, OUTER, **user)
+    assert out == "20"
+    assert "compiling functions" in error
+    assert run(project, OUTER, **user) == ("20", "")
+
+
+def test_older_code_is_removed_after_a_month(tmp_path):
+    folders = [tmp_path / name for name in ("contact.kernels-1", "contact.kernels-2", "contact.kernels-3", "chaos-1")]
+    for folder in folders:
+        folder.mkdir()
+    for folder in (folders[0], folders[1], folders[3]):
+        os.utime(folder, (1.0e9, 1.0e9))
+    compilation._remove_old_versions(folders[0])
+    assert sorted(tmp_path.iterdir()) == sorted([folders[0], *folders[2:]])

@@ -1,17 +1,21 @@
-"""The decorator `compiled`: numba's njit with a cache named by the code that is compiled.
+"""Compile functions with numba, cached on disk under the hash of the code that is compiled.
 
-numba compares a function's own file only: a compiled function that calls one in another file would go stale without a
-message. Here the folder of a module carries the hash of its import closure, so edits of a docstring or of other modules
-compile nothing, and equal code is compiled once, whatever the folder that it lies in. A process that finds nothing in
-the cache locks that folder: others wait and then load.
+numba compares the file of a function only: it does not see an edit of a compiled function that is called from another
+file. Here the cache folder of a module carries the hash of its import closure. So no edit is missed, an edit of a
+docstring compiles nothing, and equal code is compiled once. A process that compiles a module locks its folder, and
+others wait. Each file ends with a checksum, because numba would run a damaged one; such a function is compiled again.
 """
 
 from __future__ import annotations
 
 import contextlib
 import fcntl
+import hashlib
+import io
+import shutil
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import IO, Any
@@ -24,10 +28,12 @@ from roughslip import source_hash
 __all__ = ["compiled"]
 
 _SOURCE = Path(__file__).resolve().parents[1]
+_DAYS_KEPT = 30.0  # days that compiled functions of older code are kept
+_DIGEST_BYTES = hashlib.sha256().digest_size
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator that compiles a function at its first call, cached on disk. options : those of numba's njit"""
+    """Return a decorator that compiles a function at its first call and caches it. options : those of numba's njit"""
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**options)(function)
@@ -40,14 +46,14 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 @cache
 def _module_folder(file: str) -> Path:
-    """The folder of a module's compiled functions, which carries the hash of its closure."""
+    """The cache folder of a module, which carries the hash of its closure."""
     module = ".".join(Path(file).resolve().relative_to(_SOURCE).with_suffix("").parts)
     digest = source_hash.closure_hash(module, _SOURCE)[:20]
     return source_hash.compiled_folder() / f"{module.removeprefix('roughslip.')}-{digest}"
 
 
 class _Locator(caching._CacheLocator):
-    """Tells numba where the compiled forms of one function are."""
+    """Where numba finds the compiled forms of one function."""
 
     def __init__(self, file: str) -> None:
         self._folder = _module_folder(file)
@@ -75,10 +81,41 @@ class _Implementation(caching.CompileResultCacheImpl):
     _locator_classes: list[Any] = [_Locator, caching.UserWideCacheLocator]  # noqa: RUF012
 
 
+class _CheckedFiles(caching.IndexDataCacheFile):
+    """numba's files of one function, each with a checksum at its end, which unpickling ignores."""
+
+    def _load_index(self) -> dict:
+        return super()._load_index() if _is_whole(self._index_path) else {}
+
+    def _load_data(self, name: str) -> Any:
+        return super()._load_data(name) if _is_whole(self._data_path(name)) else None
+
+    @contextlib.contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[io.BytesIO]:
+        content = io.BytesIO()
+        yield content
+        with super()._open_for_write(filepath) as file:
+            file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
+
+
+def _is_whole(path: str) -> bool:
+    """Whether a file exists and ends with its checksum."""
+    try:
+        content = Path(path).read_bytes()
+    except OSError:
+        return False
+    return hashlib.sha256(content[:-_DIGEST_BYTES]).digest() == content[-_DIGEST_BYTES:]
+
+
 class _Cache(caching.FunctionCache):
     """A cache of one function that is locked from a miss until the function is compiled."""
 
     _impl_class = _Implementation
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _CheckedFiles(self._cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
         found = super().load_overload(sig, target_context)
@@ -87,6 +124,8 @@ class _Cache(caching.FunctionCache):
             found = super().load_overload(sig, target_context)  # another process may have compiled it meanwhile
             if found is not None:
                 _unlock(self.cache_path)
+            else:
+                _announce("compiling functions, once for this version of the code; this takes up to a minute")
         return found
 
     def save_overload(self, sig: object, data: Any) -> None:
@@ -97,7 +136,7 @@ class _Cache(caching.FunctionCache):
 
 
 _locks: dict[str, tuple[IO[str], int]] = {}  # by folder the lock, and how many functions of it are being compiled
-_announced: list[str] = []
+_announced: set[str] = set()
 
 
 def _lock(folder: str) -> None:
@@ -108,12 +147,13 @@ def _lock(folder: str) -> None:
         return
     with contextlib.suppress(OSError):  # a file system without locks: compiled twice at worst
         file = (Path(folder) / "lock").open("a", encoding="utf-8")
-        fcntl.flock(file, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            _announce("waiting for functions that another process compiles")
+            fcntl.flock(file, fcntl.LOCK_EX)
         _locks[folder] = file, 1
-    if not _announced:
-        _announced.append(folder)
-        source_hash.keep()
-        print("roughslip: compiling functions for the first time, up to a minute", file=sys.stderr, flush=True)
+        _remove_old_versions(Path(folder))
 
 
 def _unlock(folder: str) -> None:
@@ -124,3 +164,19 @@ def _unlock(folder: str) -> None:
             return
         del _locks[folder]
         file.close()
+
+
+def _announce(message: str) -> None:
+    """Print a message on stderr, once in a process."""
+    if message not in _announced:
+        _announced.add(message)
+        source_hash.keep()
+        print(f"roughslip: {message}", file=sys.stderr, flush=True)
+
+
+def _remove_old_versions(folder: Path) -> None:
+    """Remove what was compiled from older code of the module of a cache folder, more than _DAYS_KEPT ago."""
+    oldest = time.time() - 86400.0 * _DAYS_KEPT
+    for other in folder.parent.glob(f"{folder.name.rpartition('-')[0]}-*"):
+        if other != folder and other.stat().st_mtime < oldest:
+            shutil.rmtree(other, ignore_errors=True)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from roughslip import source_hash
 from workflow.keys import environment_check
-from workflow.recovery import integrity, numba_cache, run_lock, slurm_orphans, snakemake_metadata
+from workflow.recovery import integrity, run_lock, slurm_orphans, snakemake_metadata
 from workflow.study.scenes import Scenes
 
 STATE = Path(".snakemake")
@@ -27,7 +26,6 @@ def settle(scenes: Scenes) -> list[str]:
     slurm_orphans.refuse(Path())
     scans = [Path(scenes.scan_file(name)) for name in scenes.asked if "scan" in scenes.stages(name)]
     integrity.tidy(Path("results"), scans)
-    lines += numba_cache.settle(source_hash.compiled_folder())
     scenes.write_keys()
     records = [*_beside_scenes(), *(record for name in scenes.asked for record in scenes.all_records(name))]
     return lines + snakemake_metadata.settle(STATE) + integrity.settle(records, STATE)

@@ -14,7 +14,8 @@ from roughslip.friction.correlation import (
     triangular,
     window_lengths,
 )
-from roughslip.friction.resampling import Estimate, strip_weights
+from roughslip.friction.resampling import strip_weights
+from roughslip.probability import Estimate
 
 WINDOW = 600e-6
 

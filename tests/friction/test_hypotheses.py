@@ -7,7 +7,8 @@ import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.hypotheses import p_value, p_value_of_equality
-from roughslip.friction.resampling import Estimate, resampled, strip_weights
+from roughslip.friction.resampling import resampled, strip_weights
+from roughslip.probability import Estimate
 
 STRIPS, REPLICATES, REPETITIONS = 60, 99, 300
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from roughslip.errors import ParameterError
 from roughslip.friction.load_sharing import average_beta
-from roughslip.friction.marginal import beta_moments
+from roughslip.probability import beta_moments
 
 shapes = st.floats(0.4, 200.0)
 

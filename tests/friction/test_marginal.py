@@ -5,8 +5,9 @@ import pytest
 from scipy import special, stats
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.marginal import SHAPES, beta_moments, distance_to_beta, fit_beta, scaled_beta
+from roughslip.friction.marginal import SHAPES, distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.resampling import strip_weights
+from roughslip.probability import beta_moments
 
 STRIPS, WINDOWS = 20, 50
 # 1000 = 200 * 5 with 5 odd: the empirical quantiles of these at (j - 1/2) / 200 are the exact ones

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.penetration_law import PenetrationLaw, between, penetration_law
-from roughslip.friction.resampling import Estimate
+from roughslip.probability import Estimate
 
 LEVELS = np.array([5.0, 10.0, 20.0, 40.0, 50.0, 80.0, 95.0])
 

@@ -12,12 +12,13 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import fft_paths as module
 from roughslip.friction.fft_paths import circulant_embedding, spectral_representation
 from roughslip.friction.paths import METHODS, prepare
-from roughslip.friction.process import BetaMarginal, FrictionProcess
-from roughslip.friction.translation import Translation, translate
+from roughslip.friction.process import FrictionProcess
+from roughslip.friction.recursion import interpolated
+from roughslip.probability import BetaDistribution, Translation
 
 LENGTH = 250e-6
-PUBLISHED = FrictionProcess(BetaMarginal(2.1, 5.0, 0.1, 0.7), LENGTH)
-SKEWED = FrictionProcess(BetaMarginal(0.3, 3.0, 0.0, 1.0), LENGTH)  # far from normal: the correction is up to 0.1
+PUBLISHED = FrictionProcess(BetaDistribution(2.1, 5.0, 0.1, 0.7), LENGTH)
+SKEWED = FrictionProcess(BetaDistribution(0.3, 3.0, 0.0, 1.0), LENGTH)  # far from normal: the correction is up to 0.1
 PROCESSES = pytest.mark.parametrize("process", [PUBLISHED, SKEWED], ids=["published", "skewed"])
 WAYS = pytest.mark.parametrize("method", METHODS)
 WHOLE = pytest.mark.parametrize("whole", [spectral_representation, circulant_embedding])
@@ -124,10 +125,11 @@ def test_a_path_has_no_beginning(method):
 
 def test_table_is_that_of_linear_interpolation():
     """Bit by bit: at nodes and just below, between them, beyond both ends."""
-    table = translate(PUBLISHED.marginal)
+    table = PUBLISHED.translation()
     z = np.random.default_rng(1).uniform(-9.0, 9.0, 100_000)
     z[:8194:2], z[1:8194:2] = table.normal, np.nextafter(table.normal, -10.0)
-    assert np.array_equal(table.apply(z), np.interp(z, table.normal, table.friction))
+    found = np.array([interpolated(score, table.normal, table.values) for score in z])
+    assert np.array_equal(found, np.interp(z, table.normal, table.values))
 
 
 @WAYS
@@ -163,7 +165,7 @@ def test_the_embedded_period_holds_every_lag(correlation_length):
 
 @WAYS
 def test_no_scatter_is_a_zero_path(method):
-    prepared = prepare(FrictionProcess(BetaMarginal(2.1, 5.0, 0.3, 0.3), LENGTH), LENGTH / 16, 0.01, method)
+    prepared = prepare(FrictionProcess(BetaDistribution(2.1, 5.0, 0.3, 0.3), LENGTH), LENGTH / 16, 0.01, method)
     assert not np.any(beginning(prepared.realisation([0]), 600))
 
 
@@ -185,7 +187,7 @@ def test_correlation_far_longer_than_the_path(method):
 @WAYS
 def test_refuses_a_two_point_marginal(method):
     with pytest.raises(IllPosedError, match="Hermite series"):
-        prepare(FrictionProcess(BetaMarginal(0.02, 0.02, 0.0, 1.0), LENGTH), LENGTH / 16, 0.01, method)
+        prepare(FrictionProcess(BetaDistribution(0.02, 0.02, 0.0, 1.0), LENGTH), LENGTH / 16, 0.01, method)
 
 
 def test_missed_correlation_is_an_error(monkeypatch):
@@ -223,9 +225,12 @@ def test_there_are_three_ways():
 
 
 def test_paths_of_a_beta_where_scipy_has_no_quantile():
-    """betaincinv of scipy 1.17 is NaN at these shapes below p = 1e-16; there x^a = a B(a, b) p, and x is the end."""
-    a, b = 1.035035428873854, 0.688317738616233
-    scores = np.array([-8.5, -8.4])
-    np.testing.assert_allclose(BetaMarginal(a, b, 0.0, 1.0).centred(scores), -a / (a + b), rtol=1e-14)
-    np.testing.assert_allclose(BetaMarginal(b, a, 0.0, 1.0).centred(-scores), a / (a + b), rtol=1e-14)
-    assert translate(BetaMarginal(a, b, 0.0, 1.0)).left_out < 1e-5
+    """betaincinv of scipy 1.17 is NaN at these shapes below p = 1e-16."""
+    marginal = BetaDistribution(1.035035428873854, 0.688317738616233, 0.0, 1.0)
+    assert FrictionProcess(marginal, LENGTH).translation().left_out < 1e-5
+
+
+@pytest.mark.parametrize("length", [0.0, -1.0, math.inf, math.nan])
+def test_process_refuses(length):
+    with pytest.raises(ParameterError, match="correlation_length_m"):
+        FrictionProcess(BetaDistribution(2.1, 5.0, 0.0, 1.0), length)

@@ -8,17 +8,17 @@ from scipy.stats import beta as beta_distribution
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import recursion as module
-from roughslip.friction.process import BetaMarginal, EmpiricalMarginal, FrictionProcess
+from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
-from roughslip.friction.translation import Translation
+from roughslip.probability import BetaDistribution, QuantileDistribution, Translation
 
 LENGTH = 250e-6
-PUBLISHED = FrictionProcess(BetaMarginal(2.1, 5.0, 0.1, 0.7), LENGTH)
+PUBLISHED = FrictionProcess(BetaDistribution(2.1, 5.0, 0.1, 0.7), LENGTH)
 BORDER = [(0.1, 0.1), (0.5, 0.5), (1.0, 1.0), (0.05, 3.0), (0.3, 3.0), (2.1, 5.0), (0.1, 300.0), (90.0, 300.0)]
 
 
 def process(a, b):
-    return FrictionProcess(BetaMarginal(a, b, 0.0, 1.0), LENGTH)
+    return FrictionProcess(BetaDistribution(a, b, 0.0, 1.0), LENGTH)
 
 
 def state_covariance(built):
@@ -157,7 +157,7 @@ def test_refuses_a_spacing(spacing):
 def test_nodes_many_lengths_apart(ratio):
     """Eight decays exp(-i ratio) are nothing beside one, and as numbers they were divided by differences of zero; at
     the lags of the nodes few terms have the correlation within the tolerance."""
-    marginal = EmpiricalMarginal(beta_distribution(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 400)), 0.3, 0.05)
+    marginal = QuantileDistribution(beta_distribution(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 400)), 0.3, 0.05)
     built = recursion(FrictionProcess(marginal, LENGTH), ratio * LENGTH)
     lags = built.decay ** np.arange(1, 4)[:, None]
     gaussian = lags @ state_covariance(built).sum(axis=1)

@@ -8,8 +8,9 @@ from scipy import stats
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
-from roughslip.friction.resampling import TAILS, Estimate, resampled_extremes, resampled_quantiles, strip_weights
+from roughslip.friction.resampling import resampled_extremes, resampled_quantiles, strip_weights
 from roughslip.friction.statistics import PERCENTS, combine, ratio_of_sums, trend, window_statistics
+from roughslip.probability import TAILS, Estimate
 
 
 def autoregressive(rng: np.random.Generator, strips: int, windows: int, factor: float) -> np.ndarray:

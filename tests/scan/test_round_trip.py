@@ -7,13 +7,13 @@ import pytest
 from scipy.stats import binom
 
 from roughslip.grid import Grid
+from roughslip.probability import distribution_of_moments
 from roughslip.scan.grinding import Grinding, ground_surface
 from roughslip.scan.model_fit import fitted_covariances, fitted_marginal
 from roughslip.scan.spectrum import HIGHEST
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import remove_form, topography
 from roughslip.surface.covariance import Covariance
-from roughslip.surface.marginal import from_moments
 from roughslip.surface.model import gaussian_model, measured_model
 
 TWINS = 19
@@ -47,7 +47,7 @@ SCANS = {
     "ground": (ground, "measured", "empirical"),
     "smooth": (lambda: drawn(Covariance("matern", 1e-7, 11e-6, 8e-6, 0.3, smoothness=3.0)), "best", "gaussian"),
     "sharp": (
-        lambda: drawn(Covariance("exponential", 1e-7, 7e-6, 5e-6), from_moments("weibull", 1e-7, -0.8, 0.0)),
+        lambda: drawn(Covariance("exponential", 1e-7, 7e-6, 5e-6), distribution_of_moments("weibull", 1e-7, -0.8, 0.0)),
         "best",
         "weibull",
     ),

@@ -7,8 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from roughslip.friction.resampling import Estimate, strip_weights
+from roughslip.friction.resampling import strip_weights
 from roughslip.friction.statistics import Combined, combine
+from roughslip.probability import Estimate
 from roughslip.stages.friction import combined_at, describe
 from roughslip.stages.result_tables.friction_table import (
     COMBINED,

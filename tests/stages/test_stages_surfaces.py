@@ -6,13 +6,13 @@ import pytest
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.probability import FamilyDistribution
 from roughslip.scan.model_fit import fitted_marginal
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.stages.from_scene import scan_model, surface_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.surface.covariance import Covariance
-from roughslip.surface.marginal import Marginal
 from roughslip.surface.model import gaussian_model
 
 FIELD = {"covariance": "exponential", "rms_height_m": 2e-7, "correlation_length_m": 5e-6}
@@ -30,7 +30,7 @@ def test_a_field_with_every_key():
 def test_a_law_of_heights():
     law = {"family": "lognormal", "shapes": [0.4], "mirrored": True}
     model = surface_model.surface_model({"roughness": FIELD | {"marginal": law}})
-    assert model.marginal == Marginal("lognormal", 2e-7, (0.4,), True)
+    assert model.marginal == FamilyDistribution("lognormal", 2e-7, (0.4,), True)
     assert model.covariance == Covariance("exponential", 2e-7, 5e-6)
     corrected = surface_model.surface_model({"roughness": FIELD | {"marginal": law | {"correct_correlation": True}}})
     lag = np.array(5e-6)
@@ -55,7 +55,9 @@ def test_the_band_of_a_fractal_is_that_of_the_strip_unless_given():
 @pytest.mark.parametrize("covariance", [None, Covariance("matern", 2e-7, 5e-6, 2e-6, 0.1, smoothness=0.8)])
 @pytest.mark.parametrize("family", ["gaussian", "weibull", "empirical"])
 def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, family):
-    truth = gaussian_model(Covariance("exponential", 2e-7, 5e-6), (5e-6, 5e-6), Marginal("weibull", 2e-7, (2.0,)))
+    truth = gaussian_model(
+        Covariance("exponential", 2e-7, 5e-6), (5e-6, 5e-6), FamilyDistribution("weibull", 2e-7, (2.0,))
+    )
     field = truth.sampler(Grid(160, 160, 1e-6, 1e-6))(np.random.default_rng(1))
     scan = topography(truth.heights(field), 1e-6, 1e-6, "a scan")
     found = scan_statistics(scan)

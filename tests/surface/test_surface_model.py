@@ -7,6 +7,7 @@ import pytest
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.probability import FamilyDistribution, translate
 from roughslip.scan.autocorrelation import autocorrelation
 from roughslip.scan.model_fit import fitted_covariances, fitted_marginal, lags_to_fit
 from roughslip.scan.statistics import scan_statistics
@@ -15,12 +16,10 @@ from roughslip.surface.corrected_covariance import corrected
 from roughslip.surface.covariance import KINDS, Covariance, plane_height
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot
-from roughslip.surface.marginal import Marginal
 from roughslip.surface.measured_covariance import tapered
 from roughslip.surface.model import FractalModel, GaussianModel, gaussian_model, measured_model
-from roughslip.surface.translation import translate
 
-BETA = Marginal("beta", 2.0, (2.1, 5.0))
+BETA = FamilyDistribution("beta", 2.0, (2.1, 5.0))
 EXPONENTIAL = Covariance("exponential", 2.0, 5.0)
 SHAPES = {"matern": {"smoothness": 1.5}, "self_affine": {"hurst": 0.7, "bandwidth": 20.0}}
 
@@ -102,7 +101,7 @@ def test_the_model_of_a_scan_is_found(scan):
     law = fitted_marginal("weibull", measured, found.rms_height.value)
     assert found.skewness.low < law.skewness < found.skewness.high
     assert fitted_marginal("gaussian", measured, 1.0) is None
-    assert fitted_marginal("empirical", measured, 1.7).rms_height_m == pytest.approx(1.7, rel=1e-6)
+    assert fitted_marginal("empirical", measured, 1.7).standard_deviation == pytest.approx(1.7, rel=1e-6)
 
 
 def test_lags_are_thinned_about_lag_zero(scan):

@@ -58,7 +58,8 @@ MEASURED = {
         "workflow/stress/chaos_judge.py": False,
     },
     ("stress", "surface"): {
-        "src/roughslip/surface/translation.py": True,
+        "src/roughslip/probability/translation.py": True,
+        "src/roughslip/surface/corrected_covariance.py": True,
         "src/roughslip/scan/covariance_fit.py": True,
         "src/roughslip/friction/recursion.py": False,
         "workflow/stress/kernels.py": True,
@@ -66,8 +67,8 @@ MEASURED = {
     },
     ("stress", "friction"): {
         "src/roughslip/friction/penetration_law.py": True,
-        "src/roughslip/friction/translation.py": True,
-        "src/roughslip/surface/translation.py": False,
+        "src/roughslip/probability/translation.py": True,
+        "src/roughslip/surface/corrected_covariance.py": False,
         "workflow/stress/friction_lengths.py": True,
         "workflow/stress/kernels.py": False,
     },

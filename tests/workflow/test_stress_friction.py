@@ -14,9 +14,9 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.distribution_families import fit_candidates
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.paths import METHODS
-from roughslip.friction.process import BetaMarginal, FrictionProcess
-from roughslip.friction.resampling import Estimate
+from roughslip.friction.process import FrictionProcess
 from roughslip.friction.statistics import combine, window_statistics
+from roughslip.probability import BetaDistribution, Estimate
 from workflow.benchmarks.measure import fields
 from workflow.stress import (
     friction,
@@ -80,7 +80,7 @@ def test_problems_cover_what_they_should():
     assert 1e-12 <= min(sizes) < 1e-10 < 1e5 < max(sizes)
     paths = [friction_paths.random_problem(5, number) for number in range(400)]
     assert {path.method for path in paths} == set(METHODS)
-    betas = [path.process.marginal for path in paths if isinstance(path.process.marginal, BetaMarginal)]
+    betas = [path.process.marginal for path in paths if isinstance(path.process.marginal, BetaDistribution)]
     assert min(min(law.a, law.b) for law in betas) < 0.35
     assert max(max(law.a, law.b) for law in betas) > 40
 
@@ -215,7 +215,7 @@ def test_a_curve_that_is_not_the_one_of_its_slopes_is_caught(monkeypatch):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_paths_of_another_correlation_are_caught(method, monkeypatch):
-    process = FrictionProcess(BetaMarginal(2.1, 5.0, 0.2, 0.6), 1e-4)
+    process = FrictionProcess(BetaDistribution(2.1, 5.0, 0.2, 0.6), 1e-4)
     problem = friction_paths.Problem(0, method, process, 2e-5, 1e-3)
     assert friction_paths.judged(problem).broken == ()
     plain = friction_paths.prepare
@@ -227,7 +227,7 @@ def test_paths_of_another_correlation_are_caught(method, monkeypatch):
     assert "the autocorrelation" in {what.split(":")[0] for what in friction_paths.judged(problem).broken}
 
     def wider(law, spacing, length, name):
-        return plain(replace(law, marginal=BetaMarginal(0.7, 0.7, 0.2, 0.61)), spacing, length, name)
+        return plain(replace(law, marginal=BetaDistribution(0.7, 0.7, 0.2, 0.61)), spacing, length, name)
 
     monkeypatch.setattr(friction_paths, "prepare", wider)
     broken = {what.split(":")[0] for what in friction_paths.judged(problem).broken}
@@ -236,7 +236,7 @@ def test_paths_of_another_correlation_are_caught(method, monkeypatch):
 
 def test_paths_that_forget_their_seed_are_caught(monkeypatch):
     """Every path anew with other numbers: not the same bits again, and in time no correlation of what is drawn."""
-    process = FrictionProcess(BetaMarginal(2.1, 5.0, 0.2, 0.6), 1e-4)
+    process = FrictionProcess(BetaDistribution(2.1, 5.0, 0.2, 0.6), 1e-4)
     problem = friction_paths.Problem(0, "recursion", process, 2e-5, 1e-3)
     generator = np.random.default_rng(5)
     plain = friction_paths._path
@@ -257,9 +257,9 @@ def test_errors_that_are_no_answer():
     assert not friction.honest(flat, IllPosedError("no"))
     assert not friction.honest(flat, ParameterError("solve more strips"))
     assert friction.honest(replace(PROBLEM, entry="autocorrelation", lags=40), advice)
-    path = friction_paths.Problem(0, "recursion", FrictionProcess(BetaMarginal(2.1, 5.0, 0.0, 1.0), 1.0), 1.0, 9.0)
+    path = friction_paths.Problem(0, "recursion", FrictionProcess(BetaDistribution(2.1, 5.0, 0.0, 1.0), 1.0), 1.0, 9.0)
     assert not friction_paths.honest(path, IllPosedError("use larger shapes"))
-    steps = replace(path, process=FrictionProcess(BetaMarginal(0.01, 0.01, 0.0, 1.0), 1.0))
+    steps = replace(path, process=FrictionProcess(BetaDistribution(0.01, 0.01, 0.0, 1.0), 1.0))
     assert friction_paths.honest(steps, IllPosedError("use larger shapes"))
     assert friction_paths.honest(replace(path, spacing=math.e**3), ParameterError("use another spacing"))
 

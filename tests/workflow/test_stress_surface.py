@@ -11,14 +11,13 @@ from scipy.special import kv
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
+from roughslip.probability import FamilyDistribution, translate
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from roughslip.surface.lanczos import leading_modes
-from roughslip.surface.marginal import Marginal
-from roughslip.surface.translation import translate
 from workflow.benchmarks.measure import fields
 from workflow.stress import kernels, outcomes, pairs, surface, surface_fit, surface_law
 from workflow.stress.surface_judge import judge_embedding, judge_expansion, judge_modes, response
@@ -165,7 +164,7 @@ def test_errors_of_fields_that_are_no_answer():
 
 # Judges of laws.
 
-LAW = surface_law.Problem(1, "translation", Marginal("beta", 1e-7, (2.1, 5.0)), None, GRID)
+LAW = surface_law.Problem(1, "translation", FamilyDistribution("beta", 1e-7, (2.1, 5.0)), None, GRID)
 WAVES = replace(LAW, kind="waves", waves=WeierstrassMandelbrot(0.7, 1e-7, 1e-4, 1e-5, 3), grid=Grid(5, 4, 1e-6, 1e-6))
 
 
@@ -176,9 +175,9 @@ def test_translations_that_are_right_pass_and_spoilt_ones_do_not():
     shares = found.shares.copy()
     shares[:2] += (-1e-6, 1e-6)
     assert "the correlation" in names(surface_law.judge_translation(LAW, replace(found, shares=shares)))
-    moved = replace(found, heights=found.heights + 1e-3 * LAW.marginal.rms_height_m)
+    moved = replace(found, values=found.values + 1e-3 * LAW.marginal.standard_deviation)
     assert names(surface_law.judge_translation(LAW, moved)) == {"heights of the table"}
-    other = replace(LAW, marginal=Marginal("beta", 1e-7, (2.1, 5.001)))
+    other = replace(LAW, marginal=FamilyDistribution("beta", 1e-7, (2.1, 5.001)))
     assert "heights of the table" in names(surface_law.judge_translation(other, found))
 
 
@@ -195,7 +194,7 @@ def test_waves_that_are_right_pass_and_spoilt_ones_do_not(monkeypatch):
 
 
 def test_errors_of_laws_that_are_no_answer():
-    steps = replace(LAW, marginal=Marginal("beta", 1.0, (0.03, 0.03)))
+    steps = replace(LAW, marginal=FamilyDistribution("beta", 1.0, (0.03, 0.03)))
     assert surface_law.honest(steps, IllPosedError("use a smoother one"))
     assert not surface_law.honest(LAW, IllPosedError("use a smoother one"))
     assert not surface_law.honest(WAVES, ConvergenceError("use more", 1.0, 1))

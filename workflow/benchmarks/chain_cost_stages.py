@@ -14,10 +14,11 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.solve import solve
 from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.friction.process import BetaMarginal, FrictionProcess
+from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.oscillator.path import KeptPath
+from roughslip.probability import BetaDistribution
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.benchmarks import chain_plain
@@ -180,7 +181,7 @@ def strip_stage(scene: dict[str, Any], summary: Path, costs: Path, sample: int, 
 def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_periods: float) -> Stage:
     """The ensemble: compiled motions, or scipy's on the same paths, at the error of a slip."""
     friction, _ = told(summary)
-    law = BetaMarginal.of_moments(friction.a, friction.b, 0.0, friction.std)
+    law = BetaDistribution.of_moments(friction.a, friction.b, 0.0, friction.std)
     nodes, ensemble = scene["ensemble"]["nodes_per_correlation_length"], scene["ensemble"]
     drawn = recursion(FrictionProcess(law, friction.length_m), friction.length_m / nodes)
     belt, mean = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, friction.mean)

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughslip.friction.process import BetaMarginal, FrictionProcess
+from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
+from roughslip.probability import BetaDistribution
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.spacing import Thinned
 from workflow.benchmarks.chain_problem import FIRST_ORDER, Change, rows
@@ -50,7 +51,7 @@ def counts(
     scene: dict[str, Any], friction: Friction, paths: int, nodes: int, step: int = 1, tolerance: float | None = None
 ) -> np.ndarray:
     """(paths, dampings) cycles of paths of so many nodes a correlation length, every `step`-th of them read."""
-    law = BetaMarginal.of_moments(friction.a, friction.b, 0.0, friction.std)
+    law = BetaDistribution.of_moments(friction.a, friction.b, 0.0, friction.std)
     drawn = recursion(FrictionProcess(law, friction.length_m), friction.length_m / nodes)
     belt, periods, found = mass_on_belt.oscillator(scene), scene["ensemble"]["duration_periods"], []
     options = mass_on_belt.run_options(scene) | ({} if tolerance is None else {"tolerance": tolerance})

@@ -19,8 +19,9 @@ import numpy as np
 from scipy.special import betaincinv
 
 from roughslip.friction.paths import METHODS, Paths, prepare
-from roughslip.friction.process import BetaMarginal, FrictionProcess
+from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import PIECE_NODES
+from roughslip.probability import BetaDistribution
 from workflow.benchmarks import measure
 from workflow.benchmarks.measure import Contender, Row, case, row
 
@@ -73,7 +74,7 @@ def correlation_error(values: np.ndarray, nodes: int) -> float:
 def marginal_distance(values: np.ndarray, a: float, b: float) -> float:
     """Kolmogorov distance of values of zero mean and unit variance from Beta(a, b), at QUANTILES of it."""
     probability = np.arange(1, QUANTILES) / QUANTILES
-    law = BetaMarginal(a, b, 0.0, 1.0)
+    law = BetaDistribution(a, b, 0.0, 1.0)
     ends = (betaincinv(a, b, probability) - law.mean) / law.standard_deviation
     shares = np.searchsorted(np.sort(values, axis=None), ends) / values.size
     return float(np.max(np.abs(shares - probability)))
@@ -84,7 +85,7 @@ def drawn(campaign: Campaign) -> list[Row]:
     rows: list[Row] = []
     nodes = campaign.nodes * campaign.lengths
     for a, b in campaign.shapes:
-        process = FrictionProcess(BetaMarginal.of_moments(a, b, 0.0, 1.0), 1.0)
+        process = FrictionProcess(BetaDistribution.of_moments(a, b, 0.0, 1.0), 1.0)
         spacing = 1.0 / campaign.nodes
         prepared, setup = {}, {}
         for method in METHODS:

@@ -22,7 +22,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from roughslip.friction.process import BetaMarginal, FrictionProcess
+from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.equation import acceleration
 from roughslip.oscillator.event_loop import REATTACHMENT
@@ -30,6 +30,7 @@ from roughslip.oscillator.integrators import PAIRS
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.system import Coefficients, Oscillator, coefficients
+from roughslip.probability import BetaDistribution
 from roughslip.stages.spacing import Thinned, error_bounds
 from workflow.benchmarks import measure
 from workflow.benchmarks.measure import Contender, Row, case, row
@@ -37,7 +38,7 @@ from workflow.benchmarks.oscillator_peers import LANES, LONGEST, OFF, SOLVERS, s
 
 PACKAGES = ("numpy", "scipy", "numba", "diffrax", "jax")
 STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
-PROCESS = FrictionProcess(BetaMarginal.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
+PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
 SEED = 20110914
 BETWEEN = 0.3  # of a tolerance: ours are measured there, too, so that there is one near the error of each of theirs
 PERIODS = 1000.0, 20.0  # of our motions without scatter and on a path, so that what a call costs does not count; of

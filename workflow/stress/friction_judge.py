@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughslip.friction.resampling import CANCELLED, FEWEST_REPLICATES, NO_SCATTER, TAILS, Estimate
+from roughslip.friction.resampling import CANCELLED, FEWEST_REPLICATES, NO_SCATTER
 from roughslip.friction.statistics import PERCENTS, Combined, WindowStatistics
+from roughslip.probability import TAILS, Estimate
 from workflow.stress.friction_problem import Problem
 
 EPS = float(np.finfo(float).eps)

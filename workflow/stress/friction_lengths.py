@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from roughslip.friction.correlation import CorrelationFit
-from roughslip.friction.resampling import Estimate
+from roughslip.probability import Estimate
 from workflow.stress.friction_judge import Met, interval
 
 TRIALS = 4001

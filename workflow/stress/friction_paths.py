@@ -18,8 +18,9 @@ from roughslip.errors import IllPosedError, ParameterError, RoughslipError
 from roughslip.friction.fft_paths import Spectrum
 from roughslip.friction.load_sharing import average_beta
 from roughslip.friction.paths import METHODS, Paths, prepare
-from roughslip.friction.process import BetaMarginal, EmpiricalMarginal, FrictionProcess, Marginal
+from roughslip.friction.process import FrictionProcess, Marginal
 from roughslip.friction.recursion import SPACINGS, Recursion
+from roughslip.probability import BetaDistribution, QuantileDistribution
 from workflow.benchmarks.measure import case
 from workflow.stress.drawing import one_of, power
 from workflow.stress.outcomes import Verdict, advised, verdict_of
@@ -69,21 +70,21 @@ def _marginal(generator: np.random.Generator) -> Marginal:
         width = power(generator, -9, 3) if generator.random() < 0.95 else 0.0
         lower = one_of(generator, (0.0, width, -width, 1.0))
         if generator.random() < 0.2:
-            return BetaMarginal(*average_beta(a, b, lower, lower + width, int(generator.integers(1, 200))))
+            return BetaDistribution(*average_beta(a, b, lower, lower + width, int(generator.integers(1, 200))))
         if generator.random() < 0.2:
-            return BetaMarginal.of_moments(a, b, lower, width)
-        return BetaMarginal(a, b, lower, lower + width)
+            return BetaDistribution.of_moments(a, b, lower, width)
+        return BetaDistribution(a, b, lower, lower + width)
     count = round(10 ** generator.uniform(1, 3.3))
     if generator.random() < 0.5:
         q = np.sort(generator.gamma(power(generator, -0.5, 1.5), size=count))
     else:
         q = betaincinv(*(power(generator, 0, 1) for _ in range(2)), np.linspace(0, 1, count))
-    return EmpiricalMarginal(q * power(generator, -9, 3), 1.0, power(generator, -9, 1))
+    return QuantileDistribution(q * power(generator, -9, 3), 1.0, power(generator, -9, 1))
 
 
 def case_of(problem: Problem) -> str:
     marginal, process = problem.process.marginal, problem.process
-    beta = isinstance(marginal, BetaMarginal)
+    beta = isinstance(marginal, BetaDistribution)
     return case(
         number=problem.number,
         entry="process",
@@ -211,7 +212,7 @@ def _sampled(problem: Problem, sample: np.ndarray, gaussian: np.ndarray) -> dict
 
 def _probability(marginal: Marginal, centred: np.ndarray) -> np.ndarray:
     """Distribution function of centred values, in the unit of the marginal."""
-    if isinstance(marginal, BetaMarginal):
+    if isinstance(marginal, BetaDistribution):
         return betainc(marginal.a, marginal.b, np.clip(centred + marginal.a / (marginal.a + marginal.b), 0, 1))
     table = np.linspace(-8, 8, 8193)
     values = marginal.centred(table)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from roughslip.friction.penetration_law import between, penetration_law
-from roughslip.friction.resampling import FEWEST_REPLICATES, Estimate
+from roughslip.friction.resampling import FEWEST_REPLICATES
+from roughslip.probability import Estimate
 from workflow.stress.drawing import one_of, power
 from workflow.stress.friction_judge import EPS, Met
 

@@ -16,11 +16,12 @@ from roughslip.friction.load_sharing import average_beta
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.paths import prepare
 from roughslip.friction.penetration_law import between, penetration_law
-from roughslip.friction.process import BetaMarginal, EmpiricalMarginal, FrictionProcess
+from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.friction.resampling import strip_weights
 from roughslip.friction.statistics import combine, ratio_of_sums, trend, window_statistics
 from roughslip.friction.white_noise_baseline import white_autocorrelation
+from roughslip.probability import BetaDistribution, QuantileDistribution
 
 NAN, INFINITY = math.nan, math.inf
 NOT_POSITIVE = {"zero": 0.0, "negative": -1.0, "nan": NAN, "infinite": INFINITY, "text": "long", "none": None}
@@ -34,7 +35,7 @@ LAGS = 1e-6 * np.arange(8.0)
 CURVE = autocorrelation(MU, VALID, 8, WEIGHTS)
 LEVELS = np.array([5.0, 50.0, 95.0])
 STATISTICS = [window_statistics(level * MU, VALID, WEIGHTS).mean for level in (3.0, 2.0, 1.0)]
-BETA = BetaMarginal(2.1, 5.0, 0.2, 0.6)
+BETA = BetaDistribution(2.1, 5.0, 0.2, 0.6)
 PROCESS = FrictionProcess(BETA, 1e-4)
 OF_WINDOWS: dict[str, Callable[..., object]] = {
     "statistics": window_statistics,
@@ -167,8 +168,8 @@ def _paths() -> dict[str, Callable[[], object]]:
     bad: Any
     for name, bad in NOT_POSITIVE.items():
         calls |= {
-            f"shape a {name}": partial(BetaMarginal, bad, 5.0, 0.0, 1.0),
-            f"shape b {name}": partial(BetaMarginal, 2.1, bad, 0.0, 1.0),
+            f"shape a {name}": partial(BetaDistribution, bad, 5.0, 0.0, 1.0),
+            f"shape b {name}": partial(BetaDistribution, 2.1, bad, 0.0, 1.0),
             f"correlation length {name}": partial(FrictionProcess, BETA, bad),
             f"spacing of a recursion {name}": partial(recursion, PROCESS, bad),
         }
@@ -179,20 +180,20 @@ def _paths() -> dict[str, Callable[[], object]]:
             }
     for name, bad in {"nan": NAN, "infinite": INFINITY, "text": "low", "none": None}.items():
         calls |= {
-            f"lower end {name}": partial(BetaMarginal, 2.1, 5.0, bad, 1.0),
-            f"upper end {name}": partial(BetaMarginal, 2.1, 5.0, 0.0, bad),
-            f"mean of quantiles {name}": partial(EmpiricalMarginal, np.arange(20.0), bad, 0.1),
-            f"deviation of quantiles {name}": partial(EmpiricalMarginal, np.arange(20.0), 0.3, bad),
+            f"lower end {name}": partial(BetaDistribution, 2.1, 5.0, bad, 1.0),
+            f"upper end {name}": partial(BetaDistribution, 2.1, 5.0, 0.0, bad),
+            f"mean of quantiles {name}": partial(QuantileDistribution, np.arange(20.0), bad, 0.1),
+            f"deviation of quantiles {name}": partial(QuantileDistribution, np.arange(20.0), 0.3, bad),
         }
     for name, bad in _not_an_array(np.arange(20.0)).items():
-        calls[f"quantiles {name}"] = partial(EmpiricalMarginal, bad, 0.3, 0.1)
+        calls[f"quantiles {name}"] = partial(QuantileDistribution, bad, 0.3, 0.1)
     built = recursion(PROCESS, 1e-5)
     for name, bad in NOT_WHOLE.items():
         calls[f"nodes of a piece {name}"] = partial(built.realisation, [1], bad)
     return calls | {
-        "ends in the wrong order": partial(BetaMarginal, 2.1, 5.0, 1.0, 0.0),
-        "quantiles that fall": partial(EmpiricalMarginal, -np.arange(20.0), 0.3, 0.1),
-        "too few quantiles": partial(EmpiricalMarginal, np.arange(5.0), 0.3, 0.1),
+        "ends in the wrong order": partial(BetaDistribution, 2.1, 5.0, 1.0, 0.0),
+        "quantiles that fall": partial(QuantileDistribution, -np.arange(20.0), 0.3, 0.1),
+        "too few quantiles": partial(QuantileDistribution, np.arange(5.0), 0.3, 0.1),
         "a spacing far too fine": partial(recursion, PROCESS, 1e-12),
         "a spacing far too wide": partial(recursion, PROCESS, 1.0),
         "a path far too long": partial(prepare, PROCESS, 1e-9, 1.0, "embedding"),

@@ -14,9 +14,9 @@ from scipy.special import ndtr
 
 from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
 from roughslip.grid import Grid
+from roughslip.probability import FamilyDistribution, Translation, distribution_of_moments, translate
+from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
 from roughslip.surface.fractal import WeierstrassMandelbrot
-from roughslip.surface.marginal import Marginal, from_moments
-from roughslip.surface.translation import Translation, corrected_correlation, nearest_correlation, translate
 from workflow.benchmarks.measure import case
 from workflow.stress.drawing import one_of, power
 from workflow.stress.outcomes import Verdict, advised, verdict_of
@@ -36,7 +36,7 @@ class Problem:
 
     number: int
     kind: str
-    marginal: Marginal
+    marginal: FamilyDistribution
     waves: WeierstrassMandelbrot
     grid: Grid
 
@@ -61,7 +61,7 @@ def random_problem(seed: int, number: int) -> Problem:
     return Problem(number, kind, _marginal(generator), waves, grid)
 
 
-def _marginal(generator: np.random.Generator) -> Marginal:
+def _marginal(generator: np.random.Generator) -> FamilyDistribution:
     family = one_of(generator, FAMILIES, (0.1, 0.4, 0.25, 0.25))
     extreme = generator.random() < 0.2
     shapes: tuple[float, ...] = ()
@@ -71,7 +71,7 @@ def _marginal(generator: np.random.Generator) -> Marginal:
         shapes = (power(generator, math.log10(0.2), math.log10(50.0)),)
     elif family == "lognormal":
         shapes = (power(generator, math.log10(0.02), math.log10(1.5)),)
-    return Marginal(family, power(generator, -12, 3), shapes, bool(generator.random() < 0.5))
+    return FamilyDistribution(family, power(generator, -12, 3), shapes, bool(generator.random() < 0.5))
 
 
 def case_of(problem: Problem) -> str:
@@ -91,7 +91,7 @@ def case_of(problem: Problem) -> str:
             "kernel": law_.family,
             "shapes": ",".join(f"{shape:.4g}" for shape in law_.shapes) or "none",
             "mirrored": law_.mirrored,
-            "rms": f"{law_.rms_height_m:.3g}",
+            "rms": f"{law_.standard_deviation:.3g}",
         }
     return case(number=problem.number, entry=problem.kind, **told, tolerance=1)
 
@@ -115,7 +115,7 @@ def honest(problem: Problem, error: RoughslipError) -> bool:
     return isinstance(error, IllPosedError) and left_out(problem.marginal.from_gaussian, HERMITE_TERMS) > 0.5 * LEFT_OUT
 
 
-def frozen(marginal: Marginal) -> stats.distributions.rv_frozen:
+def frozen(marginal: FamilyDistribution) -> stats.distributions.rv_frozen:
     """The plain law, of scipy."""
     match marginal.family:
         case "beta":
@@ -132,7 +132,7 @@ def judge_translation(problem: Problem, translation: Translation) -> Verdict:
     """Quantiles there and back, moments, the table, and the correlation there and back."""
     marginal, generator = problem.marginal, np.random.default_rng([problem.number, 4])
     law, sign = frozen(marginal), -1.0 if marginal.mirrored else 1.0
-    rms, mean, std = marginal.rms_height_m, float(law.mean()), float(law.std())
+    rms, mean, std = marginal.standard_deviation, float(law.mean()), float(law.std())
     p = ndtr(SCORES)
     z = marginal.quantile(p) / rms
     if not np.isfinite(z).all():
@@ -160,7 +160,7 @@ def judge_translation(problem: Problem, translation: Translation) -> Verdict:
         "ascending": (np.max(-np.diff(z)), 0),
         "skewness": (abs(marginal.skewness - sign * skewness), 1e-6 * (1 + abs(skewness))),
         "excess kurtosis": (abs(marginal.excess_kurtosis - excess), 1e-5 * (1 + abs(excess))),
-        "heights of the table": (np.max(off), translation.table_error_m * (1 + 1e-9) + 1e-13 * np.max(np.abs(z)) * rms),
+        "heights of the table": (np.max(off), translation.table_error * (1 + 1e-9) + 1e-13 * np.max(np.abs(z)) * rms),
         "the correlation": (np.max(np.abs(told - exact)), series + error),
         "the correlation there and back": (np.max(np.abs(inverse - wanted)), 1e-11),
         "the least correlation": (np.max(translation.least_correlation - told), 1e-12),
@@ -169,7 +169,7 @@ def judge_translation(problem: Problem, translation: Translation) -> Verdict:
     return verdict_of(met)
 
 
-def _refitted(marginal: Marginal) -> dict[str, tuple[float, float]]:
+def _refitted(marginal: FamilyDistribution) -> dict[str, tuple[float, float]]:
     """The law of the moments of a law is that law, where they tell it."""
     if marginal.family == "gaussian" or (
         marginal.family == "beta" and not 0.1 < min(marginal.shapes) <= max(marginal.shapes) < 100
@@ -178,11 +178,13 @@ def _refitted(marginal: Marginal) -> dict[str, tuple[float, float]]:
     if marginal.family == "weibull" and abs(marginal.skewness) < 0.01:
         return {}
     try:
-        again = from_moments(marginal.family, marginal.rms_height_m, marginal.skewness, marginal.excess_kurtosis)
+        again = distribution_of_moments(
+            marginal.family, marginal.standard_deviation, marginal.skewness, marginal.excess_kurtosis
+        )
     except IllPosedError:  # a Weibull law of the skewness of the other side, a shape at its limit
         return {}
     scores = np.array([-2.0, -0.5, 0.3, 1.7])
-    off = np.abs(again.from_gaussian(scores) - marginal.from_gaussian(scores)) / marginal.rms_height_m
+    off = np.abs(again.from_gaussian(scores) - marginal.from_gaussian(scores)) / marginal.standard_deviation
     other = marginal.family == "weibull" and marginal.mirrored != again.mirrored
     return {} if other else {"the law of its moments": (np.max(off), 1e-6)}
 

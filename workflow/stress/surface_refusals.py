@@ -10,16 +10,21 @@ from typing import Any
 import numpy as np
 
 from roughslip.grid import Grid
+from roughslip.probability import (
+    FamilyDistribution,
+    distribution_of_moments,
+    empirical_distribution,
+    fit_distribution,
+    translate,
+)
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
+from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
 from roughslip.surface.covariance import Covariance, plane_height, self_affine
 from roughslip.surface.embedding import embed
-from roughslip.surface.empirical import empirical_marginal
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves, rms_height
 from roughslip.surface.karhunen_loeve import karhunen_loeve, representation
 from roughslip.surface.lanczos import leading_modes
-from roughslip.surface.marginal import Marginal, fit, from_moments
-from roughslip.surface.translation import corrected_correlation, nearest_correlation, translate
 
 NAN, INFINITY = math.nan, math.inf
 NOT_POSITIVE = {"zero": 0.0, "negative": -1.0, "nan": NAN, "infinite": INFINITY, "text": "long", "none": None}
@@ -29,7 +34,7 @@ NOT_A_SHARE = {"zero": 0.0, "negative": -0.1, "above one": 1.1, "nan": NAN, "tex
 GRID = Grid(4, 3, 1e-6, 1e-6)
 FIELD = Covariance("gaussian", 1e-7, 2e-6)
 WAVES = WeierstrassMandelbrot(0.8, 1e-7, 1e-5, 1e-6, 4)
-LAW = Marginal("beta", 1e-7, (2.1, 5.0))
+LAW = FamilyDistribution("beta", 1e-7, (2.1, 5.0))
 ROW = np.exp(-np.minimum(np.arange(8), 8 - np.arange(8)) / 2.0)
 
 
@@ -101,9 +106,9 @@ def _laws() -> dict[str, Callable[[], object]]:
     bad: Any
     for name, bad in NOT_POSITIVE.items():
         calls |= {
-            f"rms height of a law {name}": partial(Marginal, "gaussian", bad),
-            f"shape {name}": partial(Marginal, "weibull", 1.0, (bad,)),
-            f"rms height of moments {name}": partial(from_moments, "weibull", bad, 1.0, 1.0),
+            f"rms height of a law {name}": partial(FamilyDistribution, "gaussian", bad),
+            f"shape {name}": partial(FamilyDistribution, "weibull", 1.0, (bad,)),
+            f"rms height of moments {name}": partial(distribution_of_moments, "weibull", bad, 1.0, 1.0),
             f"rms height of waves {name}": partial(WeierstrassMandelbrot, 0.8, bad, 1.0, 0.1),
             f"longest wave {name}": partial(WeierstrassMandelbrot, 0.8, 1.0, bad, 0.1),
             f"shortest wave {name}": partial(WeierstrassMandelbrot, 0.8, 1.0, 1.0, bad),
@@ -116,8 +121,8 @@ def _laws() -> dict[str, Callable[[], object]]:
         calls[f"azimuths {name}"] = partial(WeierstrassMandelbrot, 0.8, 1.0, 1.0, 0.1, bad)
     for name, bad in {"nan": NAN, "infinite": INFINITY, "text": "skew", "none": None}.items():
         calls |= {
-            f"skewness {name}": partial(from_moments, "beta", 1.0, bad, 0.0),
-            f"excess kurtosis {name}": partial(from_moments, "beta", 1.0, 0.1, bad),
+            f"skewness {name}": partial(distribution_of_moments, "beta", 1.0, bad, 0.0),
+            f"excess kurtosis {name}": partial(distribution_of_moments, "beta", 1.0, 0.1, bad),
         }
     for name, bad in {"zero": 0.0, "one": 1.0, "negative": -0.1, "nan": NAN, "text": "half", "none": None}.items():
         calls |= {
@@ -128,8 +133,8 @@ def _laws() -> dict[str, Callable[[], object]]:
     for name, bad in _not_an_array(np.ones(WAVES.variables)).items():
         calls |= {
             f"phases {name}": partial(fine.heights, bad),
-            f"heights of a law {name}": partial(fit, bad, "gaussian"),
-            f"heights of an empirical law {name}": partial(empirical_marginal, bad),
+            f"heights of a law {name}": partial(fit_distribution, bad, "gaussian"),
+            f"heights of an empirical law {name}": partial(empirical_distribution, bad),
             f"field {name}": partial(translation.apply, bad),
         }
     for name, bad in _not_an_array(ROW).items():
@@ -139,10 +144,10 @@ def _laws() -> dict[str, Callable[[], object]]:
             f"correlation on a torus {name}": partial(nearest_correlation, translation, bad),
         }
     return calls | {
-        "a law that is not known": partial(Marginal, "cauchy", 1.0),
-        "a law without its shapes": partial(Marginal, "beta", 1.0),
-        "a law with too many shapes": partial(Marginal, "gaussian", 1.0, (1.0,)),
-        "moments of a law that is not known": partial(from_moments, "cauchy", 1.0, 0.0, 0.0),
+        "a law that is not known": partial(FamilyDistribution, "cauchy", 1.0),
+        "a law without its shapes": partial(FamilyDistribution, "beta", 1.0),
+        "a law with too many shapes": partial(FamilyDistribution, "gaussian", 1.0, (1.0,)),
+        "moments of a law that is not known": partial(distribution_of_moments, "cauchy", 1.0, 0.0, 0.0),
         "the shortest wave above the longest": partial(WeierstrassMandelbrot, 0.8, 1.0, 0.1, 1.0),
         "a million waves": partial(WeierstrassMandelbrot, 0.8, 1.0, 1.0, 0.1, 10**6),
         "waves that alias": partial(plane_waves, WAVES, Grid(4, 3, 1e-5, 1e-5)),
@@ -165,13 +170,13 @@ def _fits() -> dict[str, Callable[[], object]]:
         }
     data = estimates(1e-6 * x[:, None], 1e-6 * x, table, error)
     for name, worse in NOT_POSITIVE.items():
-        calls[f"rms height of a fit {name}"] = partial(fit_covariance, "gaussian", data, worse)
+        calls[f"rms height of a fit_distribution {name}"] = partial(fit_covariance, "gaussian", data, worse)
     return calls | {
         "errors of zero": partial(estimates, x[:, None], x, table, 0 * error),
         "one part": partial(estimates, x[:, None], x, table, error, table[None]),
         "a cut-off of a gaussian": partial(fit_covariance, "gaussian", data, 1e-7, cutoff_wavelength_m=1e-6),
-        "a self-affine fit without a cut-off": partial(fit_covariance, "self_affine", data, 1e-7),
-        "a fit of a kind that is not known": partial(fit_covariance, "gauss", data, 1e-7),
+        "a self-affine fit_distribution without a cut-off": partial(fit_covariance, "self_affine", data, 1e-7),
+        "a fit_distribution of a kind that is not known": partial(fit_covariance, "gauss", data, 1e-7),
     }
 
 

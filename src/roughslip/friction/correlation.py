@@ -15,7 +15,8 @@ import numpy as np
 
 from roughslip.compilation import compiled
 from roughslip.errors import IllPosedError, ParameterError, real
-from roughslip.friction.resampling import Estimate, check_windows, require_scatter, resampled
+from roughslip.friction.resampling import check_windows, require_scatter, resampled
+from roughslip.probability import Estimate
 from roughslip.validation import reals
 
 LONGEST_WINDOWS = 3.0

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import special
 
 from roughslip.friction.marginal import PROBABILITIES, standard_quantiles
-from roughslip.friction.resampling import Estimate
+from roughslip.probability import Estimate
 
 # The shape of a member is named by its skewness: both families are the normal law at 0, the gamma is the exponential
 # law at 2, and to the left are mirror images.

@@ -14,7 +14,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.process import FrictionProcess
-from roughslip.friction.translation import Translation, translate
+from roughslip.probability import Translation
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
 SHORTEST_PERIOD = 300.0  # correlation lengths; the random-phase sum has the excess kurtosis -3 L / period
@@ -109,7 +109,7 @@ def _spectrum(
     if not period_nodes < MOST_NODES:
         raise _too_long()
     period = 2 * next_fast_len(math.ceil(0.5 * period_nodes) + 1, real=True)
-    translation = translate(process.marginal)
+    translation = process.translation()
     lag = np.arange(period // 2 + 1) * spacing_m
     covariance = translation.gaussian_correlation(np.exp(-lag / process.correlation_length_m))
     spectrum = rfft(np.concatenate((covariance, covariance[-2:0:-1]))).real
@@ -119,7 +119,7 @@ def _spectrum(
     variance = share * np.maximum(spectrum, 0.0)
     variance /= np.sum(variance)
 
-    reached = translation.correlation(irfft(variance / share, n=period)[:nodes])
+    reached = translation.series(irfft(variance / share, n=period)[:nodes])
     wanted = np.exp(-np.arange(nodes) * spacing_m / process.correlation_length_m)
     correlation_error = float(np.max(np.abs(reached - wanted)))
     if not correlation_error <= CORRELATION_TOLERANCE:

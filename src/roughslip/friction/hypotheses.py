@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.resampling import Estimate
+from roughslip.probability import Estimate
 
 
 def p_value(estimate: Estimate, value: float = 0.0) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from roughslip.errors import ParameterError, whole
-from roughslip.friction.marginal import beta_moments
+from roughslip.probability import beta_moments
 
 
 def average_beta(a: float, b: float, lower: float, upper: float, windows: int) -> tuple[float, float, float, float]:

@@ -15,7 +15,6 @@ from scipy import special
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
 from roughslip.friction.resampling import (
-    Estimate,
     check_windows,
     power_sums,
     require_scatter,
@@ -24,6 +23,7 @@ from roughslip.friction.resampling import (
     resampled_extremes,
     resampled_quantiles,
 )
+from roughslip.probability import Estimate, beta_moments
 
 SHAPES = (0.3, 300.0)
 """Range of both shapes in the four-parameter fit: beyond 300 a Beta is a gamma or normal distribution to the eye."""
@@ -82,15 +82,6 @@ class BetaDistance:
 
     standardised: Estimate
     scaled: Estimate
-
-
-def beta_moments(a: float, b: float) -> tuple[float, float, float, float]:
-    """Mean, standard deviation, skewness and excess kurtosis of Beta(a, b) on (0, 1)."""
-    total = a + b
-    variance = a * b / (total**2 * (total + 1.0))
-    skewness = 2.0 * (b - a) * math.sqrt(total + 1.0) / ((total + 2.0) * math.sqrt(a * b))
-    excess = 6.0 * ((a - b) ** 2 * (total + 1.0) - a * b * (total + 2.0)) / (a * b * (total + 2.0) * (total + 3.0))
-    return a / total, math.sqrt(variance), skewness, excess
 
 
 def fit_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> BetaFit:

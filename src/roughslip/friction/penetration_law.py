@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.resampling import Estimate
+from roughslip.probability import Estimate
 from roughslip.validation import reals
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from roughslip.compilation import compiled
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
-from roughslip.friction.translation import Translation, interpolated, translate
+from roughslip.probability import Translation
 
 PIECE_NODES = 4096
 MOST_TERMS = 8  # the weights grow by some five a term, and rounding with them
@@ -79,7 +79,7 @@ class RecursivePath:
         state = self.recursion.start @ generator.standard_normal(decay.size)
         while True:
             piece = generator.standard_normal(self.piece_nodes)
-            _advance(state, piece, decay, gain, table.normal, table.friction)
+            _advance(state, piece, decay, gain, table.normal, table.values)
             yield piece
 
 
@@ -94,6 +94,21 @@ def _advance(
             z += state[i]
             state[i] = decay[i] * state[i] + gain[i] * e
         noise[k] = interpolated(z, normal, friction)
+
+
+@compiled()
+def interpolated(x: float, normal: np.ndarray, values: np.ndarray) -> float:
+    """Linear interpolation in a table of equidistant normal scores, constant beyond it: bit-equal to np.interp."""
+    last = normal.size - 1
+    if x <= normal[0]:
+        return values[0]
+    if x >= normal[last]:
+        return values[last]
+    j = min(int((x - normal[0]) * (last / (normal[last] - normal[0]))), last - 1)
+    if x < normal[j]:  # just below a node: the quotient is rounded up
+        j -= 1
+    slope = (values[j + 1] - values[j]) / (normal[j + 1] - normal[j])
+    return slope * (x - normal[j]) + values[j]
 
 
 def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
@@ -114,7 +129,7 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
             f"the spacing of a friction path by recursion must lie in {SPACINGS[0]:g} to {SPACINGS[1]:g} correlation "
             f"lengths, not {ratio:.4g}"
         )
-    translation = translate(process.marginal)
+    translation = process.translation()
     every = np.linspace(0.0, 1.0, CHECK_NODES)[:-1]
     most = min(MOST_TERMS, int(LONGEST_RATE / ratio))
     if most < MOST_TERMS:  # nodes so far apart see the correlation at their own lags alone, where few terms do
@@ -156,7 +171,7 @@ def _exponentials(translation: Translation, terms: int) -> np.ndarray:
 
 def _errors(translation: Translation, weights: np.ndarray, x: np.ndarray) -> tuple[float, float]:
     """Largest error of the autocorrelation of mu_S, and relative one of its increments, where it should be x."""
-    error = np.abs(translation.correlation(np.polynomial.Polynomial(np.concatenate(([0.0], weights)))(x)) - x)
+    error = np.abs(translation.series(np.polynomial.Polynomial(np.concatenate(([0.0], weights)))(x)) - x)
     return float(np.max(error)), float(np.max(error / (1.0 - x)))
 
 

@@ -12,16 +12,11 @@ stage has one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from roughslip.compilation import compiled
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.validation import reals
-
-TAILS = (0.025, 0.975)
-"""Probabilities of the ends of a 95 % interval."""
 
 FEWEST_REPLICATES = 40
 """Below this many replicates the ends of a 95 % interval are the extreme replicates."""
@@ -31,45 +26,6 @@ NO_SCATTER = 1e-10
 
 CANCELLED = 1e-3
 """Scatter below this share of the distance from the sample's mean: a fourth moment about it has 4 digits left."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A statistic with its 95 % bootstrap interval.
-
-    value, low, high : (...) point estimate and ends of the interval
-    replicates : (..., R) the statistic on resampled strips
-    """
-
-    value: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    replicates: np.ndarray
-
-    @classmethod
-    def from_rows(cls, rows: np.ndarray) -> Estimate:
-        """Percentile interval. rows : (1 + R, ...), the statistic for every row of counts."""
-        replicates = np.ascontiguousarray(np.moveaxis(rows[1:], 0, -1))
-        low, high = np.quantile(replicates, TAILS, axis=-1)
-        return cls(np.array(rows[0]), np.asarray(low), np.asarray(high), replicates)
-
-    @classmethod
-    def of_distance(cls, rows: np.ndarray, moved: np.ndarray) -> Estimate:
-        """Interval of a distance (), which noise can only raise, so that percentiles of its replicates lie too high.
-
-        rows : (1 + R,) distance of a curve from a model or a family of models, in some norm
-        moved : (R,) distance of each resampled curve from the sample's curve, in the same norm
-
-        By the triangle inequality the truth lies within the 95 % quantile of `moved` (Bickel and Krieger, Journal of
-        the American Statistical Association 84, 1989), cut at 0. Conservative.
-        """
-        value, radius = rows[0], np.quantile(moved, 0.95)
-        return cls(np.array(value), np.maximum(value - radius, 0.0), np.asarray(value + radius), rows[1:].copy())
-
-    @property
-    def rows(self) -> np.ndarray:
-        """(1 + R, ...) the value and below it the replicates: the inverse of `from_rows`."""
-        return np.concatenate((self.value[None], np.moveaxis(self.replicates, -1, 0)))
 
 
 def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.ndarray:

@@ -9,13 +9,13 @@ import numpy as np
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.resampling import (
     NO_SCATTER,
-    Estimate,
     check_windows,
     power_sums,
     require_scatter,
     resampled,
     resampled_quantiles,
 )
+from roughslip.probability import Estimate
 from roughslip.validation import reals
 
 PERCENTS = (5, 25, 50, 75, 95)

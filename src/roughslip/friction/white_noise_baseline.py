@@ -14,7 +14,8 @@ import numpy as np
 from roughslip.errors import ParameterError, whole
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.friction.correlation import curves_of, pair_sums
-from roughslip.friction.resampling import FEWEST_REPLICATES, Estimate
+from roughslip.friction.resampling import FEWEST_REPLICATES
+from roughslip.probability import Estimate
 
 
 def white_autocorrelation(

@@ -15,7 +15,8 @@ import numpy as np
 import scipy
 
 from roughslip.errors import IllPosedError
-from roughslip.scan.jackknife import Estimate, SubAreas, leave_one_out, sub_areas, widening, wrapped
+from roughslip.probability import Estimate
+from roughslip.scan.jackknife import SubAreas, leave_one_out, sub_areas, widening, wrapped
 from roughslip.scan.topography import Topography
 
 LEVEL = math.exp(-1.0)

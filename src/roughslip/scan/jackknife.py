@@ -29,6 +29,7 @@ from scipy.special import stdtrit
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.probability import Estimate
 
 CONFIDENCE = 0.95
 
@@ -39,15 +40,6 @@ NOISE = math.exp(-2.0)
 
 FEWEST = 6
 MOST_ON_AN_AXIS = 8
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A statistic with its 95 % interval. value, low, high : (...)."""
-
-    value: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
 
 
 @dataclass(frozen=True)

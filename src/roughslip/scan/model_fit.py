@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.probability import EmpiricalDistribution, FamilyDistribution, empirical_distribution, fit_distribution
 from roughslip.scan.autocorrelation import Autocorrelation
 from roughslip.scan.covariance_fit import CovarianceFit, fit_covariance
 from roughslip.scan.fit_data import Estimates, RingPowers, estimates
@@ -17,9 +18,6 @@ from roughslip.scan.spectrum import HIGHEST, LEAKAGE, ROLL_OFF, rings
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Kind
-from roughslip.surface.empirical import EmpiricalMarginal, empirical_marginal
-from roughslip.surface.marginal import Marginal
-from roughslip.surface.marginal import fit as fit_marginal
 
 MOST_LAGS = 4000  # of both signs: more say the same again, at a cost
 
@@ -81,11 +79,13 @@ def fitted_covariances(
     return sorted(fits, key=lambda one: one.criterion), reasons
 
 
-def fitted_marginal(family: str, scan: Topography, rms_height_m: float) -> Marginal | EmpiricalMarginal | None:
-    """The law of the measured heights: of a family, "empirical", or None for "gaussian"."""
+def fitted_marginal(
+    family: str, scan: Topography, rms_height_m: float
+) -> FamilyDistribution | EmpiricalDistribution | None:
+    """The distribution of the measured heights: of a family, "empirical", or None for "gaussian"."""
     heights = scan.heights[scan.measured]
     if family == "gaussian":
         return None
     if family == "empirical":
-        return empirical_marginal(heights, rms_height_m)
-    return fit_marginal(heights, family).marginal
+        return empirical_distribution(heights, rms_height_m)
+    return fit_distribution(heights, family)

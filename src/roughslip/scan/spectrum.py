@@ -30,7 +30,8 @@ import scipy.fft
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.scan.jackknife import Estimate, SubAreas, leave_one_out
+from roughslip.probability import Estimate
+from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.topography import Topography
 
 RINGS_PER_OCTAVE = 4

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.probability import Estimate
 from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub_areas_for
-from roughslip.scan.jackknife import Estimate, SubAreas, leave_one_out
+from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.spectrum import FractalDimension, Spectrum, fractal_dimension, self_affine_band, spectrum
 from roughslip.scan.topography import Topography
 

@@ -11,13 +11,85 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.fft
 
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
+from roughslip.probability import Translation
+from roughslip.probability.translation import checked_correlations
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_lags
-from roughslip.surface.translation import Translation, corrected_correlation
 
-NODES, NODES_PER_LENGTH = 256, 8  # of the mesh, on each axis, on which it is seen whether the correction exists
+NODES, NODES_PER_LENGTH = 256, 8  # of the mesh, on each axis, on which the existence of the correction is tested
+NEGATIVE_SHARE = 1e-6  # of the spectrum that may be cut
+
+
+@dataclass(frozen=True, eq=False)
+class TorusCorrelation:
+    """The correlation of a Gaussian field on a torus such that the translated field has one close to that wanted.
+
+    gaussian : (tx,) or (tx, ty) [-] positive semidefinite correlation by lag, lag zero first, negative lags at the end
+    translated : (as gaussian) [-] correlation of the heights
+    deviation : [-] largest |translated - wanted|
+    below_least : [-] by how much the wanted correlation lies below the least one possible, 0 where it does not
+    negative_share : [-] of the spectrum, in negative values that were set to zero
+    """
+
+    gaussian: np.ndarray
+    translated: np.ndarray
+    deviation: float
+    below_least: float
+    negative_share: float
+
+
+def nearest_correlation(translation: Translation, correlation: np.ndarray) -> TorusCorrelation:
+    """The correlation wanted, raised to the least one possible, inverted point by point, its spectrum cut at zero.
+
+    correlation : (tx,) or (tx, ty) [-] of the heights, by lag on a torus: 1 at lag zero, even
+
+    The spectrum left is scaled so that lag zero keeps 1. Raises ParameterError for what is no correlation on a torus.
+    """
+    wanted = checked_correlations(correlation)
+    if wanted.ndim not in (1, 2) or wanted.size < 2 or abs(float(wanted.flat[0]) - 1.0) > 1e-9:
+        raise ParameterError("a correlation on a torus is a row or a table of lags with 1 at lag zero")
+    mirror = np.roll(np.flip(wanted), 1, axis=tuple(range(wanted.ndim)))
+    if np.max(np.abs(wanted - mirror)) > 1e-9:
+        raise ParameterError("a correlation on a torus is even: the same at opposite lags, negative lags at the end")
+    below_least = translation.least_correlation - float(np.min(wanted))
+    gaussian = translation.gaussian_correlation(np.maximum(wanted, translation.least_correlation))
+    spectrum = scipy.fft.fftn(gaussian).real
+    positive = np.maximum(spectrum, 0.0)
+    negative_share = float(np.sum(positive - spectrum) / np.sum(np.abs(spectrum)))
+    gaussian = scipy.fft.ifftn(positive * (wanted.size / np.sum(positive))).real
+    translated = translation.correlation(gaussian)
+    deviation = float(np.max(np.abs(translated - wanted)))
+    below_least = below_least if below_least > translation.least_error else 0.0
+    return TorusCorrelation(gaussian, translated, deviation, below_least, negative_share)
+
+
+def corrected_correlation(
+    translation: Translation, correlation: np.ndarray, negative_share: float = NEGATIVE_SHARE
+) -> TorusCorrelation:
+    """The correlation of the Gaussian field that gives the heights the one wanted, on a torus.
+
+    Arguments as in `nearest_correlation`; negative_share : [-] of the spectrum that may be cut.
+    Raises IllPosedError where no Gaussian field gives it, with the deviation of the nearest one.
+    """
+    nearest = nearest_correlation(translation, correlation)
+    reasons = []
+    if nearest.below_least > 0.0:
+        least = translation.least_correlation
+        reasons.append(f"it falls {nearest.below_least:.2g} below the least possible {least:.4g}")
+    if nearest.negative_share > negative_share:
+        reasons.append(
+            f"{nearest.negative_share:.2g} of the spectrum needed is negative (allowed {negative_share:.2g})"
+        )
+    if reasons:
+        raise IllPosedError(
+            f"no Gaussian field gives the wanted correlation: {' and '.join(reasons)}; the nearest deviates by "
+            f"{nearest.deviation:.2g} (nearest_correlation returns it); a larger torus may also help"
+        )
+    return nearest
 
 
 @dataclass(frozen=True, eq=False)

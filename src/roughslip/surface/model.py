@@ -14,13 +14,12 @@ from typing import Protocol
 import numpy as np
 
 from roughslip.grid import Grid
+from roughslip.probability import Distribution, Translation, translate
 from roughslip.surface.corrected_covariance import corrected
 from roughslip.surface.covariance import StationaryCovariance, plane_height
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves
-from roughslip.surface.marginal import HeightMarginal
 from roughslip.surface.measured_covariance import measured_covariance, tapered
-from roughslip.surface.translation import Translation, translate
 
 Sampler = Callable[[np.random.Generator], np.ndarray]
 
@@ -67,7 +66,7 @@ class GaussianModel:
 
     covariance: StationaryCovariance
     lengths_m: tuple[float, float]
-    marginal: HeightMarginal | None = None
+    marginal: Distribution | None = None
 
     @property
     def rms_height_m(self) -> float:
@@ -136,7 +135,7 @@ class FractalModel:
 def gaussian_model(
     covariance: StationaryCovariance,
     lengths_m: tuple[float, float],
-    marginal: HeightMarginal | None = None,
+    marginal: Distribution | None = None,
     *,
     correct_correlation: bool = False,
 ) -> GaussianModel:
@@ -157,7 +156,7 @@ def measured_model(
     lag_steps_m: tuple[float, float],
     rms_height_m: float,
     lengths_m: tuple[float, float],
-    marginal: HeightMarginal | None = None,
+    marginal: Distribution | None = None,
     *,
     correct_correlation: bool = False,
 ) -> GaussianModel:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from roughslip.friction.marginal import beta_moments
+from roughslip.probability import beta_moments
 from roughslip.verdicts.statements import P_VALUES, STATEMENTS
 
 REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"

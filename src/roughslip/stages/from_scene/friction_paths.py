@@ -11,8 +11,9 @@ from roughslip import store
 from roughslip.errors import InputError
 from roughslip.friction.load_sharing import average_beta
 from roughslip.friction.paths import Paths, prepare
-from roughslip.friction.process import PAPER_SHAPES, BetaMarginal, EmpiricalMarginal, FrictionProcess, Marginal
+from roughslip.friction.process import PAPER_SHAPES, FrictionProcess, Marginal
 from roughslip.friction.recursion import Recursion
+from roughslip.probability import BetaDistribution, QuantileDistribution
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.geometry import Configuration
 
@@ -34,11 +35,11 @@ def friction_process(
     if kind == "empirical":
         if statistics is None:
             raise InputError("the quantiles of the windows need --friction")
-        marginal = EmpiricalMarginal(store.read(statistics)["quantile"], *moments)
+        marginal = QuantileDistribution(store.read(statistics)["quantile"], *moments)
     else:
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
-        one = BetaMarginal.of_moments(*shapes, *moments)
-        marginal = BetaMarginal(*average_beta(one.a, one.b, one.lower, one.upper, windows))
+        one = BetaDistribution.of_moments(*shapes, *moments)
+        marginal = BetaDistribution(*average_beta(one.a, one.b, one.lower, one.upper, windows))
     correlation_time = configuration["oscillator"].get("correlation_time_s")  # where friction follows time
     return FrictionProcess(marginal, numbers.correlation_length_m if correlation_time is None else correlation_time)
 

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
+from roughslip.probability import EmpiricalDistribution, FamilyDistribution
 from roughslip.surface.covariance import Covariance
-from roughslip.surface.empirical import EmpiricalMarginal
-from roughslip.surface.marginal import Marginal
 from roughslip.surface.model import GaussianModel, gaussian_model, measured_model
 
 
 def stored(
     covariance: Covariance | None,
-    marginal: Marginal | EmpiricalMarginal | None,
+    marginal: FamilyDistribution | EmpiricalDistribution | None,
     correct_correlation: bool,
     rms_height_m: float,
 ) -> tuple[dict[str, store.Variable], dict[str, str]]:
@@ -27,11 +26,11 @@ def stored(
     """
     variables = {}
     law: dict[str, Any] | None = None
-    if isinstance(marginal, EmpiricalMarginal):
+    if isinstance(marginal, EmpiricalDistribution):
         law = {"tail_share": marginal.tail_share}
         one = ("score",)
         variables["marginal_score"] = store.Variable(one, marginal.normal, "1", "standard normal score")
-        variables["marginal_height"] = store.Variable(one, marginal.heights, "m", "height at that score")
+        variables["marginal_height"] = store.Variable(one, marginal.values, "m", "height at that score")
     elif marginal is not None:
         law = asdict(marginal)
     model = {
@@ -47,11 +46,11 @@ def restored(result: store.Result) -> GaussianModel:
     """The model of a scan."""
     model = json.loads(result.attributes["model"])
     law = model["marginal"]
-    marginal: Marginal | EmpiricalMarginal | None = None
+    marginal: FamilyDistribution | EmpiricalDistribution | None = None
     if law is not None and "tail_share" in law:
-        marginal = EmpiricalMarginal(result["marginal_score"], result["marginal_height"], law["tail_share"])
+        marginal = EmpiricalDistribution(result["marginal_score"], result["marginal_height"], law["tail_share"])
     elif law is not None:
-        marginal = Marginal(**{**law, "shapes": tuple(law["shapes"])})
+        marginal = FamilyDistribution(**{**law, "shapes": tuple(law["shapes"])})
     correct = model["correct_correlation"]
     if model["covariance"] is not None:
         field = Covariance(**model["covariance"])

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from roughslip import store
+from roughslip.probability import FamilyDistribution
 from roughslip.stages.from_scene import geometry, scan_model
 from roughslip.stages.from_scene.geometry import Configuration
 from roughslip.surface import model as surface
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on
-from roughslip.surface.marginal import Marginal
 from roughslip.surface.model import FractalModel, GaussianModel, SurfaceModel
 
 OPTIONS = ("correlation_length_across_m", "lay_rad", "smoothness", "hurst", "bandwidth")
@@ -34,7 +34,7 @@ def gaussian_model(configuration: Configuration, scan: Path | None = None) -> Ga
     law = roughness.get("marginal")
     if law is None:
         return GaussianModel(field, field.axis_lengths_m)
-    marginal = Marginal(law["family"], field.rms_height_m, tuple(law["shapes"]), law.get("mirrored", False))
+    marginal = FamilyDistribution(law["family"], field.rms_height_m, tuple(law["shapes"]), law.get("mirrored", False))
     correct = law.get("correct_correlation", False)
     return surface.gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
 

@@ -13,9 +13,9 @@ from roughslip.friction.distribution_families import FAMILIES, fit_candidates
 from roughslip.friction.hypotheses import p_value, p_value_of_equality
 from roughslip.friction.marginal import standardised_distribution
 from roughslip.friction.penetration_law import penetration_law
-from roughslip.friction.resampling import Estimate
 from roughslip.friction.statistics import Combined
 from roughslip.friction.white_noise_baseline import white_autocorrelation
+from roughslip.probability import Estimate
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.result_tables.friction_table import trend_of
 

@@ -9,8 +9,8 @@ import numpy as np
 from roughslip import store
 from roughslip.friction.correlation import triangular
 from roughslip.friction.marginal import SHAPES
-from roughslip.friction.resampling import Estimate
 from roughslip.friction.statistics import PERCENTS, Combined, Trend, trend
+from roughslip.probability import Estimate
 
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40

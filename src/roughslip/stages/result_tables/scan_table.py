@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from roughslip.errors import IllPosedError
-from roughslip.scan.jackknife import Estimate, SubAreas
+from roughslip.probability import Estimate
+from roughslip.scan.jackknife import SubAreas
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
 from roughslip.store import Result, Variable, with_interval

@@ -1,0 +1,250 @@
+"""Distributions: of a family, of Beta type, by quantiles, and of measured values."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.probability import (
+    BetaDistribution,
+    EmpiricalDistribution,
+    FamilyDistribution,
+    QuantileDistribution,
+    beta_moments,
+    distribution_of_moments,
+    empirical_distribution,
+    fit_distribution,
+)
+
+UM = 1e-6
+MEMBERS = [
+    (FamilyDistribution("gaussian", UM), stats.norm()),
+    (FamilyDistribution("beta", UM, (2.1, 5.0)), stats.beta(2.1, 5.0)),
+    (FamilyDistribution("weibull", UM, (1.7,)), stats.weibull_min(1.7)),
+    (FamilyDistribution("lognormal", UM, (0.4,)), stats.lognorm(0.4)),
+]
+PROBABILITIES = np.array([1e-12, 1e-5, 0.03, 0.5, 0.9, 1 - 1e-9])
+QUANTILES = stats.beta(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 1001))
+# betaincinv of scipy 1.17 is NaN at these shapes below p = 1e-16
+NAN_SHAPES = (1.035035428873854, 0.688317738616233)
+
+
+def plateau(n, seed=1):
+    exact = FamilyDistribution("weibull", UM, (1.5,), mirrored=True)
+    return exact, exact.from_gaussian(np.random.default_rng(seed).standard_normal(n))
+
+
+@pytest.mark.parametrize(("member", "exact"), MEMBERS, ids=lambda value: getattr(value, "family", None))
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_families_against_scipy(member, exact, mirrored):
+    sign = -1.0 if mirrored else 1.0
+    found = FamilyDistribution(member.family, UM, member.shapes, mirrored)
+    mean, variance, skewness, excess = (float(value) for value in exact.stats("mvsk"))
+    assert found.skewness == pytest.approx(sign * skewness, abs=1e-12)
+    assert found.excess_kurtosis == pytest.approx(excess, rel=1e-10)
+    x = exact.isf(PROBABILITIES) if mirrored else exact.ppf(PROBABILITIES)
+    expected = sign * UM * (x - mean) / math.sqrt(variance)
+    np.testing.assert_allclose(found.quantile(PROBABILITIES), expected, rtol=1e-7, atol=1e-12 * UM)
+    np.testing.assert_allclose(found.cdf(found.quantile(PROBABILITIES)), PROBABILITIES, rtol=1e-4, atol=1e-15)
+
+
+@pytest.mark.parametrize("member", [member for member, _ in MEMBERS], ids=lambda member: member.family)
+def test_mean_is_zero_and_the_standard_deviation_is_the_one_given(member):
+    """Trapezoidal rule with a normal weight, exact to rounding for smooth translations."""
+    g = np.linspace(-8.5, 8.5, 4097)
+    weight = np.exp(-(g**2) / 2) * (g[1] - g[0]) / math.sqrt(2 * math.pi)
+    z = member.from_gaussian(g) / UM
+    moments = [float(weight @ z**n) for n in (1, 2, 3, 4)]
+    expected = [0.0, 1.0, member.skewness, 3.0 + member.excess_kurtosis]
+    np.testing.assert_allclose(moments, expected, atol=1e-10)
+    assert np.all(np.diff(z) > 0.0)
+
+
+def test_bounds_hold():
+    found = FamilyDistribution("weibull", 1.0, (1.5,), mirrored=True)  # a plateau: no height above its top
+    top = math.gamma(1 + 1 / 1.5) / math.sqrt(math.gamma(1 + 2 / 1.5) - math.gamma(1 + 1 / 1.5) ** 2)
+    assert found.from_gaussian(np.array([30.0])) == pytest.approx(top, rel=1e-12)
+    np.testing.assert_array_equal(found.cdf(np.array([top + 1e-9, math.inf, -math.inf])), [1.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.3, 3.0), (0.5, 0.5), (90.0, 300.0)])
+def test_moments_of_beta(a, b):
+    found, exact = BetaDistribution(a, b, -1.0, 3.0), stats.beta(a, b, loc=-1.0, scale=4.0)
+    assert found.mean == pytest.approx(exact.mean(), rel=1e-13)
+    assert found.standard_deviation == pytest.approx(exact.std(), rel=1e-12)
+    again = BetaDistribution.of_moments(a, b, found.mean, found.standard_deviation)
+    assert (again.lower, again.upper) == (pytest.approx(-1.0, abs=1e-12), pytest.approx(3.0, abs=1e-12))
+
+
+def test_the_beta_of_the_paper_is_platykurtic():
+    _, _, skewness, excess = beta_moments(2.1, 5.0)
+    assert (skewness, excess) == (pytest.approx(0.560, abs=5e-4), pytest.approx(-0.171, abs=5e-4))
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_beta_is_finite_where_scipy_is_not(mirrored):
+    """There x^a = a B(a, b) p, which is the end of the support to rounding."""
+    a, b = NAN_SHAPES
+    found, exact = FamilyDistribution("beta", UM, (a, b), mirrored), stats.beta(a, b)
+    end = UM * exact.mean() / exact.std()
+    scores = np.array([-8.5, -8.4])
+    np.testing.assert_allclose(found.from_gaussian(-scores if mirrored else scores), end if mirrored else -end)
+    np.testing.assert_allclose(BetaDistribution(a, b, 0.0, 1.0).centred(scores), -a / (a + b), rtol=1e-14)
+    np.testing.assert_allclose(BetaDistribution(b, a, 0.0, 1.0).centred(-scores), a / (a + b), rtol=1e-14)
+
+
+@settings(derandomize=True, max_examples=40, deadline=None)
+@given(st.floats(0.3, 40.0), st.floats(0.3, 40.0))
+def test_beta_from_its_moments(a, b):
+    member = FamilyDistribution("beta", UM, (a, b))
+    found = distribution_of_moments("beta", UM, member.skewness, member.excess_kurtosis)
+    np.testing.assert_allclose(found.shapes, (a, b), rtol=1e-6)
+
+
+@settings(derandomize=True, max_examples=40, deadline=None)
+@given(st.sampled_from(["weibull", "lognormal"]), st.floats(0.07, 30.0), st.booleans())
+def test_one_shape_from_the_skewness(family, skewness, mirrored):
+    skewness = -skewness if mirrored else skewness
+    found = distribution_of_moments(family, UM, skewness, 0.0)
+    assert found.mirrored == mirrored
+    assert found.skewness == pytest.approx(skewness, rel=1e-8)
+
+
+def test_symmetric_distributions():
+    assert distribution_of_moments("weibull", UM, 0.0, 0.0).skewness == pytest.approx(0.0, abs=1e-12)
+    assert distribution_of_moments("beta", UM, 0.0, -1.2).shapes == pytest.approx((1.0, 1.0))
+    assert distribution_of_moments("gaussian", UM, 0.4, 0.1) == FamilyDistribution("gaussian", UM)
+
+
+@pytest.mark.parametrize(
+    ("family", "skewness", "excess", "message"),
+    [
+        ("beta", 1.0, 1.6, r"between -1 and 1\.5, nearest 1\.5; use an empirical"),
+        ("beta", -1.0, -1.0, r"between -1 and 1\.5, nearest -1; use an empirical"),
+        ("beta", 0.0, -1e-9, r"need a beta distribution of shapes .* allowed 0\.02 to 10000; use an empirical"),
+        ("lognormal", 0.01, 0.0, r"lognormal distribution has a skewness of 0\.06 to 33\.5, .* below also a gaussian"),
+        ("lognormal", 50.0, 0.0, "33.5, not 50; use an empirical .* above a Weibull"),
+        ("weibull", 300.0, 0.0, "at most 190, not 300; use an empirical"),
+    ],
+)
+def test_moments_outside_a_family(family, skewness, excess, message):
+    with pytest.raises(IllPosedError, match=message):
+        distribution_of_moments(family, UM, skewness, excess)
+
+
+def test_a_fit_keeps_the_moments():
+    """The Kolmogorov distance of 20 000 independent values from the fit stays below its limit at 1e-6."""
+    exact, values = plateau(20_000)
+    found, z = fit_distribution(values + 3 * UM, "weibull"), values - values.mean()
+    assert found.standard_deviation == pytest.approx(z.std(), rel=1e-12)
+    assert found.skewness == pytest.approx(np.mean(z**3) / z.std() ** 3, rel=1e-8)
+    assert found.mirrored
+    assert found.shapes[0] == pytest.approx(exact.shapes[0], abs=0.1)  # five standard errors, skewness to 0.02
+    assert stats.kstest(z, found.cdf).statistic < math.sqrt(-0.5 * math.log(0.5e-6) / 20_000)
+
+
+def test_an_empirical_distribution_follows_the_values():
+    """Quantiles within sampling error, 5 standard errors sqrt(p (1 - p) / n) / density, and curvature."""
+    exact, values = plateau(50_000)
+    found = empirical_distribution(values + 3 * UM)
+    assert found.standard_deviation == pytest.approx(values.std(), rel=1e-12)
+    assert np.mean(found.quantile((np.arange(20_000) + 0.5) / 20_000)) == pytest.approx(0.0, abs=1e-4 * UM)
+    p = np.array([0.001, 0.01, 0.1, 0.5, 0.9, 0.99])
+    density = 1e-4 * p / (exact.quantile(1.00005 * p) - exact.quantile(0.99995 * p))
+    error = 5 * np.sqrt(p * (1 - p) / 50_000) / density
+    assert np.all(np.abs(found.quantile(p) - exact.quantile(p)) < error + 0.004 * UM)
+    assert found.skewness == pytest.approx(exact.skewness, abs=0.08)  # five standard errors of 0.015
+    assert found.excess_kurtosis == pytest.approx(exact.excess_kurtosis, abs=0.4)
+    np.testing.assert_allclose(found.cdf(found.quantile(PROBABILITIES)), PROBABILITIES, rtol=1e-6, atol=1e-15)
+
+
+def test_empirical_tails_are_normal():
+    """Beyond the outermost node, which leaves ten values, x is linear in the normal score."""
+    found = empirical_distribution(plateau(2000)[1])
+    assert 10 / 2000 <= found.tail_share < 0.02
+    beyond = found.normal > stats.norm.isf(found.tail_share) + 0.01
+    slopes = np.diff(found.values[beyond]) / np.diff(found.normal[beyond])
+    np.testing.assert_allclose(slopes, slopes[0], rtol=1e-9)
+    assert slopes[0] > 0.0
+
+
+def test_normal_values_have_a_normal_empirical_distribution():
+    """Values at the normal scores of their ranks: x = g to the interpolation of steep ends, times the deviation."""
+    n = 20_000
+    found = empirical_distribution(stats.norm.ppf((np.arange(n) + 0.5) / n), standard_deviation=2.0)
+    np.testing.assert_allclose(found.values, 2.0 * found.normal, atol=2e-4)
+    assert found.standard_deviation == pytest.approx(2.0, rel=1e-12)
+
+
+def test_steps_of_digitised_values_are_bridged():
+    """Steps of Sq / 4: the quantile function stays within a step of the exact one and has no flat piece."""
+    exact, values = plateau(20_000)
+    found = empirical_distribution(np.round(values / (0.25 * UM)) * 0.25 * UM)
+    p = np.linspace(0.01, 0.98, 60)
+    assert np.max(np.abs(found.quantile(p) - exact.quantile(p))) < 0.15 * UM
+    assert np.min(np.diff(found.values)) > 0.0
+
+
+def test_shift_and_unit_of_quantiles_do_not_matter():
+    z = np.linspace(-3.0, 3.0, 13)
+    plain = QuantileDistribution(QUANTILES, 0.3, 0.05).centred(z)
+    assert QuantileDistribution(40.0 + 7.0 * QUANTILES, 0.3, 0.05).centred(z) == pytest.approx(plain, abs=1e-11)
+    assert QuantileDistribution(-QUANTILES[::-1], 0.3, 0.05).centred(-z) == pytest.approx(-plain, abs=1e-11)
+
+
+def test_values_without_a_distribution_are_refused():
+    _, values = plateau(1000)
+    with pytest.raises(IllPosedError, match="100 or a parametric"):
+        empirical_distribution(values[:50])
+    with pytest.raises(IllPosedError, match="clipped or coarsely"):
+        empirical_distribution(np.maximum(values, -UM))
+    for make in (empirical_distribution, lambda z: fit_distribution(z, "beta")):
+        with pytest.raises(IllPosedError, match="equal"):
+            make(np.full(500, 0.3))
+        with pytest.raises(ParameterError, match="finite"):
+            make(np.append(values, math.nan))
+    with pytest.raises(ParameterError, match="standard deviation"):
+        empirical_distribution(values, standard_deviation=0.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "arguments", "error", "message"),
+    [
+        (FamilyDistribution, ("pareto", UM), ParameterError, "no family"),
+        (FamilyDistribution, ("gaussian", 0.0), ParameterError, "standard deviation"),
+        (FamilyDistribution, ("beta", UM, (1.0,)), ParameterError, r"shapes \(a, b\)"),
+        (FamilyDistribution, ("beta", UM, (1.0, math.nan)), ParameterError, "lie in"),
+        (FamilyDistribution, ("lognormal", UM, (1.6,)), ParameterError, "lie in"),
+        (FamilyDistribution, ("weibull", UM, (0.1,)), ParameterError, "lie in"),
+        (distribution_of_moments, ("pareto", UM, 0.0, 0.0), ParameterError, "no family"),
+        (distribution_of_moments, ("beta", UM, math.nan, 0.0), ParameterError, "finite"),
+        (EmpiricalDistribution, (np.array([0.0, 1.0]), np.ones(2), 0.1), ParameterError, "ascend"),
+        (EmpiricalDistribution, (np.array([0.0, 1.0]), np.ones(1), 0.1), ParameterError, "equal length"),
+        (BetaDistribution, (0.0, 5.0, 0.1, 0.7), ParameterError, r"\.a "),
+        (BetaDistribution, (2.1, math.nan, 0.1, 0.7), ParameterError, r"\.b "),
+        (BetaDistribution, (2.1, 5.0, 0.5, 0.4), ParameterError, "support"),
+        (BetaDistribution, (2.1, 5.0, 0.1, math.inf), ParameterError, "support"),
+        (QuantileDistribution, (np.arange(5.0), 0.3, 0.1), ParameterError, "quantiles"),
+        (QuantileDistribution, (-QUANTILES, 0.3, 0.1), ParameterError, "quantiles"),
+        (QuantileDistribution, (np.full(20, np.nan), 0.3, 0.1), ParameterError, "quantiles"),
+        (QuantileDistribution, (QUANTILES, 0.3, -0.1), ParameterError, "standard deviation"),
+        (QuantileDistribution, (QUANTILES, math.nan, 0.1), ParameterError, "mean"),
+        (QuantileDistribution, (np.full(20, 0.3), 0.3, 0.1), IllPosedError, "all equal"),
+    ],
+)
+def test_arguments_are_checked(make, arguments, error, message):
+    with pytest.raises(error, match=message):
+        make(*arguments)
+
+
+def test_probabilities_and_values_are_checked():
+    for found in (FamilyDistribution("gaussian", UM), empirical_distribution(plateau(1000)[1])):
+        for wrong in (0.0, 1.0, math.nan):
+            with pytest.raises(ParameterError, match="between 0 and 1"):
+                found.quantile(wrong)
+        with pytest.raises(ParameterError, match="numbers"):
+            found.cdf(math.nan)

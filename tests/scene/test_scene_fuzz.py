@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from roughslip.errors import InputError
-from roughslip.scene import rules
+from roughslip.scene import plan
 from roughslip.scene.loader import load
 from tests.scene.fuzzed import overlays
 from tests.scene.shipped import SCENES, SCHEMA_PATH
@@ -75,10 +75,10 @@ def checked_outcome(folder: Path, content: bytes) -> dict | None:
 
 def check_taken(scene: dict) -> None:
     """A scene that is taken has slices that JSON holds, stages, figures, and finite estimates of memory."""
-    stages = rules.stages_needed(scene)
-    assert rules.figures(scene)
+    stages = plan.stages_needed(scene)
+    assert plan.figures(scene)
     for stage in stages:
-        json.dumps(rules.slice_for(scene, stage), allow_nan=False)
+        json.dumps(plan.slice_for(scene, stage), allow_nan=False)
         assert math.isfinite(memory.needed_mb(scene, stage, 1))
         assert memory.needed_mb(scene, stage, 1) > 0
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import yaml
 
 from roughslip.chaos.functionals import NAMES
-from roughslip.scene.loader import RESERVED, describe_allowed, load, slice_for
+from roughslip.scene.loader import RESERVED, describe_allowed, load
+from roughslip.scene.plan import slice_for
 from tests.scene.shipped import FIGURES, KINDS, PAPER, SCHEMA, SCHEMA_PATH, lines_of
 
 

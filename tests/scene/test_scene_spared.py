@@ -2,17 +2,16 @@
 
 import pytest
 
-from roughslip.scene.loader import stages_needed
-from roughslip.scene.rules import SLICES
-from roughslip.scene.skipped_stages import not_needed
+from roughslip.scene.declarations import declarations
+from roughslip.scene.plan import skip_reasons, stages_needed
 from tests.scene.shipped import ALWAYS, ASIDE, SCAN, SCENES, shipped_scene
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_every_stage_runs_or_has_a_reason(name):
     scene = shipped_scene(name)
-    spared = not_needed(scene)
-    assert spared.keys() == SLICES.keys() - stages_needed(scene) - ASIDE
+    spared = skip_reasons(scene)
+    assert spared.keys() == declarations().keys() - stages_needed(scene) - ASIDE
     assert ALWAYS.isdisjoint(spared)
     asked = set(scene["targets"])
     for stage, reason in spared.items():
@@ -21,21 +20,21 @@ def test_every_stage_runs_or_has_a_reason(name):
 
 def test_reasons():
     paper, given = shipped_scene("paper"), shipped_scene("given")
-    assert not_needed(paper)["field_square"] == "not asked for: figure_field"
-    assert not_needed(paper)["training_square"] == "expansion.samples is given"
-    assert not_needed(paper)["spacing"] == "ensemble.nodes_per_correlation_length is given"
-    assert not_needed(paper)["grinding"] == not_needed(paper)["scan"] == "roughness.scan is not given"
-    assert not_needed(given)["contact_strip"] == "friction.statistics is given"
-    square_of_given = not_needed(given | {"targets": ["figure2"]})
+    assert skip_reasons(paper)["field_square"] == "not asked for: figure_field"
+    assert skip_reasons(paper)["training_square"] == "expansion.samples is given"
+    assert skip_reasons(paper)["spacing"] == "ensemble.nodes_per_correlation_length is given"
+    assert skip_reasons(paper)["grinding"] == skip_reasons(paper)["scan"] == "roughness.scan is not given"
+    assert skip_reasons(given)["contact_strip"] == "friction.statistics is given"
+    square_of_given = skip_reasons(given | {"targets": ["figure2"]})
     assert square_of_given["contact_strip"] == "not asked for: figure3, figure5, figure_map"
-    only_square = not_needed(paper | {"targets": ["figure2"]})
+    only_square = skip_reasons(paper | {"targets": ["figure2"]})
     assert only_square["friction"] == "not asked for: figure3, figure5, figure_map"
     assert only_square["spacing"] == "not asked for: figure5"
 
 
-def test_a_scan_that_nobody_samples(mine):
-    found = not_needed(mine(f"extends: given\nroughness: {{scan: {SCAN}}}"))
-    assert found["twins"] == found["grinding"] == "no surface is sampled"
-    scanned = not_needed(mine(f"extends: paper\nroughness: {{scan: {SCAN}}}"))
-    assert scanned["grinding"] == "the scan is a file"
+def test_a_scan_of_which_no_surface_is_sampled(mine):
+    found = skip_reasons(mine(f"extends: given\nroughness: {{scan: {SCAN}}}"))
+    assert found["twins"] == found["grinding"] == "friction.statistics is given"
+    scanned = skip_reasons(mine(f"extends: paper\nroughness: {{scan: {SCAN}}}"))
+    assert scanned["grinding"] == "roughness.scan.grinding is not given"
     assert "scan" not in scanned

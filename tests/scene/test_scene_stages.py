@@ -5,8 +5,8 @@ import copy
 import pytest
 import yaml
 
-from roughslip.scene.loader import slice_for, stages_needed
-from roughslip.scene.rules import SLICES, figures
+from roughslip.scene.declarations import declarations
+from roughslip.scene.plan import figures, slice_for, stages_needed
 from tests.scene.shipped import (
     ALWAYS,
     ASIDE,
@@ -23,7 +23,7 @@ from tests.scene.shipped import (
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
     keys = set(properties(SCHEMA))
-    read = {key for slices in SLICES.values() for key in slices}
+    read = {key for stage in declarations().values() for key in stage.keys}
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
     # the rules turn this number of samples into jobs, and no stage reads it
@@ -74,7 +74,7 @@ def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
         inner = inner[part]
     assert inner[key.split(".")[-1]] != value
     inner[key.split(".")[-1]] = value
-    assert {stage for stage in SLICES if slice_for(scene, stage) != slice_for(changed, stage)} == stages
+    assert {stage for stage in declarations() if slice_for(scene, stage) != slice_for(changed, stage)} == stages
 
 
 def test_only_stages_that_the_targets_need():
@@ -82,7 +82,7 @@ def test_only_stages_that_the_targets_need():
     square = {"surface", "design", "contact_square", "chaos_square", "figure2"}
     strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
     not_asked = {*ASIDE, "training_square", "spacing", *SCAN_STAGES, *FIELD_STAGES, *MAP_STAGES}
-    assert stages_needed(paper) == set(SLICES) - not_asked
+    assert stages_needed(paper) == set(declarations()) - not_asked
     assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
     assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     found = paper | {"expansion": paper["expansion"] | {"samples": "auto", "cdf_error": 0.01}}

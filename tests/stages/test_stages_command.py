@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from roughslip.errors import ConvergenceError, InputError, ParameterError
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime import command
 from roughslip.stages.runtime.command import execute
 
+STAGE = Stage(name="contact", result="contact.nc")
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 
 
@@ -23,10 +25,10 @@ def run(tmp_path, monkeypatch):
     key = tmp_path / "key.json"
     key.write_text(json.dumps({"configuration": {"seed": 5}, "code": "abc"}), encoding="utf-8")
 
-    def run(work, *arguments, **options):
+    def run(work, *arguments, stage=STAGE):
         shared = ["--key", str(key), "--output", str(tmp_path / "out.nc"), "--usage", str(tmp_path / "usage.json")]
         monkeypatch.setattr(sys, "argv", ["stage", *shared, *arguments])
-        execute("contact", work, **options)
+        execute(stage, work)
 
     run.folder = tmp_path
     return run
@@ -63,7 +65,14 @@ def test_a_stage_gets_its_slice_and_its_arguments_and_leaves_its_record(run):
         seen.update(vars(job.arguments), configuration=job.configuration)
         job.usage.count(solves=3)
 
-    options = {"files": ("surface",), "batches": ("contact",), "names": ("design_name",), "outputs": ("png",)}
+    stage = Stage(
+        name="contact",
+        inputs={"surface": ""},
+        many={"contact": ""},
+        optional={"friction": "", "scan": ""},
+        result="contact/{design_name}-{first}-{last}.nc",
+        outputs={"png": ""},
+    )
     given = {
         "surface": "s.nc",
         "contact": ("a.nc", "b.nc"),
@@ -73,10 +82,11 @@ def test_a_stage_gets_its_slice_and_its_arguments_and_leaves_its_record(run):
         "last": 8,
     }
     arguments = [part for name, value in given.items() for part in (f"--{name}", *map(str, np.atleast_1d(value)))]
-    run(work, *arguments, **options, optional=("friction",), range_=True)
+    run(work, *arguments, "--friction", stage=stage)  # an optional file that the scene does not have
     assert seen["configuration"] == {"seed": 5}
     assert (seen["surface"], seen["contact"]) == (Path("s.nc"), [Path("a.nc"), Path("b.nc")])
-    assert (seen["design_name"], seen["png"], seen["friction"]) == ("lhs", Path("f.png"), None)
+    assert (seen["design_name"], seen["png"]) == ("lhs", Path("f.png"))
+    assert seen["friction"] is seen["scan"] is None
     assert (seen["first"], seen["last"]) == (4, 8)
     record = json.loads((run.folder / "usage.json").read_text())
     assert (record["stage"], record["did"]) == ("contact", {"solves": 3})

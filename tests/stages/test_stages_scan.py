@@ -43,7 +43,7 @@ def run(tmp_path, monkeypatch):
         output = tmp_path / "out.nc"
         files = ["--key", key, "--scan", file, "--output", output, "--usage", tmp_path / "usage.json"]
         monkeypatch.setattr(sys, "argv", ["scan", *map(str, files)])
-        execute("scan", scan.work, files=("scan",))
+        execute(scan.STAGE, scan.work)
         return store.read(output)
 
     return run

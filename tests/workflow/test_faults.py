@@ -10,6 +10,7 @@ import time
 import psutil
 import pytest
 
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import execute
 
 pytestmark = pytest.mark.slow
@@ -57,10 +58,10 @@ def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, ca
     monkeypatch.setattr("roughslip.stages.runtime.command.die_with_parent", lambda: None)
     monkeypatch.setattr("sys.argv", ["stage", f"--key={key}", f"--output={tmp_path / 'a.nc'}", f"--usage={usage}"])
     write_key("old")
-    execute("design", lambda job: None)
+    execute(Stage(name="design", result="design.nc"), lambda job: None)
     usage.unlink()
     with pytest.raises(SystemExit) as end:
-        execute("design", lambda job: write_key("new"))
+        execute(Stage(name="design", result="design.nc"), lambda job: write_key("new"))
     assert end.value.code == 1
     assert "changed while the stage ran; run snakemake again" in capsys.readouterr().err
     assert not usage.exists()

@@ -9,13 +9,16 @@ from types import SimpleNamespace
 import pytest
 
 from roughslip.errors import InputError
-from roughslip.scene.rules import stages_needed
+from roughslip.scene.declarations import declarations
+from roughslip.scene.plan import stages_needed
 from tests.scene.shipped import SCENES, shipped_scene
 from workflow.study import memory
-from workflow.study.scenes import BATCHED, DESIGNS, Scenes
+from workflow.study.scenes import Scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 MIB = 1.048576  # MB
+BATCHED = {stage.batches.size: stage.name for stage in declarations().values() if stage.batches}
+DESIGNS = declarations()["contact_square"].batches.totals
 TOTALS = {
     "contact_square": "square.monte_carlo_samples",
     "contact_strip": "strip.samples",

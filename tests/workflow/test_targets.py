@@ -7,7 +7,7 @@ from collections import Counter
 
 import pytest
 
-from workflow.study.scenes import ASIDE
+from roughslip.scene.plan import stages_of_several_scenes
 
 pytestmark = pytest.mark.slow
 
@@ -69,7 +69,9 @@ def test_only_the_stages_that_the_targets_need_are_planned_and_have_keys(fresh):
     assert planned == dict(zip(names, SCENES.values(), strict=True))
     for name, stages in zip(names, SCENES.values(), strict=True):
         written = {path.stem for path in fresh.path(f"results/{name}/keys").iterdir()}
-        assert written == {"report" if stage == "scene_report" else stage for stage in stages}.union(ASIDE)
+        assert written == {"report" if stage == "scene_report" else stage for stage in stages}.union(
+            stages_of_several_scenes()
+        )
 
 
 def test_a_result_is_a_target_too(fresh):

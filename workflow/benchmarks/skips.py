@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.scene.loader import load
-from roughslip.scene.skipped_stages import not_needed
+from roughslip.scene.plan import skip_reasons
 from workflow.benchmarks import measure, skips_chaos, skips_contact, skips_motion
 from workflow.benchmarks.measure import OURS, Contender, Row, case, fields, row
 from workflow.benchmarks.skips_problem import Skip
@@ -95,7 +95,7 @@ def spared_stages(costs: dict[str, list[dict[str, Any]]]) -> dict[str, dict[str,
     found = {}
     for name in SPARING:
         scene = load(name, ROOT / "config" / "scenes", ROOT / "config" / "scene.schema.yaml")
-        stages = {stage: reason for stage, reason in not_needed(scene).items() if stage in seconds}
+        stages = {stage: reason for stage, reason in skip_reasons(scene).items() if stage in seconds}
         found[name] = {
             "cpu_seconds": sum(seconds[stage] for stage in stages),
             "stages": {stage: {"cpu_seconds": seconds[stage], "why": reason} for stage, reason in stages.items()},

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from roughslip.scene.rules import slice_for
+from roughslip.scene.plan import slice_for
 from workflow.keys.key_files import replace_if_changed
 
 # Samples of a scene's reference, and how many a batch: surfaces of the square, some half a minute on one core in

@@ -13,8 +13,9 @@ import os
 from pathlib import Path
 from typing import Any
 
-from roughslip.scene import rules
+from roughslip.scene import plan
 from roughslip.scene.expansion import AUTO, BEST, GIVEN, MOST, terms
+from roughslip.scene.forms import ORDER
 
 Scene = dict[str, Any]
 
@@ -69,12 +70,12 @@ def _megabytes(numbers: float) -> float:
 
 
 def _nodes(scene: Scene) -> int:
-    return int(rules.get(scene, "square.nodes")) ** 2
+    return int(plan.get(scene, "square.nodes")) ** 2
 
 
 def _modes(scene: Scene) -> int:
     """Modes of the square; the most that its memory allows where they are given by their share."""
-    given = rules.get(scene, rules.ORDER)
+    given = plan.get(scene, ORDER)
     return int(given) if given is not None else min(_nodes(scene) // 4 + 1, _LARGEST_TABLE // _nodes(scene))
 
 
@@ -83,18 +84,18 @@ def _modes_mb(scene: Scene) -> float:
 
 
 def _samples(scene: Scene, auto: int) -> int:
-    given = rules.get(scene, "expansion.samples")
+    given = plan.get(scene, "expansion.samples")
     return auto if given == AUTO else int(given)
 
 
 def _terms(scene: Scene) -> int:
-    variables, degree = (rules.get(scene, f"expansion.{key}") for key in ("variables", "degree"))
+    variables, degree = (plan.get(scene, f"expansion.{key}") for key in ("variables", "degree"))
     return terms(GIVEN if variables == BEST else variables, degree, MOST)
 
 
 def _designs(scene: Scene) -> float:
     """Variables of both designs of the square."""
-    latin = rules.get(scene, "square.latin_hypercube_samples") or 0
+    latin = plan.get(scene, "square.latin_hypercube_samples") or 0
     return (latin + _samples(scene, 0)) * _modes(scene)
 
 
@@ -115,7 +116,7 @@ def _design(scene: Scene, _: int) -> float:
 
 
 def _report(scene: Scene, _: int) -> float:
-    return _DRAWING + (_read_modes(scene) if "surface" in rules.stages_needed(scene) else 0)
+    return _DRAWING + (_read_modes(scene) if "surface" in plan.stages_needed(scene) else 0)
 
 
 def _solver(scene: Scene) -> float:
@@ -139,8 +140,8 @@ def _training_square(scene: Scene, _: int) -> float:
 
 def _chaos_square(scene: Scene, _: int) -> float:
     draws, samples = scene["expansion"]["draws"], _samples(scene, _AUTO_SOLVES)
-    latin = rules.get(scene, "square.latin_hypercube_samples")
-    carlo = rules.get(scene, "square.monte_carlo_samples")
+    latin = plan.get(scene, "square.latin_hypercube_samples")
+    carlo = plan.get(scene, "square.monte_carlo_samples")
     paper = _megabytes(2 * (20_000 + 2 * latin) * _terms(scene))
     return (
         _COMPILED
@@ -219,8 +220,8 @@ def _path_nodes(scene: Scene) -> float:
     ensemble, oscillator = scene["ensemble"], scene["oscillator"]
     if ensemble.get("process", "recursion") == "recursion":
         return 1e5
-    given = rules.get(scene, "friction.statistics.correlation_length_m")
-    length = given if given is not None else 1e-6 + rules.get(scene, "strip.window_m") / 20
+    given = plan.get(scene, "friction.statistics.correlation_length_m")
+    length = given if given is not None else 1e-6 + plan.get(scene, "strip.window_m") / 20
     nodes = ensemble["nodes_per_correlation_length"]
     periods = ensemble["duration_periods"]
     way = oscillator["belt_velocity_m_per_s"] * periods * 2 * math.pi / oscillator["natural_frequency_rad_per_s"]
@@ -246,7 +247,7 @@ def _cycles(scene: Scene, _: int) -> float:
 
 def _scan(scene: Scene, _: int) -> float:
     """Of a scan the number of points is not known before it is read: as many as are read at all."""
-    points = rules.get(scene, "roughness.scan.grinding.points")
+    points = plan.get(scene, "roughness.scan.grinding.points")
     return _DRAWING + _megabytes(40 * (2**23 if points is None else points**2))
 
 

@@ -10,25 +10,13 @@ from typing import Any
 
 from roughslip import source_hash
 from roughslip.errors import InputError
-from roughslip.scene import rules, skipped_stages, strict_yaml
+from roughslip.scene import plan, strict_yaml
+from roughslip.scene.declarations import declarations
+from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load, scene_names
 from workflow.keys.key_files import write_key
 from workflow.keys.reference_batches import SAMPLES
 from workflow.study import memory
-
-DESIGNS = {
-    "monte_carlo": "square.monte_carlo_samples",
-    "latin_hypercube": "square.latin_hypercube_samples",
-    "expansion": "expansion.samples",
-}
-
-# Stages that take samples in batches, by the key of their size.
-BATCHED = {
-    "batches.square_samples": "contact_square",
-    "batches.strip_samples": "contact_strip",
-    "batches.expansion_samples": "expansion_strip",
-    "batches.realisations": "oscillator",
-}
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain", "skips")
@@ -42,11 +30,8 @@ EVIDENCE = (
     *CAMPAIGNS,
     *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")),
 )
-RULES = frozenset({*rules.SLICES, "scene_report", "report_of_the_default_scenes", *EVIDENCE})
-ASIDE = ("reference", "comparison", "verify")  # stages of several scenes together, asked for by name
-ENDS = ("costs", "report")  # of a scene, which its sum of costs does not hold
+RULES = frozenset({*declarations(), "scene_report", "report_of_the_default_scenes", *EVIDENCE})
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
-FOLDERS = ("keys", "logs", "usage", "surface", "contact", "chaos", "friction", "oscillator")  # of a scene's results
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
 
@@ -89,7 +74,7 @@ class Scenes:
         Raises InputError for one that has no Figure 3.
         """
         names = [name for name in COMPARED if name in self.valid] if asked is None else str(asked).split(",")
-        drawn = [name for name in self.valid if "figure3" in rules.figures(self.valid[name])]
+        drawn = [name for name in self.valid if "figure3" in plan.figures(self.valid[name])]
         wrong = [strict_yaml.shown(name) for name in names if name not in drawn]
         if wrong or len(set(names)) < len(names):
             text = (
@@ -104,7 +89,7 @@ class Scenes:
     @cache  # noqa: B019 (one instance lives as long as the run)
     def stages(self, name: str) -> frozenset[str]:
         """Stages that the targets of the scene need."""
-        return frozenset(rules.stages_needed(self.valid[name]))
+        return frozenset(plan.stages_needed(self.valid[name]))
 
     def key_file(self, name: str, stage: str) -> str:
         """Path of a stage's key file. All those of the scene are written where scene, code or the lock file changed."""
@@ -122,10 +107,10 @@ class Scenes:
     @cache  # noqa: B019
     def _write_keys(self, name: str) -> None:
         """All at once: Snakemake lists the folder when it meets the first, and takes later ones for missing."""
-        for stage in (*self.stages(name), *ASIDE):
-            part = rules.slice_for(self.valid[name], stage)
+        for stage in (*self.stages(name), *plan.stages_of_several_scenes()):
+            part = plan.slice_for(self.valid[name], stage)
             if stage == "costs":
-                part["not_needed"] = skipped_stages.not_needed(self.valid[name])
+                part["not_needed"] = plan.skip_reasons(self.valid[name])
             write_key(
                 f"results/{name}/keys/{stage}.json",
                 part,
@@ -171,17 +156,18 @@ class Scenes:
 
         Batches are smaller than the scene asks for where they would not fit into memory; no result depends on it.
         """
-        count, step = rules.get(self.valid[name], total), rules.get(self.valid[name], size)
+        count, step = plan.get(self.valid[name], total), plan.get(self.valid[name], size)
         room = self.memory_mb - self._beside_mb
-        step = memory.largest_batch(self.valid[name], BATCHED[size], min(step, count), room)
+        (stage,) = [one.name for one in declarations().values() if one.batches and one.batches.size == size]
+        step = memory.largest_batch(self.valid[name], stage, min(step, count), room)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
     def square_contacts(self, name: str) -> list[str]:
         """Contact results of every design on the square whose number of samples is given."""
         return [
             f"results/{name}/contact/square-{design}-{first}-{last}.nc"
-            for design, total in DESIGNS.items()
-            if rules.get(self.valid[name], total) != rules.AUTO
+            for design, total in declarations()["contact_square"].batches.totals.items()
+            if plan.get(self.valid[name], total) != AUTO
             for first, last in self.batches(name, total, "batches.square_samples")
         ]
 
@@ -233,7 +219,7 @@ class Scenes:
 
     def figures(self, name: str) -> list[str]:
         """The figures of the scene."""
-        return [f"results/{name}/{figure}.png" for figure in rules.figures(self.valid[name])]
+        return [f"results/{name}/{figure}.png" for figure in plan.figures(self.valid[name])]
 
     def surfaces(self, name: str) -> list[str]:
         """What is told of the surfaces of the scene: modes and variables of the square, the models of a scan."""
@@ -242,12 +228,12 @@ class Scenes:
 
     def scan_file(self, name: str) -> str:
         """The scan that the scene reads: the user's, or the one that is made for it."""
-        file = rules.get(self.valid[name], "roughness.scan.file")
+        file = plan.get(self.valid[name], "roughness.scan.file")
         return f"results/{name}/scan.x3p" if file is None else _scan_file(self.root, file)
 
     def products(self, name: str) -> list[str]:
         """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""
-        names = rules.figures(self.valid[name])
+        names = plan.figures(self.valid[name])
         figures = [f"{figure}.{kind}" for figure in names for kind in ("png", "svg", "nc")]
         summary = ["summary.csv"] if "friction" in self.stages(name) else []
         return [
@@ -261,7 +247,10 @@ class Scenes:
 
     def all_records(self, name: str) -> list[str]:
         """The records of cost of every job of the scene."""
-        return [*self.usage_records(name), *(f"results/{name}/usage/{stage}.json" for stage in ENDS)]
+        return [
+            *self.usage_records(name),
+            *(f"results/{name}/usage/{stage}.json" for stage in plan.stages_after_costs()),
+        ]
 
     def usage_records(self, name: str) -> list[str]:
         """The records of cost of every job up to figures and claims."""
@@ -272,7 +261,7 @@ class Scenes:
             "oscillator": self.oscillator_runs,
         }
         records = []
-        for stage in sorted(self.stages(name) - {*ENDS}):
+        for stage in sorted(self.stages(name) - {*plan.stages_after_costs()}):
             if stage in batched:
                 tails = [Path(result).stem.partition("-")[2] for result in batched[stage](name)]
                 records += [f"results/{name}/usage/{stage}-{tail}.json" for tail in tails]
@@ -290,7 +279,7 @@ def checked(name: str, folder: Path, schema: Path) -> dict[str, Any]:
         file = strict_yaml.display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     scene = load(folder / f"{name}.yaml", folder, schema)
-    file = rules.get(scene, "roughness.scan.file")
+    file = plan.get(scene, "roughness.scan.file")
     if file is not None:
         found = Path(_scan_file(folder.parents[1], file))
         text = "is not there; a path from the folder of the scenes or of the project"
@@ -308,7 +297,7 @@ def not_writable(name: str) -> list[Path]:
     Snakemake would end with a traceback where it is to remove what it makes anew.
     """
     results = Path("results")
-    folders = (results, results / name, *(results / name / inner for inner in FOLDERS))
+    folders = (results, results / name, *(results / name / inner for inner in plan.result_folders()))
     there = [path for path in folders if os.path.lexists(path)]
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
 

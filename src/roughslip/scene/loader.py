@@ -18,10 +18,10 @@ from jsonschema import Draft202012Validator, validators
 
 from roughslip.errors import InputError
 from roughslip.scene import rules
-from roughslip.scene.rules import Scene, slice_for, stages_needed
+from roughslip.scene.plan import Scene
 from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read, shown
 
-__all__ = ["Scene", "describe_allowed", "load", "scene_names", "slice_for", "stages_needed"]
+__all__ = ["Scene", "describe_allowed", "load", "scene_names"]
 
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,39}")

@@ -1,19 +1,17 @@
-"""What ties the keys of a scene together: rules across keys, what a target needs, what a stage reads."""
+"""What ties the keys of a scene together: rules across keys, and what a target needs."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from copy import deepcopy
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from roughslip.scene import batches, ensemble, expansion, forms, oscillator, roughness, stick_slip_map
 from roughslip.scene.expansion import AUTO, BEST, FEWEST, GIVEN, MOST, terms
-from roughslip.scene.forms import GIVEN_FRICTION, ORDER, SHARE
+from roughslip.scene.forms import GIVEN_FRICTION
+from roughslip.scene.plan import Scene, get, needs, stages_needed
 from roughslip.scene.roughness import Mistake
 from roughslip.scene.strict_yaml import shown
-
-Scene = dict[str, Any]
 
 # In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
@@ -23,121 +21,6 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     **oscillator.REPLACES,
     **ensemble.REPLACES,
 }
-
-# What each stage reads, as dotted keys; the name of a section stands for all of it. A change elsewhere re-runs nothing.
-_STRIP = "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles"
-_SQUARE, _TERMS = "square.edge_m square.nodes", "expansion.variables expansion.degree"
-_EXPANDED = "strip.expansion_spacing_m expansion.degree expansion.target"
-_WINDOWS = "strip.window_m strip.window_spacing_m"
-_PROCESS = "ensemble.marginal ensemble.interpolation numerics.oscillator_tolerance friction.statistics"
-SLICES = {
-    stage: tuple(keys.split())
-    for stage, keys in {
-        "grinding": "seed roughness.scan.grinding",
-        "scan": "roughness.scan",
-        "twins": "seed",
-        "surface": f"roughness {_SQUARE} {ORDER} {SHARE}",
-        "design": "seed square.latin_hypercube_samples expansion.samples expansion.design",
-        "contact_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance",
-        "training_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
-        f" {_TERMS} expansion.rotation expansion.target expansion.samples expansion.cdf_error expansion.design",
-        "chaos_square": f"seed material roughness {_SQUARE} square.penetration_percentile expansion",
-        "field_square": f"seed material roughness {_SQUARE} square.penetration_percentile numerics.contact_tolerance"
-        " expansion.samples expansion.variables",
-        "contact_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.training_samples"
-        " numerics.contact_tolerance",
-        "chaos_strip": f"seed material roughness {_STRIP} strip.training_samples {_EXPANDED}",
-        "expansion_strip": f"seed material roughness {_STRIP} {_WINDOWS} strip.samples {_EXPANDED}",
-        "friction": "seed roughness strip friction",
-        "deterministic": "oscillator ensemble numerics.oscillator_tolerance friction.statistics",
-        "spacing": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
-        "oscillator": "seed oscillator ensemble numerics.oscillator_tolerance friction.statistics",
-        "cycles": "seed oscillator.damping_ratio ensemble.duration_periods",
-        "stick_slip_map": f"seed oscillator map {_PROCESS}",
-        "survival": f"seed oscillator survival {_PROCESS}",
-        **dict.fromkeys(("figure2", "figure3", "figure3_law", "figure5"), "description"),
-        **dict.fromkeys(("figure_scan", "figure_field", "figure_map"), "description"),
-        "claims": "description targets material.hardness_pa",
-        **dict.fromkeys(("costs", "report", "reference", "comparison", "verify"), "description"),
-    }.items()
-}
-
-# The pictures of a target that has more than one.
-_SHEETS = {"figure3": ("figure3", "figure3_law")}
-
-STRIP_STAGES = ("contact_strip", "chaos_strip", "expansion_strip", "friction")
-STAGES = {
-    "figure2": ("surface", "design", "contact_square", "chaos_square", "figure2"),
-    "figure3": (*STRIP_STAGES, *_SHEETS["figure3"]),
-    "figure5": ("deterministic", "oscillator", "cycles", "figure5"),
-    "figure_scan": ("scan", "twins", "figure_scan"),
-    "figure_field": ("surface", "field_square", "figure_field"),
-    "figure_map": ("stick_slip_map", "survival", "figure_map"),
-}
-OF_FRICTION = frozenset({"figure5", "figure_map"})
-
-# What a target needs of the scene; those of friction need _FRICTION too where it is not given as statistics.
-_SURFACE = ("material", "roughness", "expansion", "numerics.contact_tolerance")
-_FRICTION = (*_SURFACE, "strip", "friction.mean_at_median", "batches.strip_samples", "batches.expansion_samples")
-_NEEDS = {
-    "figure2": (*_SURFACE, "square", "batches.square_samples"),
-    "figure3": _FRICTION,
-    "figure5": ("friction", "oscillator", "ensemble", "numerics.oscillator_tolerance", "batches.realisations"),
-    "figure_scan": ("roughness.scan",),
-    "figure_field": (*_SURFACE, "square"),
-    "figure_map": ("friction", "oscillator", "map", "survival", "numerics.oscillator_tolerance"),
-}
-
-
-def get(scene: Scene, key: str) -> Any:
-    """The value under a dotted key, None where there is none."""
-    value: Any = scene
-    for part in key.split("."):
-        if not isinstance(value, dict) or part not in value:
-            return None
-        value = value[part]
-    return value
-
-
-def slice_for(scene: Scene, stage: str) -> Scene:
-    """The part of the scene that a stage reads, nested as in the scene; what the scene does not have is left out."""
-    part: Scene = {}
-    for key in SLICES[stage]:
-        if (value := get(scene, key)) is not None:
-            *sections, last = key.split(".")
-            inner = part
-            for section in sections:
-                inner = inner.setdefault(section, {})
-            inner[last] = deepcopy(value)
-    return part
-
-
-def stages_needed(scene: Scene) -> set[str]:
-    """Names of the stages that the targets need; with friction given as statistics the oscillator needs no contact.
-
-    Who samples surfaces after a scan gets its figure as well.
-    """
-    stages = {"claims", "costs", "report"}
-    for target in scene["targets"]:
-        stages.update(STAGES[target])
-    if "chaos_square" in stages and get(scene, "expansion.samples") == AUTO:
-        stages.add("training_square")
-    if "oscillator" in stages and get(scene, ensemble.NODES) == ensemble.AUTO:
-        stages.add("spacing")
-    if OF_FRICTION.intersection(scene["targets"]) and not friction_is_given(scene):
-        stages.update(STRIP_STAGES)
-    if get(scene, "roughness.scan") is not None and stages & {"surface", "contact_strip", "scan"}:
-        stages.update(STAGES["figure_scan"])
-        if get(scene, "roughness.scan.grinding") is not None:
-            stages.add("grinding")
-    return stages
-
-
-def figures(scene: Scene) -> list[str]:
-    """The figures that the scene makes: those of its targets, and that of a scan that they need."""
-    stages = stages_needed(scene)
-    asked = [figure for target in scene["targets"] for figure in _SHEETS.get(target, (target,))]
-    return [*(["figure_scan"] if "figure_scan" in stages else []), *(name for name in asked if name != "figure_scan")]
 
 
 def friction_is_given(scene: Scene) -> bool:
@@ -168,6 +51,7 @@ _FUNCTIONALS, _TRAINING_SPACING = 8, 8  # of the expansion along the strip, as i
 _TRAINING_NODES = 16  # at most, of a surface of the square
 _DRAWS = 10  # over the square of the error asked of a distribution: drawing it adds 1.36 / sqrt(10) of that, with 95 %
 
+_TERMS = ("expansion.variables", "expansion.degree")
 _MULTIPLES = {
     "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
     "expansion_spacing_m": "length_m window_m window_spacing_m",
@@ -195,19 +79,19 @@ _RULES = (
                 f"samples times square.modes = {{1}} at most {_NUMBERS} (0.8 GB of memory)",
             ),
             _Rule(
-                (samples, *_TERMS.split()),
+                (samples, *_TERMS),
                 lambda n, v, d: n == AUTO or n > terms(v, d, FEWEST),
                 "more than the terms of the expansion, C({1} + {2}, {2})",
             ),
             _Rule(
-                (samples, *_TERMS.split()),
+                (samples, *_TERMS),
                 lambda n, v, d: n == AUTO or n <= terms(v, d, FEWEST) or n * terms(v, d, MOST) <= _NUMBERS,
                 f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_NUMBERS} (0.8 GB of memory)",
             ),
         )
     ),
     _Rule(
-        ("expansion.samples", *_TERMS.split()),
+        ("expansion.samples", *_TERMS),
         lambda n, v, d: n != AUTO or _TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= _NUMBERS,
         f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {_TRAINING_NODES} nodes of each, samples times "
         f"terms exceed {_NUMBERS} (0.8 GB of memory): take a lower expansion.degree",
@@ -352,10 +236,7 @@ def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake
     """The sections and keys that the targets need and the scene lacks; a missing section stands for its keys."""
     missing: dict[str, list[str]] = {}
     for target in scene.get("targets", []):
-        needs = _NEEDS[target]
-        if target in OF_FRICTION and not friction_is_given(scene):
-            needs = (*needs, *_FRICTION)
-        for key in needs:
+        for key in needs(scene, target):
             section = key.split(".")[0]
             absent = key if section in scene else section
             if get(scene, absent) is None and sound(absent) and target not in missing.setdefault(absent, []):

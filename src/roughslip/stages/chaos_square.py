@@ -16,6 +16,7 @@ from roughslip.chaos.regression import Fit
 from roughslip.chaos.selection import Chosen, fit_count
 from roughslip.chaos.sensitivity import sensitivity_to_directions
 from roughslip.errors import IllPosedError
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.from_scene.nodes import training_nodes
 from roughslip.stages.result_tables.centre_distribution import (
@@ -36,6 +37,26 @@ from roughslip.stages.result_tables.centre_distribution import (
 )
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="chaos_square",
+    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile expansion",
+    inputs={"surface": "surface", "design": "design"},
+    optional={"scan": "scan"},
+    many={"contact": "contact_square training_square"},
+    result="chaos/square.nc",
+    memory_mb=500,
+    memory_doubles={
+        "square_modes": 3,
+        "fit_table": 6,
+        "terms": 80_000,
+        "latin_hypercube terms": 8,
+        "draws": 20,
+        "monte_carlo": 40,
+        "design_numbers": 3,
+        "training_samples modes": 3,
+    },
+)
 
 PAPER = 8  # variables, at most, of eqs. (8) and (9)
 KNOWN = 20_000  # Monte Carlo samples drawn again for the expansions at samples known to be in contact
@@ -226,4 +247,4 @@ def quality(
 
 
 if __name__ == "__main__":
-    execute("chaos_square", work, files=("surface", "design"), batches=("contact",), optional=("scan",))
+    execute(STAGE, work)

@@ -8,10 +8,29 @@ from roughslip import store
 from roughslip.chaos.conditional import conditional_means
 from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
 from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.from_scene.training import training_columns
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="chaos_strip",
+    reads="seed material roughness "
+    "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
+    "strip.training_samples expansion.degree expansion.target",
+    reads_if_given="strip.expansion_spacing_m",
+    optional={"scan": "scan"},
+    many={"contact": "contact_strip"},
+    result="chaos/strip.nc",
+    memory_mb=420,
+    memory_doubles={
+        "cells": 150,
+        "training_strips levels cells": 1.5,
+        "training_strips cells": 7.5,
+        "training_strips columns strip_terms": 1,
+    },
+)
 
 
 def work(job: Job) -> None:
@@ -85,4 +104,4 @@ def _functionals(field: np.ndarray, columns: np.ndarray, spacing: int, stencil: 
 
 
 if __name__ == "__main__":
-    execute("chaos_strip", work, batches=("contact",), optional=("scan",))
+    execute(STAGE, work)

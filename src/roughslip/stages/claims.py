@@ -5,10 +5,25 @@ from __future__ import annotations
 import json
 
 from roughslip import store
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.verdicts.rules import CONTRADICTS, NOT_TESTED, claims
 from roughslip.verdicts.sensitivity import of_friction, of_the_square, with_sensitivity
 from roughslip.verdicts.sensitivity_oscillator import of_the_oscillator
+
+STAGE = Stage(
+    name="claims",
+    reads="description targets",
+    reads_if_given="material.hardness_pa",
+    collects={
+        "square": "chaos_square",
+        "friction": "friction",
+        "oscillator": "cycles",
+        "deterministic": "deterministic",
+    },
+    result="claims.json",
+    target="every scene",
+)
 
 BRANCHES = ("square", "friction", "oscillator")
 
@@ -33,4 +48,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("claims", work, optional=(*BRANCHES, "deterministic"))
+    execute(STAGE, work)

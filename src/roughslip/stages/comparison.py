@@ -6,7 +6,18 @@ from roughslip import store
 from roughslip.errors import InputError
 from roughslip.figures.comparison import COMPARED, MOST, comparison
 from roughslip.figures.style import save
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="comparison",
+    reads="description",
+    many={"scenes": "figure3"},
+    result="comparison.nc",
+    caption="Friction coefficient of several scenes against penetration, mean and standard deviation: from solved "
+    "contact, from the expansion, and from both.",
+    memory_mb=320,
+)
 
 
 def work(job: Job) -> None:
@@ -30,4 +41,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("comparison", work, batches=("scenes",), outputs=("png", "svg"))
+    execute(STAGE, work)

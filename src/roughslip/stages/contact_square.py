@@ -4,10 +4,29 @@ from __future__ import annotations
 
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
+from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.nodes import central_nodes, training_nodes
 from roughslip.stages.from_scene.square import solved, square
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="contact_square",
+    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance",
+    inputs={"surface": "surface", "design": "design"},
+    optional={"scan": "scan"},
+    result="contact/square-{design_name}-{first}-{last}.nc",
+    batches=Batches(
+        size="batches.square_samples",
+        totals={
+            "monte_carlo": "square.monte_carlo_samples",
+            "latin_hypercube": "square.latin_hypercube_samples",
+            "expansion": "expansion.samples",
+        },
+    ),
+    memory_mb=420,
+    memory_doubles={"square_modes": 2.5, "nodes": 80, "design_numbers": 2, "batch": 144},
+)
 
 
 def work(job: Job) -> None:
@@ -28,6 +47,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute(
-        "contact_square", work, files=("surface", "design"), names=("design_name",), optional=("scan",), range_=True
-    )
+    execute(STAGE, work)

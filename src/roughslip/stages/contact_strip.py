@@ -7,10 +7,23 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import window_sums
+from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.training import training_columns
 from roughslip.stages.runtime import skip_counts
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="contact_strip",
+    reads="seed material roughness "
+    "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
+    "strip.window_m strip.window_spacing_m strip.training_samples numerics.contact_tolerance",
+    optional={"scan": "scan"},
+    result="contact/strip-{first}-{last}.nc",
+    batches=Batches(size="batches.strip_samples", totals={"": "strip.samples"}),
+    memory_mb=420,
+    memory_doubles={"cells": 150, "batch windows": 8, "trained_strips levels cells": 1},
+)
 
 
 def work(job: Job) -> None:
@@ -62,4 +75,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("contact_strip", work, optional=("scan",), range_=True)
+    execute(STAGE, work)

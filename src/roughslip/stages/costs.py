@@ -7,7 +7,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from roughslip import store
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="costs",
+    reads="description",
+    many={"records": ""},
+    result="costs.json",
+    target="every scene",
+)
 
 
 def total(records: list[dict[str, Any]], not_needed: Mapping[str, str]) -> list[dict[str, Any]]:
@@ -52,4 +61,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("costs", work, batches=("records",))
+    execute(STAGE, work)

@@ -11,8 +11,18 @@ from roughslip.chaos.distribution import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.oscillator.cycles import Reattachment, count_difference, reattachment_statistics
 from roughslip.oscillator.normality import normality
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="cycles",
+    reads="seed oscillator.damping_ratio ensemble.duration_periods",
+    inputs={"deterministic": "deterministic"},
+    many={"ensemble": "oscillator"},
+    result="oscillator/statistics.nc",
+    memory_doubles={"realisations dampings": 24, "realisations periods": 32, "realisations": 800},
+)
 
 HISTOGRAM_BINS = 48
 CLOSING_PERIODS = 10  # some five cycles
@@ -119,4 +129,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("cycles", work, files=("deterministic",), batches=("ensemble",))
+    execute(STAGE, work)

@@ -5,8 +5,18 @@ from __future__ import annotations
 from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.errors import InputError
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="design",
+    reads="seed square.latin_hypercube_samples expansion.samples",
+    reads_if_given="expansion.design",
+    inputs={"surface": "surface"},
+    result="surface/design.nc",
+    memory_doubles={"square_modes": 2.5, "design_numbers": 3},
+)
 
 # By the name of a design: the scene's key of its samples, and its random stream.
 DESIGNS = {
@@ -53,4 +63,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("design", work, files=("surface",))
+    execute(STAGE, work)

@@ -19,10 +19,20 @@ from roughslip.oscillator.motion import ensemble_counts, trajectory
 from roughslip.oscillator.periodic import counts_by_period
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.system import Oscillator
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.result_tables.oscillator_ranges import range_variables
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="deterministic",
+    reads="oscillator ensemble numerics.oscillator_tolerance",
+    reads_if_given="friction.statistics",
+    optional={"friction": "friction"},
+    result="oscillator/deterministic.nc",
+    memory_mb=520,
+)
 
 
 def where_it_exists(find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw) -> Any:
@@ -87,4 +97,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("deterministic", work, optional=("friction",))
+    execute(STAGE, work)

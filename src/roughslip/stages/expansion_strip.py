@@ -18,9 +18,24 @@ from roughslip.chaos.strip import StripExpansion
 from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
+from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="expansion_strip",
+    reads="seed material roughness "
+    "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
+    "strip.window_m strip.window_spacing_m strip.samples expansion.degree expansion.target",
+    reads_if_given="strip.expansion_spacing_m",
+    inputs={"expansion": "chaos_strip"},
+    optional={"scan": "scan"},
+    result="friction/expansion-{first}-{last}.nc",
+    batches=Batches(size="batches.expansion_samples", totals={"": "strip.expansion_samples"}),
+    memory_mb=420,
+    memory_doubles={"cells": 150, "batch windows": 8, "levels cells": 8},
+)
 
 FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see docs/decisions.md
 
@@ -80,4 +95,4 @@ def _sampler(
 
 
 if __name__ == "__main__":
-    execute("expansion_strip", work, files=("expansion",), optional=("scan",), range_=True)
+    execute(STAGE, work)

@@ -12,9 +12,26 @@ from roughslip.chaos.field import GROUPS, FieldExpansion, draw_pressure, fit_fie
 from roughslip.chaos.single_index import LEAST_SAMPLES
 from roughslip.errors import InputError
 from roughslip.grid import Grid
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.square import Square, solutions, square
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="field_square",
+    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
+    "expansion.samples expansion.variables",
+    inputs={"surface": "surface"},
+    optional={"scan": "scan"},
+    result="chaos/field.nc",
+    memory_mb=420,
+    memory_doubles={
+        "square_modes": 32.5,
+        "nodes": 80,
+        "field_samples nodes": 4,
+        "field_samples modes": 20,
+    },
+)
 
 AUTO = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
 SURPLUS = 4
@@ -129,4 +146,4 @@ def coefficients(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Varia
 
 
 if __name__ == "__main__":
-    execute("field_square", work, files=("surface",), optional=("scan",))
+    execute(STAGE, work)

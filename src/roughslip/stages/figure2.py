@@ -3,8 +3,21 @@
 from __future__ import annotations
 
 from roughslip.figures.figure2 import DRAWN, figure2
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.stages.runtime.drawing import draw_and_save
+
+STAGE = Stage(
+    name="figure2",
+    reads="description",
+    inputs={"result": "chaos_square"},
+    result="figure2.nc",
+    target="figure2",
+    caption="Figure 2. Pressure at the centre of the square: Monte Carlo, Latin hypercube, the two polynomial "
+    "chaos variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals, "
+    "of sampling, and for an expansion of its fit, not of the truncation of its series.",
+    memory_mb=320,
+)
 
 
 def work(job: Job) -> None:
@@ -13,4 +26,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("figure2", work, files=("result",), outputs=("png", "svg"))
+    execute(STAGE, work)

@@ -3,8 +3,21 @@
 from __future__ import annotations
 
 from roughslip.figures.figure3 import DRAWN, figure3
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.stages.runtime.drawing import draw_and_save
+
+STAGE = Stage(
+    name="figure3",
+    reads="description",
+    inputs={"result": "friction"},
+    result="figure3.nc",
+    target="figure3",
+    caption="Figure 3. Friction coefficient of the test surface against penetration, from solved contact, from "
+    "the expansion, and from solved contact with the expansion as control variate. The curve through "
+    "the last is mu_fit.",
+    memory_mb=320,
+)
 
 
 def work(job: Job) -> None:
@@ -13,4 +26,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("figure3", work, files=("result",), outputs=("png", "svg"))
+    execute(STAGE, work)

@@ -3,8 +3,22 @@
 from __future__ import annotations
 
 from roughslip.figures.figure3 import DRAWN, law
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.stages.runtime.drawing import draw_and_save
+
+STAGE = Stage(
+    name="figure3_law",
+    reads="description",
+    inputs={"result": "friction"},
+    result="figure3_law.nc",
+    target="figure3",
+    caption="The law of the friction coefficient. Autocorrelation beside that of windows of white pressure, "
+    "measured the same way, which is the window's own part; exponential lengths; the marginal at median "
+    "penetration, less its mean and over its standard deviation; distances of the windows from families "
+    "of laws; skewness and excess kurtosis.",
+    memory_mb=320,
+)
 
 
 def work(job: Job) -> None:
@@ -13,4 +27,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("figure3_law", work, files=("result",), outputs=("png", "svg"))
+    execute(STAGE, work)

@@ -3,8 +3,20 @@
 from __future__ import annotations
 
 from roughslip.figures.figure5 import DRAWN, figure5
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.stages.runtime.drawing import draw_and_save
+
+STAGE = Stage(
+    name="figure5",
+    reads="description",
+    inputs={"result": "cycles"},
+    result="figure5.nc",
+    target="figure5",
+    caption="Figure 5. Stick-slip limit cycle with and without scatter, the point where the mass sticks again, "
+    "and the cycles lost to the scatter against damping.",
+    memory_mb=320,
+)
 
 
 def work(job: Job) -> None:
@@ -13,4 +25,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("figure5", work, files=("result",), outputs=("png", "svg"))
+    execute(STAGE, work)

@@ -3,8 +3,24 @@
 from __future__ import annotations
 
 from roughslip.figures.figure_scan import DRAWN, figure_scan
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.stages.runtime.drawing import draw_and_save
+
+STAGE = Stage(
+    name="figure_scan",
+    reads="description",
+    inputs={"result": "twins"},
+    result="figure_scan.nc",
+    target="figure_scan",
+    comes_with="scan",
+    caption="The scan beside surfaces sampled from the models fitted to it: map of the scan and of one twin, "
+    "density of heights, autocorrelation, radially averaged power spectrum, and numbers in units of the "
+    "half width of the scan's 95 % intervals. Bands around the scan are those intervals; bands of the "
+    "twins go from the least to the largest of them.",
+    memory_mb=320,
+    memory_doubles={"scan_points": 40},
+)
 
 
 def work(job: Job) -> None:
@@ -13,4 +29,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("figure_scan", work, files=("result",), outputs=("png", "svg"))
+    execute(STAGE, work)

@@ -14,11 +14,29 @@ from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.resampling import strip_weights
 from roughslip.friction.statistics import Combined, combine, ratio_of_sums, window_statistics
 from roughslip.probability import Estimate
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.result_tables import friction_law
 from roughslip.stages.result_tables.friction_table import SOURCES, histogram, quantiles, summary, table_variables
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="friction",
+    reads="seed roughness strip friction.mean_at_median",
+    reads_if_given="friction.least_contact_fraction",
+    many={"contact": "contact_strip", "expansion": "expansion_strip"},
+    result="friction/statistics.nc",
+    outputs={"summary": "summary.csv"},
+    runs_if="not friction.statistics",
+    memory_mb=420,
+    memory_doubles={
+        "strips windows": 10,
+        "expansion_strips windows": 10,
+        "expansion_strips": 800,
+        "windows": 9600,
+    },
+)
 
 REPLICATES = 400
 DESCRIBED = 4  # strips of the expansion that are described by themselves, a solved strip; the others are control alone
@@ -122,4 +140,4 @@ def combined_at(mu: dict[str, Windows], level: int, strips: int, weights: dict[s
 
 
 if __name__ == "__main__":
-    execute("friction", work, batches=("contact", "expansion"), outputs=("summary",))
+    execute(STAGE, work)

@@ -8,8 +8,18 @@ from roughslip.grid import Grid
 from roughslip.scan.grinding import Grinding, ground_surface
 from roughslip.scan.instrument_file import write_x3p
 from roughslip.scan.topography import topography
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="grinding",
+    reads="seed roughness.scan.grinding",
+    result="scan.x3p",
+    runs_if="roughness.scan.grinding",
+    memory_mb=320,
+    memory_doubles={"scan_points": 40},
+)
 
 
 def work(job: Job) -> None:
@@ -24,4 +34,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("grinding", work)
+    execute(STAGE, work)

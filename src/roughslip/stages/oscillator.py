@@ -7,10 +7,28 @@ import numpy as np
 from roughslip import store
 from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
+from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.friction_paths import friction_paths, friction_process
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="oscillator",
+    reads="seed oscillator ensemble numerics.oscillator_tolerance",
+    reads_if_given="friction.statistics",
+    optional={"friction": "friction", "spacing": "spacing"},
+    result="oscillator/ensemble-{first}-{last}.nc",
+    batches=Batches(size="batches.realisations", totals={"": "ensemble.realisations"}),
+    memory_mb=520,
+    memory_doubles={
+        "path_nodes": 10,
+        "drawn_realisations": 32_000,
+        "batch dampings": 18,
+        "batch periods": 24,
+        "periods": 2000,
+    },
+)
 
 
 def work(job: Job) -> None:
@@ -86,4 +104,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("oscillator", work, optional=("friction", "spacing"), range_=True)
+    execute(STAGE, work)

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.verdicts.kept_results import KEPT, keep
+
+STAGE = Stage(
+    name="reference",
+    reads="description",
+    many={"scenes": "report"},
+)
 
 
 def work(job: Job) -> None:
@@ -14,4 +21,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("reference", work, batches=("scenes",))
+    execute(STAGE, work)

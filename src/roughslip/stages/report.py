@@ -10,10 +10,22 @@ from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.report.evidence import BUDGET, MEASURED, Evidence
 from roughslip.report.page import CAPTIONS, SceneReport, page
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.karhunen_loeve import representation
 from roughslip.surface.model import GaussianModel
+
+STAGE = Stage(
+    name="report",
+    reads="description",
+    many={"scenes": "claims costs"},
+    optional={"evidence": "", "drawn": ""},
+    result="report.html",
+    target="every scene",
+    memory_mb=320,
+    memory_doubles={"square_modes": 2.5},
+)
 
 
 def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
@@ -125,4 +137,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("report", work, batches=("scenes",), optional=("evidence", "drawn"))
+    execute(STAGE, work)

@@ -12,10 +12,21 @@ from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.model_fit import fitted_covariances, fitted_marginal
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import remove_form
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import scan_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import KINDS
+
+STAGE = Stage(
+    name="scan",
+    reads="roughness.scan",
+    inputs={"scan": "grinding roughness.scan.file"},
+    result="surface/scan.nc",
+    runs_if="roughness.scan",
+    memory_mb=320,
+    memory_doubles={"scan_points": 40},
+)
 
 FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which the log warns
 
@@ -63,4 +74,4 @@ def say(text: str) -> None:
 
 
 if __name__ == "__main__":
-    execute("scan", work, files=("scan",))
+    execute(STAGE, work)

@@ -17,10 +17,22 @@ from roughslip import store
 from roughslip.errors import ConvergenceError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.friction_paths import friction_process
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="spacing",
+    reads="seed oscillator ensemble numerics.oscillator_tolerance",
+    reads_if_given="friction.statistics",
+    optional={"friction": "friction"},
+    result="oscillator/spacing.nc",
+    runs_if="ensemble.nodes_per_correlation_length = auto",
+    memory_mb=520,
+    memory_doubles={"path_nodes": 10, "drawn_realisations": 32_000, "periods": 2000},
+)
 
 FEWEST_NODES, MOST_NODES = 4, 64  # per correlation length
 FEWEST_PATHS, MOST_PATHS = 8, 128
@@ -128,4 +140,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("spacing", work, optional=("friction",))
+    execute(STAGE, work)

@@ -17,10 +17,20 @@ from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.survival import cycling_share
 from roughslip.oscillator.system import Oscillator
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.friction_paths import friction_process, path_nodes
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="stick_slip_map",
+    reads="seed oscillator map numerics.oscillator_tolerance",
+    reads_if_given="ensemble.marginal ensemble.interpolation friction.statistics",
+    optional={"friction": "friction"},
+    result="oscillator/map.nc",
+    memory_mb=620,
+)
 
 NODES = 4  # per correlation length: whether a mass sticks again hangs on integrals of the path over many of them
 
@@ -89,4 +99,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("stick_slip_map", work, optional=("friction",))
+    execute(STAGE, work)

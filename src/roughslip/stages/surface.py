@@ -8,10 +8,21 @@ from typing import Any
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve, representation
+
+STAGE = Stage(
+    name="surface",
+    reads="roughness square.edge_m square.nodes",
+    reads_if_given="square.modes square.variance_share",
+    optional={"scan": "scan"},
+    result="surface/modes.nc",
+    memory_mb=340,
+    memory_doubles={"square_modes": 4, "covariance_matrix": 3},
+)
 
 WELL_CAPTURED = 0.9  # share of the variance below which the log warns
 INSTEAD = (
@@ -66,4 +77,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("surface", work, optional=("scan",))
+    execute(STAGE, work)

@@ -29,10 +29,20 @@ from roughslip.oscillator.survival import (
     spells,
     surviving_share,
 )
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.friction_paths import friction_process, path_nodes
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="survival",
+    reads="seed oscillator survival numerics.oscillator_tolerance",
+    reads_if_given="ensemble.marginal ensemble.interpolation friction.statistics",
+    optional={"friction": "friction"},
+    result="oscillator/survival.nc",
+    memory_mb=620,
+)
 
 NODES = 4  # per correlation length, as in the map
 REACH = 4.0  # standard deviations of the limit about it, in which stick-slip lives or dies by chance
@@ -194,4 +204,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("survival", work, optional=("friction",))
+    execute(STAGE, work)

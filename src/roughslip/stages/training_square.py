@@ -12,11 +12,25 @@ from roughslip.chaos.designs import design
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.local import LocalExpansion, Samples
 from roughslip.chaos.selection import COUNTS, fit_count
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.nodes import training_nodes
 from roughslip.stages.from_scene.square import solved, square
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="training_square",
+    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
+    "expansion.variables expansion.degree expansion.target expansion.samples",
+    reads_if_given="expansion.rotation expansion.cdf_error expansion.design",
+    inputs={"surface": "surface"},
+    optional={"scan": "scan"},
+    result="contact/training.nc",
+    runs_if="expansion.samples = auto",
+    memory_mb=420,
+    memory_doubles={"square_modes": 2.5, "nodes": 80, "fit_table": 6, "training_samples modes": 4},
+)
 
 DESIGN = "sobol"  # where the scene names none: it can be extended
 LEAST = 128  # solves to begin with: six in each of the groups that are left out
@@ -84,4 +98,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("training_square", work, files=("surface",), optional=("scan",))
+    execute(STAGE, work)

@@ -14,9 +14,19 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scan.statistics import ScanStatistics, scan_statistics
 from roughslip.scan.topography import Topography, topography
+from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, scan_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="twins",
+    reads="seed",
+    inputs={"scan": "scan"},
+    result="surface/twins.nc",
+    memory_mb=320,
+    memory_doubles={"scan_points": 40},
+)
 
 TWINS = 19  # their least and largest value hold a further one with a probability of 0.9
 
@@ -45,4 +55,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("twins", work, files=("scan",))
+    execute(STAGE, work)

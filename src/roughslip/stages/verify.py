@@ -7,8 +7,18 @@ from pathlib import Path
 
 from roughslip import store
 from roughslip.errors import StoreError
+from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.verdicts.verification import Compared, compared_claims, compared_friction, compared_summaries
+
+STAGE = Stage(
+    name="verify",
+    reads="description",
+    inputs={"reference": ""},
+    many={"scenes": "claims friction"},
+    result="verify.json",
+    outputs={"text": "verify.txt"},
+)
 
 
 def compared(folder: Path, kept: Path) -> list[Compared]:
@@ -53,4 +63,4 @@ def work(job: Job) -> None:
 
 
 if __name__ == "__main__":
-    execute("verify", work, files=("reference",), batches=("scenes",), outputs=("text",))
+    execute(STAGE, work)

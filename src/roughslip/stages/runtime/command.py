@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from roughslip.errors import RoughslipError, StoreError
+from roughslip.scene.declarations import RANGE, Stage
 from roughslip.stages.runtime.usage import Usage, die_with_parent
 from roughslip.store import Key, read_key
 
@@ -33,56 +34,42 @@ class Job:
         return self.key.configuration
 
 
-def execute(
-    stage: str,
-    work: Callable[[Job], None],
-    *,
-    files: Sequence[str] = (),
-    batches: Sequence[str] = (),
-    names: Sequence[str] = (),
-    outputs: Sequence[str] = (),
-    optional: Sequence[str] = (),
-    range_: bool = False,
-) -> None:
+def execute(stage: Stage, work: Callable[[Job], None]) -> None:
     """Run a stage as a command; exit 1 with the message, not a traceback, where the package refuses or gives up.
 
-    files, batches, names : options that take one file, any number of files, a name
-    outputs, optional : options that take a further result to write, and a file that need not be given
-    range_ : whether the stage takes --first and --last, the range [first, last) of sample numbers
+    Its options are those of its declaration, and the placeholders in the name of its result.
     """
-    parser = argparse.ArgumentParser(prog=f"python -m roughslip.stages.{stage}")
+    parser = argparse.ArgumentParser(prog=f"python -m roughslip.stages.{stage.name}")
     parser.add_argument("--key", type=Path, required=True, help="key file of the stage")
-    parser.add_argument("--output", type=Path, required=True, help="result to write")
     parser.add_argument("--usage", type=Path, required=True, help="record of cost to write")
-    for name in (*files, *outputs):
+    for name in stage.results:
+        parser.add_argument(f"--{name}", type=Path, required=True, help="file to write")
+    for name in stage.inputs:
         parser.add_argument(f"--{name}", type=Path, required=True)
-    for name in optional:
-        parser.add_argument(f"--{name}", type=Path)
-    for name in batches:
+    for name in (*stage.optional, *stage.collects):
+        parser.add_argument(f"--{name}", type=Path, nargs="?")
+    for name in stage.many:
         parser.add_argument(f"--{name}", type=Path, nargs="+", required=True)
-    for name in names:
-        parser.add_argument(f"--{name}", required=True)
-    if range_:
-        parser.add_argument("--first", type=int, required=True, help="first sample number")
-        parser.add_argument("--last", type=int, required=True, help="one past the last sample number")
+    for name in stage.placeholders:
+        parser.add_argument(f"--{name}", type=int if name in RANGE else str, required=True)
     arguments = parser.parse_args()
     die_with_parent()
     try:
-        with Usage(arguments.usage, stage) as usage:
+        with Usage(arguments.usage, stage.name) as usage:
             key = read_key(arguments.key)
             work(Job(key, arguments, usage))
             if read_key(arguments.key) != key:  # Snakemake would take the result for that of the new key
                 raise StoreError(f"{arguments.key}: scene or code changed while the stage ran; run snakemake again")
             usage.files(
-                read=[arguments.key, *_paths(arguments, (*files, *batches, *optional))],
-                made=[arguments.output, *_paths(arguments, outputs)],
+                read=[arguments.key, *_paths(arguments, stage.options)],
+                made=_paths(arguments, stage.results),
             )
     except RoughslipError as error:
-        print(f"{stage}: {error}", file=sys.stderr)
+        print(f"{stage.name}: {error}", file=sys.stderr)
         sys.exit(1)
 
 
-def _paths(arguments: argparse.Namespace, names: Sequence[str]) -> list[Path]:
+def _paths(arguments: argparse.Namespace, names: Iterable[str]) -> list[Path]:
     """The files under these options, one or more each, of those that were given."""
     given = [getattr(arguments, name) for name in names]
     return [path for one in given if one is not None for path in (one if isinstance(one, list) else [one])]

@@ -1,0 +1,123 @@
+"""What each stage declares of itself, read from its source: no stage is imported, and neither is numpy.
+
+A stage module opens with `STAGE = Stage(...)`, written with literal values alone. The plan of a run, the slices of the
+scene, the rules, the memory estimates and the options of the stage's command all derive from it.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from string import Formatter
+from typing import Any
+
+STAGES_FOLDER = Path(__file__).resolve().parents[1] / "stages"
+EVERY_SCENE = "every scene"  # as the target of a stage
+RANGE = ("first", "last")  # in the name of a result: of the sample numbers of its batch, [first, last)
+
+
+@dataclass(frozen=True)
+class Batches:
+    """How the samples of a stage are split into jobs.
+
+    size : scene key of the number of samples of a job
+    totals : scene keys of the numbers of samples, by the name of the design; the only key has an empty name
+    """
+
+    size: str
+    totals: Mapping[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """One stage of the study: what it reads, what it writes, and when it runs.
+
+    name : name of its module
+    reads : scene keys that it reads, separated by spaces; the name of a section stands for all its keys
+    reads_if_given : further keys, which a scene may leave out with their sections
+    inputs : options of the command that take one file, by the stage that makes it. In place of a stage stands a scene
+        key that holds a path, or nothing where the rule names the file
+    optional : the same, of files that only some scenes have
+    many : the same, for any number of files of one or several stages
+    collects : the same as optional, for files that the stage takes if another reason made them; they run no stage
+    result : the file that it writes, below the folder of the scene; a range {first}-{last} is that of its batch
+    outputs : further files, by option
+    batches : how its samples are split into jobs
+    target : the target of a scene that needs this stage, or EVERY_SCENE; other stages run as inputs of these
+    comes_with : a stage that this one always accompanies
+    runs_if : condition on the scene for a stage that is not always needed: "key" (given), "not key", "key = value"
+    caption : of its figure; the stage then writes a PNG and an SVG file as well
+    memory_mb : [MB] of Python with its libraries
+    memory_doubles : what grows with the scene: doubles per product of the sizes that workflow/study/memory.py names
+    """
+
+    name: str
+    reads: str = ""
+    reads_if_given: str = ""
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    optional: Mapping[str, str] = field(default_factory=dict)
+    many: Mapping[str, str] = field(default_factory=dict)
+    collects: Mapping[str, str] = field(default_factory=dict)
+    result: str = ""
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    batches: Batches | None = None
+    target: str = ""
+    comes_with: str = ""
+    runs_if: str = ""
+    caption: str = ""
+    memory_mb: int = 260
+    memory_doubles: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Scene keys that the stage reads: its slice."""
+        return (*self.reads.split(), *self.reads_if_given.split())
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Options of its command that name files to read."""
+        return (*self.inputs, *self.optional, *self.many, *self.collects)
+
+    @property
+    def placeholders(self) -> tuple[str, ...]:
+        """What stands in braces in the name of its result; its command takes each as an option."""
+        return tuple(name for _, name, _, _ in Formatter().parse(self.result) if name)
+
+    @property
+    def results(self) -> dict[str, str]:
+        """Every file that it writes, by option; "output" is the result."""
+        pictures = {kind: str(Path(self.result).with_suffix(f".{kind}")) for kind in ("png", "svg") if self.caption}
+        return {"output": self.result} | pictures | dict(self.outputs)
+
+
+@cache
+def declarations() -> dict[str, Stage]:
+    """All stages by name. Raises ValueError, with file and line, where a declaration is not written in literals."""
+    found = (_declared(file) for file in sorted(STAGES_FOLDER.glob("*.py")) if file.name != "__init__.py")
+    return {stage.name: stage for stage in found}
+
+
+def _declared(file: Path) -> Stage:
+    """The declaration of one stage module."""
+    for node in ast.parse(file.read_bytes(), str(file)).body:
+        if isinstance(node, ast.Assign) and [ast.unparse(one) for one in node.targets] == ["STAGE"]:
+            try:
+                stage = _value(node.value)
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"{file}:{node.lineno}: STAGE takes literal values only: {error}") from error
+            if not isinstance(stage, Stage) or stage.name != file.stem:
+                raise ValueError(f"{file}:{node.lineno}: STAGE must be a Stage with name={file.stem!r}")
+            return stage
+    raise ValueError(f"{file}: no stage is declared; write STAGE = Stage(name={file.stem!r}, ...) below the imports")
+
+
+def _value(node: ast.expr) -> Any:
+    """The value of a literal, or of a call of Stage or Batches with literals as keyword arguments."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.args:
+        known = {"Stage": Stage, "Batches": Batches}
+        if node.func.id in known:
+            return known[node.func.id](**{str(one.arg): _value(one.value) for one in node.keywords})
+    return ast.literal_eval(node)

@@ -1,0 +1,192 @@
+"""Which stages a scene needs, why others are skipped, and what each reads: all from the declarations of the stages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from copy import deepcopy
+from functools import cache
+from pathlib import PurePosixPath
+from typing import Any
+
+from roughslip.scene.declarations import EVERY_SCENE, Stage, declarations
+
+Scene = dict[str, Any]
+
+# Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
+_KEY_BY_KEY = ("roughness", "friction", "numerics", "batches")
+_ALWAYS_GIVEN = ("seed", "description", "targets")
+
+
+def get(scene: Scene, key: str) -> Any:
+    """The value under a dotted key, None where there is none."""
+    value: Any = scene
+    for part in key.split("."):
+        if not isinstance(value, dict) or part not in value:
+            return None
+        value = value[part]
+    return value
+
+
+def slice_for(scene: Scene, stage: str) -> Scene:
+    """The part of the scene that a stage reads, nested as in the scene; what the scene does not have is left out."""
+    part: Scene = {}
+    for key in declarations()[stage].keys:
+        if (value := get(scene, key)) is not None:
+            *sections, last = key.split(".")
+            inner = part
+            for section in sections:
+                inner = inner.setdefault(section, {})
+            inner[last] = deepcopy(value)
+    return part
+
+
+def stages_needed(scene: Scene) -> set[str]:
+    """Names of the stages that the targets of the scene need."""
+    return _reached(scene, (EVERY_SCENE, *scene["targets"]))
+
+
+def figures(scene: Scene) -> list[str]:
+    """The figures that the scene makes: those that accompany a stage that it needs, then those of its targets."""
+    needed = stages_needed(scene)
+    drawn = [stage for stage in declarations().values() if stage.caption and stage.name in needed]
+    asked = [stage for target in scene["targets"] for stage in drawn if stage.target == target and not stage.comes_with]
+    return [stage.name for stage in (*(stage for stage in drawn if stage.comes_with), *asked)]
+
+
+def needs(scene: Scene, target: str) -> list[str]:
+    """Sections and keys without which the stages of a target cannot run."""
+    found: dict[str, None] = {}
+    for name in sorted(_reached(scene, (target,))):
+        stage = declarations()[name]
+        for key in (*stage.reads.split(), *([stage.batches.size] if stage.batches else [])):
+            section = key.partition(".")[0]
+            if key not in _ALWAYS_GIVEN:
+                found[key if section in _KEY_BY_KEY else section] = None
+    return list(found)
+
+
+def skip_reasons(scene: Scene) -> dict[str, str]:
+    """The stages of any target that do not run for those of the scene, each with the reason."""
+    needed, blocked = stages_needed(scene), _blocked(scene)
+    found = {}
+    for name in sorted(_of_any_target() - needed):
+        if name in blocked:
+            found[name] = blocked[name]
+        else:
+            found[name] = f"not asked for: {', '.join(target for target in targets() if name in _all_of(target))}"
+    return found
+
+
+@cache
+def targets() -> tuple[str, ...]:
+    """All that a scene may ask for."""
+    return tuple(sorted({stage.target for stage in declarations().values()} - {"", EVERY_SCENE}))
+
+
+@cache
+def stages_of_several_scenes() -> tuple[str, ...]:
+    """Stages that no target needs: they are asked for by name and take the results of several scenes."""
+    return tuple(sorted(declarations().keys() - _of_any_target() - {*_starts(EVERY_SCENE)}))
+
+
+@cache
+def stages_after_costs() -> tuple[str, ...]:
+    """Stages of a scene that its sum of costs cannot hold: the sum itself, and those that read it."""
+    reading = {
+        name for name in _starts(EVERY_SCENE) if any(sole == "costs" for sole, _ in _edges(declarations()[name]))
+    }
+    return tuple(sorted({"costs", *reading}))
+
+
+@cache
+def result_folders() -> tuple[str, ...]:
+    """Folders below that of a scene's results."""
+    made = {str(PurePosixPath(stage.result).parent) for stage in declarations().values()} - {"."}
+    return ("keys", "logs", "usage", *sorted(made))
+
+
+def runs(scene: Scene, stage: Stage) -> bool:
+    """Whether the condition of a stage holds in the scene."""
+    key, _, value = stage.runs_if.removeprefix("not ").partition(" = ")
+    if value:
+        return bool(get(scene, key) == value)
+    return not key or (get(scene, key) is not None) != stage.runs_if.startswith("not ")
+
+
+def _reached(scene: Scene, wanted: tuple[str, ...]) -> set[str]:
+    """Stages that these targets need: their own, and those that make the inputs of a needed one.
+
+    An input that nothing can replace is needed whatever the condition of the stage that makes it.
+    """
+    found: set[str] = set()
+    pending = [name for target in wanted for name in _starts(target)]
+    while pending:
+        name = pending.pop()
+        if name not in found:
+            found.add(name)
+            made = _edges(declarations()[name])
+            pending += [other for other, always in made if always or runs(scene, declarations()[other])]
+            pending += _companions(name)
+    return found
+
+
+def _blocked(scene: Scene) -> dict[str, str]:
+    """Stages that the targets of the scene would need but for a condition, with the first condition that fails."""
+    found: dict[str, str] = {}
+    pending = [(name, "") for target in scene["targets"] for name in _starts(target)]
+    seen = set(pending)
+    while pending:
+        name, reason = pending.pop(0)
+        if reason:
+            found.setdefault(name, reason)
+        following = [(other, always) for other, always in _edges(declarations()[name])]
+        following += [(other, True) for other in _companions(name)]
+        for other, always in following:
+            stage = declarations()[other]
+            step = (other, reason or ("" if always or runs(scene, stage) else _reason(stage)))
+            if step not in seen:
+                seen.add(step)
+                pending.append(step)
+    return found
+
+
+def _reason(stage: Stage) -> str:
+    """Why a stage does not run whose condition does not hold."""
+    key, _, value = stage.runs_if.removeprefix("not ").partition(" = ")
+    return f"{key} is {'given' if value or stage.runs_if.startswith('not ') else 'not given'}"
+
+
+def _edges(stage: Stage) -> Iterator[tuple[str, bool]]:
+    """Stages that make the inputs of a stage, and whether nothing else can."""
+    for option, made_by in (*stage.inputs.items(), *stage.optional.items(), *stage.many.items()):
+        names = made_by.split()
+        for name in names:
+            if name in declarations():
+                yield name, option not in stage.optional and len(names) == 1
+
+
+def _starts(target: str) -> list[str]:
+    return [stage.name for stage in declarations().values() if stage.target == target]
+
+
+def _companions(name: str) -> list[str]:
+    return [stage.name for stage in declarations().values() if stage.comes_with == name]
+
+
+@cache
+def _all_of(target: str) -> frozenset[str]:
+    """Every stage that a target may need, whatever the scene."""
+    found: set[str] = set()
+    pending = _starts(target)
+    while pending:
+        name = pending.pop()
+        if name not in found:
+            found.add(name)
+            pending += [other for other, _ in _edges(declarations()[name])]
+            pending += _companions(name)
+    return frozenset(found)
+
+
+@cache
+def _of_any_target() -> frozenset[str]:
+    return frozenset().union(*(_all_of(target) for target in targets()))

@@ -139,7 +139,7 @@ def test_a_law_that_the_heights_do_not_have(check_refused, tmp_path, heights):
     """Cubed heights have long tails on both sides: excess kurtosis some 30, which no beta law of small skewness has."""
     path = matrix(tmp_path / "tails.txt", heights**3 / np.std(heights) ** 2)
     line = check_refused(path, "nearest", **{**STATED, "marginal": "beta"})
-    assert "use an empirical law" in line
+    assert "use an empirical distribution" in line
 
 
 def test_a_model_that_cannot_be_fitted_is_told_once(check_refused, tmp_path):

@@ -12,8 +12,7 @@ from roughslip.chaos.censored import (
     expected,
     log_likelihood,
 )
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.regression import least_squares
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 

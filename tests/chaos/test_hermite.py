@@ -6,31 +6,25 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.polynomial.hermite_e import hermegauss, hermeval
+from numpy.polynomial.legendre import leggauss
+from scipy.stats import norm
 
-from roughslip.chaos.basis import hermite_polynomials
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos import hermite
+from roughslip.chaos.hermite import even_terms, hermite_basis, hermite_polynomials, multi_indices
 from roughslip.errors import ParameterError
 
 
 @pytest.mark.parametrize(("variables", "degree"), [(8, 3), (1, 0), (1, 7), (5, 0), (3, 4), (101, 1)])
 def test_terms_are_all_exponents_up_to_the_degree(variables, degree):
+    """Ordered by total degree and then by high powers of early variables, so that lower degrees lead."""
     indices = multi_indices(variables, degree)
-    assert len(indices) == math.comb(variables + degree, degree)
+    assert indices.shape == (math.comb(variables + degree, degree), variables)
+    assert indices.dtype == np.int64
     assert len(np.unique(indices, axis=0)) == len(indices)
     assert indices.min() == 0
     assert indices.sum(axis=1).max() == degree
-
-
-def test_the_paper_has_165_terms():
-    assert multi_indices(8, 3).shape == (165, 8)
-
-
-def test_lower_degrees_lead():
-    indices = multi_indices(4, 3)
-    assert np.array_equal(indices.sum(axis=1), np.repeat([0, 1, 2, 3], [1, 4, 10, 20]))
-    assert np.array_equal(indices[1:5], np.eye(4))
-    assert np.array_equal(indices[:15], multi_indices(4, 2))
+    rows = indices.tolist()
+    assert rows == sorted(rows, key=lambda row: (sum(row), [-a for a in row]))
 
 
 def test_basis_is_orthonormal():
@@ -53,28 +47,74 @@ def test_polynomials_are_normalised_hermite_polynomials():
     np.testing.assert_allclose(values[3], (x**3 - 3 * x) / math.sqrt(6), rtol=1e-13, atol=1e-13)
 
 
-def test_a_term_is_the_product_of_its_polynomials():
+@pytest.mark.parametrize("a", [-1.5, 0.0, 0.7])
+def test_the_positive_part_of_a_normal_has_its_closed_form_coefficients(a):
+    """(a + xi)^+: c_0 = a Phi(a) + phi(a), c_1 = Phi(a), and c_n sqrt(n!) = He_(n-2)(-a) phi(a) for n >= 2.
+
+    Gauss-Legendre on (-a, -a + 40) is exact but for rounding: the integrand is entire there and e^-800 beyond.
+    """
+    nodes, weights = leggauss(400)
+    half = 20.0
+    xi = -a + half * (nodes + 1)
+    found = hermite_polynomials(xi, 12) @ (half * weights * norm.pdf(xi) * (a + xi))
+    expected = [a * norm.cdf(a) + norm.pdf(a), norm.cdf(a)]
+    lower = hermite_polynomials(np.array(-a), 10)
+    expected += [
+        norm.pdf(a) * lower[n - 2] * math.sqrt(math.factorial(n - 2) / math.factorial(n)) for n in range(2, 13)
+    ]
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
+def test_a_term_is_the_product_of_its_polynomials_at_each_sample_alone():
     xi = np.random.default_rng(1).standard_normal((7, 3))
     indices = multi_indices(3, 4)
     values = hermite_polynomials(xi, 4)
-    for term, exponents in zip(hermite_basis(xi, indices).T, indices, strict=True):
+    found = hermite_basis(xi, indices)
+    for term, exponents in zip(found.T, indices, strict=True):
         expected = np.prod([values[e, :, v] for v, e in enumerate(exponents)], axis=0)
         np.testing.assert_allclose(term, expected, rtol=1e-15)  # the same factors, ones among them
+    assert np.array_equal(found[3:4], hermite_basis(xi[3:4], indices))
 
 
-def test_a_sample_does_not_depend_on_the_others():
-    xi, indices = np.random.default_rng(2).standard_normal((50, 8)), multi_indices(8, 3)
-    together = hermite_basis(xi, indices)
-    assert np.array_equal(together[17:18], hermite_basis(xi[17:18], indices))
+def test_even_terms_keep_their_value_under_every_symmetry_and_the_others_do_not():
+    """One symmetry that turns two of eight variables keeps the C(9, 3) = 84 cubics in the other six, and the three
+    products of two of the two with 1 or one of the six."""
+    odd = np.array([[0, 0], [1, 0], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0], [0, 0]])
+    complete = multi_indices(8, 3)
+    assert len(even_terms(complete, odd[:, :1])) == 84 + 3 * 7
+    kept = {tuple(term) for term in even_terms(complete, odd)}
+    points = np.random.default_rng(2).standard_normal((4, 8))
+    for term in complete:
+        values = [np.prod((points * signs) ** term, axis=1) for signs in (-1.0) ** odd.T]
+        same = all(np.allclose(value, np.prod(points**term, axis=1)) for value in values)
+        assert same == (tuple(term) in kept)
+    assert len(even_terms(complete, odd[:, :0])) == 165
 
 
-@pytest.mark.parametrize(("variables", "degree"), [(0, 3), (8, -1)])
-def test_impossible_bases_are_refused(variables, degree):
-    with pytest.raises(ParameterError, match="must be at least"):
+@pytest.mark.parametrize(
+    ("variables", "degree", "message"),
+    [(0, 3, "at least"), (8, -1, "at least"), (2, 2.5, "whole number"), (500, 15, "lower the degree")],
+)
+def test_impossible_bases_are_refused(variables, degree, message):
+    """Those of too many terms before they are listed."""
+    with pytest.raises(ParameterError, match=message):
         multi_indices(variables, degree)
+
+
+def test_the_largest_basis_is_allowed(monkeypatch):
+    monkeypatch.setattr(hermite, "MOST_TERMS", 35)
+    assert len(multi_indices(3, 4)) == 35
+    monkeypatch.setattr(hermite, "MOST_TERMS", 34)
+    with pytest.raises(ParameterError, match="more than 34"):
+        multi_indices(3, 4)
 
 
 @pytest.mark.parametrize("xi", [np.zeros((4, 3)), np.zeros(2), np.array([[0.0, np.nan]]), np.array([[np.inf, 0.0]])])
 def test_samples_that_do_not_fit_are_refused(xi):
     with pytest.raises(ParameterError):
         hermite_basis(xi, multi_indices(2, 2))
+
+
+def test_symmetries_of_other_variables_are_refused():
+    with pytest.raises(ParameterError, match="each of 3 variables"):
+        even_terms(multi_indices(3, 2), np.zeros((2, 1)))

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from roughslip.chaos.censored import censored_regression
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import GROUPS, Samples, best_gap_stiffness, fit_best, fit_local, jackknife_deviations
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import least_squares

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.pressure import (
     CURVATURE,
     OUTSIDE_SCALE,

@@ -6,9 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
-from roughslip.chaos.regression import FOLDS, WORST_CONDITION, Fit, least_squares, same_points
+from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.regression import WORST_CONDITION, Fit, least_squares
 from roughslip.errors import IllPosedError, ParameterError
 
 QUALITY = [field.name for field in dataclasses.fields(Fit)]
@@ -56,37 +55,6 @@ def test_residuals_left_out_are_those_of_refits():
     np.testing.assert_allclose(fit.coefficients, solution, rtol=1e-11)
     unexplained = np.average((target - basis @ solution) ** 2, weights=weights) / variance
     assert fit.r_squared == pytest.approx(1 - unexplained, rel=1e-11)
-
-
-@pytest.mark.parametrize("samples", [30, 200])
-@pytest.mark.parametrize("weighted", [False, True])
-def test_folds_left_out_are_those_of_refits(samples, weighted):
-    """Folds of 3 samples are narrower than the 6 terms, folds of 20 wider: either of two formulae."""
-    basis, target, weights = noisy_problem(samples)
-    weights = weights if weighted else np.ones(samples)
-    fit = least_squares(basis, target, weights)
-    left_out = np.empty(samples)
-    for fold in np.array_split(np.arange(samples), FOLDS):
-        others = np.setdiff1d(np.arange(samples), fold)
-        left_out[fold] = target[fold] - basis[fold] @ weighted_solution(basis[others], target[others], weights[others])
-    variance = np.average((target - np.average(target, weights=weights)) ** 2, weights=weights)
-    expected = np.average(left_out**2, weights=weights) / variance
-    assert fit.cross_validation == pytest.approx(expected, rel=1e-11)
-
-
-def test_folds_see_that_neighbours_are_alike():
-    """Sixty groups of five samples that share most of their noise, as nodes of one strip do: leave-one-out predicts a
-    sample from its likes and is too low; the folds hold whole groups."""
-    rng = np.random.default_rng(6)
-    places, noise = rng.standard_normal((60, 2)), rng.standard_normal(60)
-    xi = np.repeat(places, 5, axis=0) + 1e-3 * rng.standard_normal((300, 2))
-    fit = least_squares(hermite_basis(xi, multi_indices(2, 6)), np.repeat(noise, 5) + 0.1 * rng.standard_normal(300))
-    assert fit.leave_one_out < 1 < fit.cross_validation
-
-
-def test_folds_that_leave_too_few_samples_have_no_bound():
-    basis, target, _ = noisy_problem(samples=15, terms=14)
-    assert least_squares(basis, target).cross_validation == math.inf
 
 
 def test_corrected_leave_one_out_by_its_formula():
@@ -167,11 +135,6 @@ def test_near_copies_of_a_polynomial_leave_it_exact():
     assert fit.samples == 40
     np.testing.assert_allclose(fit.coefficients, exact, rtol=1e-11)
     assert fit.leave_one_out < 1e-13
-
-
-def test_points_are_numbered_as_they_first_come():
-    basis = np.array([[1.0, 2.0], [1.0, 3.0], [1.0, 2.0], [1.0, 2.0 + 1e-3], [1.0, 3.0], [1.0, 2.0 + 1e-7]])
-    np.testing.assert_array_equal(same_points(basis), [0, 1, 0, 2, 1, 0])
 
 
 def test_equal_targets_at_other_points_are_no_copies():

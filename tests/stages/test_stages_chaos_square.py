@@ -5,8 +5,7 @@ import pytest
 from scipy import stats
 
 from roughslip.chaos.distribution import cumulative_given_contact
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.regression import wild_coefficients
 from roughslip.errors import IllPosedError
 from roughslip.stages.result_tables.centre_distribution import (

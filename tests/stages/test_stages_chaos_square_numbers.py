@@ -7,8 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from roughslip.chaos.designs import monte_carlo
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import even_terms, multi_indices
+from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.contact.influence import Influence
 from roughslip.stages import chaos_square, design, surface
 from roughslip.stages.from_scene import expansion, geometry, nodes, surface_model

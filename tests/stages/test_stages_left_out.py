@@ -6,7 +6,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import multi_indices
 from roughslip.contact.influence import DIRECT_SUM_LIMIT, Influence
 from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid

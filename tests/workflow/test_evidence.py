@@ -47,7 +47,7 @@ MEASURED = {
     },
     ("stress", "chaos"): {
         "src/roughslip/contact/dense_solver.py": False,
-        "src/roughslip/chaos/sparse.py": True,
+        "src/roughslip/chaos/local.py": True,
         "workflow/stress/chaos_contact_problem.py": True,
         "workflow/stress/contact_judge.py": False,
     },

@@ -11,8 +11,7 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from roughslip.chaos import local
-from roughslip.chaos.basis import truncated
-from roughslip.chaos.expansion import Expansion
+from roughslip.chaos.hermite import multi_indices
 from roughslip.chaos.sensitivity import sensitivity
 from roughslip.errors import IllPosedError, ParameterError
 from workflow.benchmarks.measure import fields
@@ -33,15 +32,14 @@ def test_a_number_makes_the_same_problem_again_and_another_seed_another():
 def test_problems_cover_what_they_should():
     """Of 150 problems; the rarest kind that is asked for has a share of 0.04, and none of it a chance of 0.002."""
     problems = [random_problem(5, number) for number in range(150)]
-    assert {problem.entry for problem in problems} == set(chaos_problem.ENTRIES)
     assert {problem.name for problem in problems} == set(chaos_problem.FUNCTIONS)
     assert {problem.labels["copies"] for problem in problems} >= set(chaos_problem.COPIES) - {"one-sample"}
     assert {problem.degree for problem in problems} >= {0, 12}
-    variables = [len(problem.families) for problem in problems]
+    variables = [problem.indices.shape[1] for problem in problems]
     assert min(variables) == 1
     assert max(variables) > 400
-    per_term = [len(problem.target) / len(problem.basis.indices) for problem in problems]
-    assert min(per_term) < 0.6
+    per_term = [len(problem.target) / len(problem.indices) for problem in problems]
+    assert min(per_term) < 0.7
     assert max(per_term) > 60
     sizes = [float(problem.labels["size"]) for problem in problems if problem.target.any()]
     assert min(sizes) < 1e-8
@@ -61,16 +59,15 @@ def test_pressures_have_as_many_samples_in_contact_as_their_name_says():
     assert all(0.1 < share < 0.9 for _, share, problem in shares["half"] if problem.copies == "no")
 
 
-@pytest.mark.parametrize(("family", "weight", "ends"), [("hermite", norm.pdf, 12), ("legendre", lambda x: 0.5, 1)])
-def test_the_judges_polynomials_are_orthonormal(family, weight, ends):
+def test_the_judges_polynomials_are_orthonormal():
     """By adaptive quadrature, up to degree 15: the integrals to its tolerance."""
     for m, n in ((0, 0), (15, 15), (14, 15), (7, 7), (3, 5)):
 
         def product(x, m=m, n=n):
-            table = polynomials(family, np.array([x]), 15)[0]
-            return table[m] * table[n] * weight(x)
+            table = polynomials(np.array([x]), 15)[0]
+            return table[m] * table[n] * norm.pdf(x)
 
-        assert quad(product, -ends, ends, limit=400)[0] == pytest.approx(float(m == n), abs=1e-7)
+        assert quad(product, -12, 12, limit=400)[0] == pytest.approx(float(m == n), abs=1e-7)
 
 
 # The judge.
@@ -78,7 +75,6 @@ def test_the_judges_polynomials_are_orthonormal(family, weight, ends):
 
 def problem_of(noise: float = 0.1, samples: int = 400, seed: int = 1) -> Problem:
     """A cubic of two normals with noise, in a basis that holds it."""
-    basis = truncated(("hermite", "hermite"), 3)
     generator = np.random.default_rng(seed)
     points = generator.standard_normal((samples, 2))
 
@@ -86,17 +82,11 @@ def problem_of(noise: float = 0.1, samples: int = 400, seed: int = 1) -> Problem
         return 1 + x[:, 0] + 0.5 * x[:, 0] * x[:, 1] + 0.2 * x[:, 1] ** 3
 
     target = truth(points) + noise * generator.standard_normal(samples)
-    return Problem(
-        0, "full", "polynomial", basis.families, basis, 3, 1.0, None, points, target, None, truth, noise, 0, {}
-    )  # fmt: skip
+    return Problem(0, "polynomial", multi_indices(2, 3), 3, points, target, None, truth, noise, 0, {})
 
 
 def names(found: outcomes.Verdict) -> set[str]:
     return {what.split(":")[0] for what in found.broken}
-
-
-def changed(found: Expansion, **changes: object) -> Expansion:
-    return replace(found, fit=replace(found.fit, **changes))
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.1, 10.0])
@@ -113,24 +103,22 @@ def test_false_claims_are_caught():
     """A right fit spoilt in turn: another coefficient, errors a twentieth of what they are, terms not asked for."""
     problem = problem_of()
     found = chaos.solution(problem)
-    fit = found.fit
+    fit = found
     wrong = fit.coefficients.copy()
     wrong[1] *= 1.5
     praised = {"leave_one_out": fit.leave_one_out / 20, "corrected_leave_one_out": fit.corrected_leave_one_out / 20}
-    other = replace(found, basis=truncated(("hermite", "hermite"), 4).subset(np.arange(5, 15)))
-    assert names(judge(problem, changed(found, coefficients=wrong))) == {"the error at fresh points"}
-    assert "the error at fresh points" in names(judge(problem, changed(found, **praised)))
-    assert "its basis has no other terms" in names(judge(problem, other))
-    assert "the error beside that of the mean" in names(judge(problem, changed(found, coefficients=100 * wrong)))
-    assert "figures are not negative" in names(judge(problem, changed(found, leave_one_out=-1e-3)))
-    assert "leave-one-out, from the residuals" in names(judge(problem, changed(found, r_squared=0.5)))
-    assert names(judge(problem, changed(found, coefficients=wrong * np.nan))) == {"values are not finite"}
+    assert names(judge(problem, replace(found, coefficients=wrong))) == {"the error at fresh points"}
+    assert "the error at fresh points" in names(judge(problem, replace(found, **praised)))
+    assert "the error beside that of the mean" in names(judge(problem, replace(found, coefficients=100 * wrong)))
+    assert "figures are not negative" in names(judge(problem, replace(found, leave_one_out=-1e-3)))
+    assert "leave-one-out, from the residuals" in names(judge(problem, replace(found, r_squared=0.5)))
+    assert names(judge(problem, replace(found, coefficients=wrong * np.nan))) == {"values are not finite"}
 
 
 def test_wrong_shares_are_caught():
     problem = problem_of()
     found = chaos.solution(problem)
-    shares = sensitivity(found.basis.indices, found.fit.coefficients)
+    shares = sensitivity(problem.indices, found.coefficients)
     assert judge_shares(problem, found, shares) == ()
     for name, wrong in {
         "the mean": replace(shares, mean=shares.mean + 1e-9),
@@ -201,14 +189,13 @@ def test_eighty_problems_without_a_failure(rows):
 
 def test_all_bad_input_is_refused():
     refused = chaos.refused()
-    assert len(refused) > 300
+    assert len(refused) > 250
     assert outcomes.failures(refused) == []
 
 
-def test_cured_numbers_stay_cured():
-    """Copies but for rounding, powers beyond their samples, and a local expansion of degree 9: each once was false."""
-    rows = outcomes.campaign(chaos.rows_of, outcomes.SEED, (384, 433, 1030), jobs=1)
-    assert outcomes.failures(rows) == []
+def test_a_cured_problem_stays_cured():
+    """Problem 384, a local expansion whose error was once stated too small."""
+    assert outcomes.failures(chaos.rows_of(outcomes.SEED, 384)) == []
 
 
 def test_an_enrichment_is_judged_as_well():
@@ -221,7 +208,7 @@ def test_an_enrichment_is_judged_as_well():
 def test_leave_one_out_is_done_again_by_refits():
     """Of few samples what is told may be far too low by chance: there the formula is checked itself."""
     problem = problem_of(samples=40)
-    found = chaos.solution(replace(problem, entry="least-squares"))
+    found = chaos.solution(problem)
     assert judge(problem, found).broken == ()
-    low = changed(found, leave_one_out=found.fit.leave_one_out * (1 - 1e-4))
+    low = replace(found, leave_one_out=found.leave_one_out * (1 - 1e-4))
     assert names(judge(problem, low)) == {"leave-one-out, by refits"}

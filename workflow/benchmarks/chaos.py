@@ -1,9 +1,9 @@
-"""Polynomial chaos measured: the pressure at the centre of the square against its reference, and expansions in general.
+"""Polynomial chaos measured: the pressure at the centre of the square against its reference.
 
 Direct sampling, the paper's eqs. (8) and (9) and ours get the same numbers of contact solves, in designs drawn several
 times; each distribution is judged by a Monte Carlo reference of its own random numbers. The seconds of a row are those
-of its solves at that penetration alone, which are timed apart, and of its fit and draws. Besides: sparse expansions of
-functions, and multilevel Monte Carlo.
+of its solves at that penetration alone, which are timed apart, and of its fit and draws. Multilevel Monte Carlo over
+meshes is measured too.
 """
 
 from __future__ import annotations
@@ -14,19 +14,17 @@ import statistics
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from roughslip.errors import IllPosedError
-from workflow.benchmarks import chaos_generic, chaos_multilevel, measure
-from workflow.benchmarks.chaos_generic_peers import PEERS
+from workflow.benchmarks import chaos_multilevel, measure
 from workflow.benchmarks.chaos_methods import DIRECT, EQUATIONS, METHODS
 from workflow.benchmarks.chaos_problem import PERCENTILES, Difference, Reference, Solved, Square, references
 from workflow.benchmarks.chaos_summary import DECISIVE, summary
 from workflow.benchmarks.measure import Row, case, row
 
-PACKAGES = ("numpy", "scipy", "numba", "openturns")
+PACKAGES = ("numpy", "scipy", "numba")
 REFERENCES = Path("results/reference")
 
 Judged = tuple[float, dict[str, Difference]]  # seconds of a design and its differences from the reference
@@ -82,10 +80,9 @@ class Campaign:
     draws: int = 400_000
     timed: int = 100
     multilevel: int = 400
-    generic: chaos_generic.Campaign = field(default_factory=chaos_generic.Campaign)
 
 
-QUICK = Campaign({"paper": Plan({250: 1, 500: 1}, 1, 1, 1)}, 20_000, 5, 10, chaos_generic.QUICK)
+QUICK = Campaign({"paper": Plan({250: 1, 500: 1}, 1, 1, 1)}, 20_000, 5, 10)
 
 
 def centre(
@@ -144,7 +141,7 @@ def _finite(values: Iterable[float]) -> list[float | None]:
     return [value if math.isfinite(value) else None for value in values]
 
 
-def run(campaign: Campaign, peers: Sequence[str], kept: Path) -> dict[str, Any]:
+def run(campaign: Campaign, kept: Path) -> dict[str, Any]:
     """The whole benchmark as it stands in the file."""
     rows: list[Row] = []
     refused: dict[str, str] = {}
@@ -154,13 +151,12 @@ def run(campaign: Campaign, peers: Sequence[str], kept: Path) -> dict[str, Any]:
         rows += of_centre
         refused |= why
     rows += chaos_multilevel.rows_of(campaign.multilevel)
-    generic, why = chaos_generic.rows_of(campaign.generic, peers)
     return {
         "machine": measure.machine(),
         "versions": measure.versions(PACKAGES),
         "checks": {"draws": campaign.draws, "decisive": DECISIVE},
-        "summary": {**summary(rows), "refused": refused | why},
-        "rows": rows + generic,
+        "summary": {**summary(rows), "refused": refused},
+        "rows": rows,
     }
 
 
@@ -168,14 +164,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, required=True, help="the JSON file")
     parser.add_argument("--references", type=Path, default=REFERENCES, help="the folder with <scene>/pressure.nc")
-    parser.add_argument("--peers", action="store_true", help="beside OpenTURNS, which must be installed")
+    parser.add_argument("--peers", action="store_true", help="no public program takes part")
     parser.add_argument("--quick", action="store_true", help="few solves, one scene")
     arguments = parser.parse_args()
-    if arguments.peers and find_spec("openturns") is None:
-        parser.error("not installed: openturns; `make benchmark PEERS=1` sets up an environment with it")
     campaign = QUICK if arguments.quick else Campaign()
-    found = run(campaign, tuple(PEERS) if arguments.peers else (), arguments.references)
-    measure.write(arguments.output, found)
+    measure.write(arguments.output, run(campaign, arguments.references))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from scipy.special import ndtri
 
 from roughslip import store
 from roughslip.chaos.designs import latin_hypercube, monte_carlo, sobol_places
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import multi_indices
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve, sweep

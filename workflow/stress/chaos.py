@@ -9,8 +9,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
-from roughslip.chaos.expansion import Expansion, expand, expand_adaptively
-from roughslip.chaos.regression import least_squares
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.regression import Fit, least_squares
 from roughslip.chaos.sensitivity import sensitivity
 from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
 from workflow.benchmarks.measure import case
@@ -49,14 +49,11 @@ def refused() -> list[Row]:
 def case_of(problem: Problem) -> str:
     return case(
         number=problem.number,
-        entry=problem.entry,
+        entry="least-squares",
         function=problem.name,
-        variables=len(problem.families),
-        normal=problem.families.count("hermite"),
+        variables=problem.indices.shape[1],
         degree=problem.degree,
-        norm=f"{problem.norm:.3g}",
-        interaction=problem.interaction,
-        terms=len(problem.basis.indices),
+        terms=len(problem.indices),
         **problem.labels,
         tolerance=1,
     )
@@ -66,31 +63,15 @@ def judged(problem: Problem) -> Verdict:
     """The function expanded, and the shares of its variables where they explain anything."""
     found = solution(problem)
     verdict = judge(problem, found)
-    if len(found.basis.indices) == 1 or not found.fit.coefficients[1:].any():
+    if not found.coefficients[1:].any():
         return verdict
-    shares = sensitivity(found.basis.indices, found.fit.coefficients)
+    shares = sensitivity(problem.indices, found.coefficients)
     return Verdict(verdict.residual, verdict.broken + judge_shares(problem, found, shares))
 
 
-def solution(problem: Problem) -> Expansion:
-    """What the package gives for a problem."""
-    points, target, weights = problem.points, problem.target, problem.weights
-    match problem.entry:
-        case "least-squares":
-            return Expansion(problem.basis, least_squares(problem.basis(points), target, weights))
-        case "full" | "sparse":
-            return expand(points, target, problem.basis, weights, sparse=problem.entry == "sparse")
-    found, _ = expand_adaptively(
-        points,
-        target,
-        problem.families,
-        range(problem.degree + 1),
-        weights,
-        norm=problem.norm,
-        interaction=problem.interaction,
-        sparse=problem.entry == "adaptive-sparse",
-    )
-    return found
+def solution(problem: Problem) -> Fit:
+    """The least-squares expansion of a problem."""
+    return least_squares(hermite_basis(problem.points, problem.indices), problem.target, problem.weights)
 
 
 def honest(error: RoughslipError, solvable: Callable[[], bool]) -> bool:

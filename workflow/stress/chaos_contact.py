@@ -13,8 +13,7 @@ import numpy as np
 
 from roughslip.chaos import distribution
 from roughslip.chaos.enrichment import cumulative, enrich
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import LocalExpansion, Samples, fit_best, fit_local
 from roughslip.chaos.pressure import fit_in_contact
 from workflow.benchmarks.measure import case

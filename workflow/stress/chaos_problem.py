@@ -11,16 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import hermite_e, legendre
-from scipy.special import gammaln, ndtr
+from numpy.polynomial import hermite_e
+from scipy.special import gammaln
 
-from roughslip.chaos.basis import Basis, Family, truncated
 from roughslip.chaos.designs import design
-from roughslip.errors import ParameterError
+from roughslip.chaos.hermite import multi_indices
 from workflow.stress.drawing import one_of, power
 
-ENTRIES = ("full", "least-squares", "sparse", "adaptive", "adaptive-sparse")
-ENTRY_SHARES = (0.35, 0.1, 0.35, 0.1, 0.1)
 FUNCTIONS = ("polynomial", "kink", "exponential", "jump", "ishigami", "nothing", "constant", "none", "one", "all")
 FUNCTION_SHARES = (0.34, 0.16, 0.1, 0.06, 0.1, 0.08, 0.04, 0.04, 0.04, 0.04)
 NOISES = (0.0, 1e-9, 1e-4, 0.03, 0.3, 3.0)
@@ -29,8 +26,8 @@ COPY_SHARES = (0.7, 0.08, 0.08, 0.02, 0.06, 0.06)
 DESIGNS = ("monte_carlo", "latin_hypercube", "sobol")
 
 MOST_VARIABLES, MOST_DEGREE = 500, 15
-MOST_TERMS = {"full": 300, "least-squares": 300, "adaptive": 200, "sparse": 3000, "adaptive-sparse": 1500}
-MOST_PRODUCTS = 4e8  # of numbers: K P^2 of all terms, K^2 P along a path of few; a problem stays below a second
+MOST_TERMS = 300
+MOST_PRODUCTS = 4e8  # K P^2: a problem stays below a second
 MOST_NUMBERS = 2e6  # of the table of terms, or of the variables
 
 Function = Callable[[np.ndarray], np.ndarray]
@@ -41,10 +38,9 @@ class Problem:
     """One function to expand.
 
     number : which one
-    entry, name : of ENTRIES and FUNCTIONS
-    families : of the variables
-    basis : all terms, or the candidates
-    degree, norm, interaction : of its truncation
+    name : of FUNCTIONS
+    indices : (P, v) exponents of the basis
+    degree : of the basis
     points, target, weights : the samples, (K, v), (K,) and (K,) or None
     truth : the function, without its noise, in the unit of the target
     noise : standard deviation that the samples have beside it, in the unit of the target
@@ -53,13 +49,9 @@ class Problem:
     """
 
     number: int
-    entry: str
     name: str
-    families: tuple[Family, ...]
-    basis: Basis
+    indices: np.ndarray
     degree: int
-    norm: float
-    interaction: int | None
     points: np.ndarray
     target: np.ndarray
     weights: np.ndarray | None
@@ -70,24 +62,23 @@ class Problem:
 
     def fresh(self, generator: np.random.Generator, count: int) -> np.ndarray:
         """(count, v) independent draws of the law of the samples."""
-        return _twinned(_placed(generator.standard_normal((count, len(self.families))), self.families), self.twins)
+        return _twinned(generator.standard_normal((count, self.indices.shape[1])), self.twins)
 
 
 def random_problem(seed: int, number: int) -> Problem:
     """The problem of this number."""
     generator = np.random.default_rng([seed, number])
-    entry = one_of(generator, ENTRIES, ENTRY_SHARES)
-    families, twins = _families(generator)
-    degree, norm, interaction, basis = _truncation(generator, families, MOST_TERMS[entry])
-    terms, variables = basis.indices.shape
-    samples = _count(generator, entry, terms, variables)
+    variables, twins = _variables(generator)
+    degree = _degree(generator, variables)
+    indices = multi_indices(variables, degree)
+    samples = _count(generator, len(indices), variables)
     kind = one_of(generator, DESIGNS)
     xi = design(kind, [seed, number, 1], samples, variables)
     copies = one_of(generator, COPIES, COPY_SHARES)
     xi, origin = _copied(generator, copies, xi)
-    points = _twinned(_placed(xi, families), twins)
+    points = _twinned(xi, twins)
     name = one_of(generator, FUNCTIONS, FUNCTION_SHARES)
-    truth = _scaled(generator, _function(generator, name, families, degree, points))
+    truth = _scaled(generator, _function(generator, name, degree, points))
     exact = truth(points)
     spread = float(np.std(exact)) or float(np.max(np.abs(exact))) or 1.0
     level = one_of(generator, NOISES) if name != "nothing" else 1.0
@@ -97,7 +88,7 @@ def random_problem(seed: int, number: int) -> Problem:
     outliers = int(generator.integers(1, 4)) if generator.random() < 0.06 else 0
     if outliers:
         target[generator.integers(samples, size=outliers)] += spread * power(generator, 1, 6)
-    weights = 10 ** generator.uniform(-2, 0, samples) if entry != "sparse" and generator.random() < 0.1 else None
+    weights = 10 ** generator.uniform(-2, 0, samples) if generator.random() < 0.1 else None
     labels = {
         "samples": f"{samples}",
         "design": kind,
@@ -108,76 +99,48 @@ def random_problem(seed: int, number: int) -> Problem:
         "weights": "equal" if weights is None else "random",
         "size": f"{float(np.max(np.abs(target))):.2g}",
     }
-    return Problem(
-        number, entry, name, families, basis, degree, norm, interaction, points, target, weights, truth, noise, twins,
-        labels,
-    )  # fmt: skip
+    return Problem(number, name, indices, degree, points, target, weights, truth, noise, twins, labels)
 
 
-def polynomials(family: Family, x: np.ndarray, degree: int) -> np.ndarray:
-    """(K, degree + 1) orthonormal polynomials at x : (K,), by numpy's recurrences."""
-    n = np.arange(degree + 1)
-    if family == "hermite":
-        return hermite_e.hermevander(x, degree) / np.exp(0.5 * gammaln(n + 1))
-    return legendre.legvander(x, degree) * np.sqrt(2 * n + 1)
+def polynomials(x: np.ndarray, degree: int) -> np.ndarray:
+    """(K, degree + 1) orthonormal Hermite polynomials at x : (K,), by numpy's recurrences."""
+    return hermite_e.hermevander(x, degree) / np.exp(0.5 * gammaln(np.arange(degree + 1) + 1))
 
 
-def product_terms(families: tuple[Family, ...], indices: np.ndarray, points: np.ndarray) -> np.ndarray:
+def product_terms(indices: np.ndarray, points: np.ndarray) -> np.ndarray:
     """(K, P) terms of these exponents at points : (K, v)."""
     values = np.ones((len(indices), len(points)))
     for variable in np.flatnonzero(indices.any(axis=0)):
         powers = indices[:, variable]
-        table = polynomials(families[variable], points[:, variable], int(powers.max())).T
+        table = polynomials(points[:, variable], int(powers.max())).T
         present = np.flatnonzero(powers)
         values[present] *= table[powers[present]]
     return values.T
 
 
-def _families(generator: np.random.Generator) -> tuple[tuple[Family, ...], int]:
-    """The laws of the variables, and how many from the second on are copies of the first."""
+def _variables(generator: np.random.Generator) -> tuple[int, int]:
+    """The number of variables, and how many from the second on are copies of the first."""
     variables = round(MOST_VARIABLES ** generator.random())
     if generator.random() < 0.15:
         variables = 1
-    law = generator.random()
-    share = 1.0 if law < 0.45 else 0.0 if law < 0.75 else generator.random()
     twins = int(generator.integers(1, variables)) if variables > 1 and generator.random() < 0.05 else 0
-    drawn: list[Family] = ["hermite" if u < share else "legendre" for u in generator.random(variables)]
-    drawn[1 : 1 + twins] = drawn[:1] * twins
-    return tuple(drawn), twins
+    return variables, twins
 
 
-def _truncation(
-    generator: np.random.Generator, families: tuple[Family, ...], most: int
-) -> tuple[int, float, int | None, Basis]:
-    """A truncation of at most so many terms."""
-    highest = int(generator.integers(MOST_DEGREE + 1))
-    norm = 1.0 if generator.random() < 0.6 else float(generator.uniform(0.3, 1.0))
-    interaction = None if generator.random() < 0.6 else int(generator.integers(1, 5))
-    degree, basis = 0, truncated(families, 0)
-    for tried in range(1, highest + 1):
-        try:
-            larger = truncated(families, tried, norm=norm, interaction=interaction)
-        except ParameterError:  # too many for the package as well
-            break
-        if len(larger.indices) > most:
-            break
-        degree, basis = tried, larger
-    return degree, norm, interaction, basis
+def _degree(generator: np.random.Generator, variables: int) -> int:
+    """A degree with at most MOST_TERMS terms."""
+    degree = int(generator.integers(MOST_DEGREE + 1))
+    while math.comb(variables + degree, degree) > MOST_TERMS:
+        degree -= 1
+    return degree
 
 
-def _count(generator: np.random.Generator, entry: str, terms: int, variables: int) -> int:
+def _count(generator: np.random.Generator, terms: int, variables: int) -> int:
     """Samples, from half the terms to a hundred times as many, as far as time allows."""
     asked = math.ceil(terms * power(generator, math.log10(0.5), 2)) + int(generator.integers(0, 8))
     if generator.random() < 0.15:
         asked = terms + int(generator.integers(0, 12))  # hardly more than the terms
-    products = math.sqrt(MOST_PRODUCTS / terms) if "sparse" in entry else MOST_PRODUCTS / terms**2
-    return max(2, min(asked, int(products), int(MOST_NUMBERS / max(terms, variables))))
-
-
-def _placed(xi: np.ndarray, families: tuple[Family, ...]) -> np.ndarray:
-    """Standard normals taken to the laws of the variables."""
-    uniform = np.array([family == "legendre" for family in families])
-    return np.where(uniform, 2 * ndtr(xi) - 1, xi)
+    return max(2, min(asked, int(MOST_PRODUCTS / terms**2), int(MOST_NUMBERS / max(terms, variables))))
 
 
 def _twinned(points: np.ndarray, twins: int) -> np.ndarray:
@@ -203,17 +166,15 @@ def _copied(generator: np.random.Generator, copies: str, xi: np.ndarray) -> tupl
     return xi[origin] + jitter, origin
 
 
-def _function(
-    generator: np.random.Generator, name: str, families: tuple[Family, ...], degree: int, points: np.ndarray
-) -> Function:
+def _function(generator: np.random.Generator, name: str, degree: int, points: np.ndarray) -> Function:
     """A function of order one of few of the variables."""
-    variables = len(families)
+    variables = points.shape[1]
     few = np.sort(generator.permutation(variables)[: int(generator.integers(1, 5))])
     slope = generator.standard_normal(len(few))
     slope /= np.linalg.norm(slope)
     match name:
         case "polynomial":
-            return _polynomial(generator, families, few, degree)
+            return _polynomial(generator, few, degree)
         case "kink" | "jump":
             at = float(generator.uniform(-2.5, 2.5))
             return lambda x: _bent(name, at + x[:, few] @ slope)
@@ -238,15 +199,14 @@ def _bent(name: str, along: np.ndarray) -> np.ndarray:
     return np.maximum(along, 0.0) if name == "kink" else np.sign(along)
 
 
-def _polynomial(generator: np.random.Generator, families: tuple[Family, ...], few: np.ndarray, degree: int) -> Function:
+def _polynomial(generator: np.random.Generator, few: np.ndarray, degree: int) -> Function:
     """Some terms of up to a degree more than the basis has."""
     highest = int(generator.integers(1, degree + 2))
     exponents = np.zeros((int(generator.integers(1, 7)), len(few)), dtype=np.int64)
     for row in exponents:
         np.add.at(row, generator.integers(len(few), size=int(generator.integers(1, highest + 1))), 1)
     coefficients = generator.standard_normal(len(exponents))
-    theirs = tuple(families[variable] for variable in few)
-    return lambda x: product_terms(theirs, exponents, x[:, few]) @ coefficients
+    return lambda x: product_terms(exponents, x[:, few]) @ coefficients
 
 
 def _scaled(generator: np.random.Generator, function: Function) -> Function:

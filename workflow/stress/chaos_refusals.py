@@ -9,31 +9,27 @@ from typing import Any
 
 import numpy as np
 
-from roughslip.chaos.basis import Basis, truncated
 from roughslip.chaos.censored import censored_regression
 from roughslip.chaos.designs import design
 from roughslip.chaos.distribution import cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.chaos.enrichment import enrich
-from roughslip.chaos.expansion import expand, expand_adaptively
 from roughslip.chaos.functionals import NO_SYMMETRY, Stencil, local_functionals, whitening
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
 from roughslip.chaos.residual_distribution import residual_scatter
 from roughslip.chaos.sensitivity import sensitivity
-from roughslip.chaos.sparse import sparse_least_squares
 from roughslip.chaos.strip import fit_strip
 
 NAN, INFINITY = math.nan, math.inf
 NOT_WHOLE = {"2.5": 2.5, "nan": NAN, "text": "four", "none": None}
 
 K, V = 60, 2
-FAMILIES = ("hermite", "legendre")
 POINTS = np.random.default_rng(1).uniform(-1, 1, (K, V))
 TARGET = POINTS[:, 0] + 0.3 * np.random.default_rng(2).standard_normal(K)
-BASIS = truncated(FAMILIES, 2)
-TABLE = BASIS(POINTS)
+INDICES = multi_indices(V, 2)
+TABLE = hermite_basis(POINTS, INDICES)
 TRIAL = PressureTarget("trial_pressure", 1.0)
 
 
@@ -83,34 +79,27 @@ def _arrays() -> dict[str, Callable[[], object]]:
     heights, functionals, values = np.ones((9, 5)), np.ones((30, 4, 8)), np.ones((30, 4, 1))
     for name, bad in _not_an_array(POINTS).items():
         calls |= {
-            f"basis at points {name}": partial(BASIS, bad),
-            f"expand points {name}": partial(expand, bad, TARGET, BASIS),
-            f"expand adaptively points {name}": partial(expand_adaptively, bad, TARGET, FAMILIES, (1, 2)),
+            f"basis at points {name}": partial(hermite_basis, bad, INDICES),
         }
     del calls["basis at points empty"]  # of none there are no values
     for name, bad in _not_an_array(TABLE).items():
         calls |= {
             f"least squares basis {name}": partial(least_squares, bad, TARGET),
-            f"sparse basis {name}": partial(sparse_least_squares, bad, TARGET),
             f"in contact basis {name}": partial(fit_in_contact, bad, np.abs(TARGET), logarithm=False),
             f"censored basis {name}": partial(censored_regression, bad, TARGET),
         }
     for name, bad in _not_an_array(TARGET).items():
         calls |= {
-            f"expand target {name}": partial(expand, POINTS, bad, BASIS),
-            f"expand sparse target {name}": partial(expand, POINTS, bad, BASIS, sparse=True),
-            f"expand adaptively target {name}": partial(expand_adaptively, POINTS, bad, FAMILIES, (1, 2)),
             f"least squares target {name}": partial(least_squares, TABLE, bad),
             f"least squares weights {name}": partial(least_squares, TABLE, TARGET, bad),
-            f"sparse weights {name}": partial(sparse_least_squares, TABLE, TARGET, bad),
             f"in contact pressure {name}": partial(fit_in_contact, TABLE, bad, logarithm=True),
             f"censored target {name}": partial(censored_regression, TABLE, bad),
             f"scatter predictions {name}": partial(residual_scatter, bad, TARGET),
             f"scatter targets {name}": partial(residual_scatter, TARGET, bad),
         }
-    del calls["least squares weights none"], calls["sparse weights none"]  # none are all alike
+    del calls["least squares weights none"]  # none are all alike
     for name, bad in _not_an_array(np.ones(6)).items():
-        calls[f"sensitivity coefficients {name}"] = partial(sensitivity, BASIS.indices, bad)
+        calls[f"sensitivity coefficients {name}"] = partial(sensitivity, INDICES, bad)
     for part, shape in {"variables": (30, 1, 2), "distance2": (1,), "pressure": (30, 1), "gap": (30, 1)}.items():
         for name, bad in _not_an_array(np.ones((4, *shape[1:]) if part != "distance2" else (5,))).items():
             calls[f"samples {part} {name}"] = partial(_samples, part, bad)
@@ -134,24 +123,20 @@ def _scalars() -> dict[str, Callable[[], object]]:
     for name, bad in {"0": 0, "-1": -1, **NOT_WHOLE}.items():
         calls |= {
             f"variables {name}": partial(multi_indices, bad, 2),
-            f"interaction {name}": partial(multi_indices, 2, 2, interaction=bad),
             f"design samples {name}": partial(design, "sobol", [1], bad, 2),
             f"design variables {name}": partial(design, "latin_hypercube", [1], 4, bad),
             f"Monte Carlo samples {name}": partial(design, "monte_carlo", [1], bad, 2),
             f"enrich least {name}": partial(_enrich, least=bad),
             f"enrich most {name}": partial(_enrich, most=bad),
         }
-    del calls["interaction none"]  # none is no limit
     for name, bad in {"-1": -1, **NOT_WHOLE}.items():
         calls |= {
             f"degree {name}": partial(multi_indices, 2, bad),
             f"local degree {name}": partial(fit_local, _known(), bad, TRIAL),
-            f"adaptive degrees {name}": partial(expand_adaptively, POINTS, TARGET, FAMILIES, (bad,)),
             f"half width {name}": partial(Stencil, (bad, 1), (2, 2)),
         }
     for name, bad in {"0": 0.0, "-1": -1.0, "2": 2.0, "nan": NAN, "text": "half"}.items():
         calls |= {
-            f"norm {name}": partial(multi_indices, 2, 2, norm=bad),
             f"enrich asked {name}": partial(_enrich, asked=bad),
         }
     for name, bad in {"0": 0.0, "-1": -1.0, "nan": NAN, "infinite": INFINITY, "text": "soft", "none": None}.items():
@@ -167,21 +152,12 @@ def _known() -> Samples:
 
 
 def _others() -> dict[str, Callable[[], object]]:
-    outside = POINTS.copy()
-    outside[0, 1] = 1.5
-    bad: Any = ["hermite", "chebyshev"]
     censored = PressureTarget("censored", 1.0)
     return {
         "more terms than fit": lambda: multi_indices(500, 15),
-        "a family that is not known": lambda: Basis(BASIS.indices, bad),
-        "families of another number": lambda: Basis(BASIS.indices, FAMILIES[:1]),
-        "a uniform variable outside": lambda: BASIS(outside),
-        "points of other variables": lambda: BASIS(POINTS[:, :1]),
-        "candidates without a constant": lambda: sparse_least_squares(TABLE[:, 1:], TARGET),
+        "points of other variables": lambda: hermite_basis(POINTS[:, :1], INDICES),
         "negative weights": lambda: least_squares(TABLE, TARGET, -np.ones(K)),
         "no weights": lambda: least_squares(TABLE, TARGET, np.zeros(K)),
-        "descending degrees": lambda: expand_adaptively(POINTS, TARGET, FAMILIES, (2, 1)),
-        "no degrees": lambda: expand_adaptively(POINTS, TARGET, FAMILIES, ()),
         "negative pressures": lambda: _samples("pressure", -np.ones((30, 1))),
         "negative gaps out of contact": lambda: Samples(
             np.zeros((30, 1, 2)), np.zeros(1), np.zeros((30, 1)), -np.ones((30, 1))

@@ -18,8 +18,8 @@ import numpy as np
 import scipy.linalg
 from scipy.special import log_ndtr, ndtr, ndtri
 
-from roughslip.chaos.checks import finite
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.validation import finite
 
 STEPS = 60
 HALVINGS = 40

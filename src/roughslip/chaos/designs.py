@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ndtri
 
-from roughslip.chaos.checks import whole
 from roughslip.errors import ParameterError
+from roughslip.validation import whole_at_least
 
 MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
 _SOBOL_BITS = 30
@@ -69,7 +69,7 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
     doubling the rows come in random order: in that of the sequence every so-many-th row would lie in one corner, and
     groups of rows taken in turn must be alike. Raises ParameterError.
     """
-    doublings = (whole("number of samples", samples, 1) - 1).bit_length()
+    doublings = (whole_at_least("number of samples", samples, 1) - 1).bit_length()
     places = sobol_places(generator, 2**doublings, variables)
     rows = [np.arange(1)]
     rows += [2**m + generator.permutation(2**m) for m in range(doublings)]
@@ -96,5 +96,5 @@ def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarr
 
 
 def _check(samples: int, variables: int) -> None:
-    whole("number of samples", samples, 1)
-    whole("number of variables", variables, 1)
+    whole_at_least("number of samples", samples, 1)
+    whole_at_least("number of variables", variables, 1)

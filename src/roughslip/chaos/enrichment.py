@@ -19,11 +19,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughslip.chaos.checks import whole
 from roughslip.chaos.designs import sobol
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import GROUPS, LocalExpansion, Samples, jackknife_deviations
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
+from roughslip.validation import whole_at_least
 
 QUANTILE = 0.95  # of the error over the scatter of the training surfaces: what is asked holds in as many studies
 DRAWS = 2**13  # of the variables; the same for every group, and each with the whole law of its scatter
@@ -139,7 +139,7 @@ def enrich(
     """
     if not 0 < real("error asked for", asked) < 1:
         raise ParameterError(f"the error asked for must lie between 0 and 1, not {asked}")
-    if not GROUPS <= whole("least number of surfaces", least, 0) <= whole("most surfaces", most, 0):
+    if not GROUPS <= whole_at_least("least number of surfaces", least, 0) <= whole_at_least("most surfaces", most, 0):
         raise ParameterError(f"between {GROUPS} and {most} surfaces are needed to begin with, not {least}")
     samples = solve(0, least)
     history: list[tuple[int, float]] = []

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from roughslip.chaos.checks import finite, whole
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import finite, whole_at_least
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
 
@@ -39,7 +39,7 @@ class Stencil:
 
     def __post_init__(self) -> None:
         for half in (*self.near, *self.far):
-            whole("half width of a box", half, 0)
+            whole_at_least("half width of a box", half, 0)
 
 
 def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:

@@ -22,15 +22,14 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip.chaos.censored import censored_regression, completed, derivatives, expected
-from roughslip.chaos.checks import finite
 from roughslip.chaos.designs import sobol_places
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import even_terms, multi_indices
+from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.chaos.leave_group_out import group_sums, left_out_predictions, numbered, without_one, without_two
 from roughslip.chaos.pressure import Kind, PressureTarget
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.chaos.residual_distribution import ResidualScatter, residual_scatter
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.validation import finite
 
 GROUPS = 20  # of surfaces, left out in turn
 REACH = 1.5  # times the mean target in contact: predictions further below than this are out of contact for certain,

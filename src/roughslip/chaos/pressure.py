@@ -28,9 +28,9 @@ from typing import Literal
 
 import numpy as np
 
-from roughslip.chaos.checks import finite
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.validation import finite
 
 Kind = Literal["trial_pressure", "squared_pressure", "censored"]
 KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure", "censored")

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
-from roughslip.chaos.checks import finite
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import finite
 
 SPLINE_PIECES = 5  # of m(s), as many samples in each; 4 to 12 give distributions equal within their scatter
 PLACES = 50  # s at which the law of e is taken, as many samples from one to the next

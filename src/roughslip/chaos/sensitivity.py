@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.chaos.checks import finite
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import finite
 
 
 @dataclass(frozen=True)

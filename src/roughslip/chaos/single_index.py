@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from roughslip.chaos.basis import hermite_polynomials
+from roughslip.chaos.hermite import hermite_polynomials
 from roughslip.chaos.regression import LEAST_FREEDOM, WORST_CONDITION
 from roughslip.errors import IllPosedError, ParameterError
 

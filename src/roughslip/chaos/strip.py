@@ -13,14 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from roughslip.chaos.basis import Basis
-from roughslip.chaos.checks import finite
 from roughslip.chaos.functionals import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import even_terms, multi_indices
+from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, multi_indices
 from roughslip.chaos.leave_group_out import group_sums, left_out_predictions, without_one
 from roughslip.chaos.pressure import PressureTarget, fit_all_samples
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import finite
 
 ALL = slice(None)
 GROUPS = 20  # of training strips, at most, that are left out in turn
@@ -45,8 +43,8 @@ class StripExpansion:
     target: PressureTarget
 
     @cached_property
-    def _basis(self) -> Basis:
-        return Basis(self.indices, ("hermite",) * self.indices.shape[1])
+    def _basis(self) -> HermiteBasis:
+        return HermiteBasis(self.indices)
 
     def predicted(self, heights: np.ndarray, columns: slice = ALL) -> np.ndarray:
         """The target at every penetration.

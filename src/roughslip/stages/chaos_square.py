@@ -9,8 +9,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.distribution import NORMAL_95, kolmogorov_distance, quantile_levels
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.indices import multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.pressure import KINDS, PressureTarget
 from roughslip.chaos.regression import Fit
 from roughslip.chaos.selection import Chosen, fit_count

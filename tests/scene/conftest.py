@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from roughslip.scene.loader import load
-from tests.scene.shipped import CONFIG, SCENES, SCHEMA_PATH
+from tests.scene.shipped import CONFIG, SCENES
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def mine(folder: Path, monkeypatch: pytest.MonkeyPatch):
             path = folder / "scenes" / f"{name}.yaml"
             path.write_bytes(text if isinstance(text, bytes) else text.encode())
             written.add(path)
-        return load("mine", folder / "scenes", SCHEMA_PATH)
+        return load("mine", folder / "scenes")
 
     yield load_mine
     for path in written:

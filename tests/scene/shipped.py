@@ -7,10 +7,10 @@ import yaml
 
 from roughslip.errors import InputError
 from roughslip.scene.loader import load
+from roughslip.scene.schema import scene_schema
 
 CONFIG = Path(__file__).parents[2] / "config"
-SCHEMA_PATH = CONFIG / "scene.schema.yaml"
-SCHEMA = yaml.safe_load(SCHEMA_PATH.read_text())
+SCHEMA = scene_schema()
 SCENES = (
     *("coulomb", "elastoplastic", "excited", "excited_away", "fractal", "given", "measured", "nongaussian", "paper"),
     *("resolved", "smoke"),
@@ -33,7 +33,7 @@ MAP_STAGES = {"stick_slip_map", "survival", "figure_map"}
 
 
 def shipped_scene(name: str) -> dict:
-    return load(name, CONFIG / "scenes", SCHEMA_PATH)
+    return load(name, CONFIG / "scenes")
 
 
 def lines_of(call, *args, **kwargs) -> list[str]:

@@ -19,7 +19,7 @@ from roughslip.errors import InputError
 from roughslip.scene import plan
 from roughslip.scene.loader import load
 from tests.scene.fuzzed import overlays
-from tests.scene.shipped import SCENES, SCHEMA_PATH
+from tests.scene.shipped import SCENES
 from workflow.study import memory
 
 CASES = int(os.environ.get("SCENE_CASES", "150"))
@@ -67,7 +67,7 @@ def checked_outcome(folder: Path, content: bytes) -> dict | None:
     """The scene of a file, or None where it is refused, its lines checked."""
     (folder / "scenes" / "fuzz.yaml").write_bytes(content)
     try:
-        return load("fuzz", Path("scenes"), SCHEMA_PATH)
+        return load("fuzz", Path("scenes"))
     except InputError as error:
         check_lines(error.lines, "fuzz")
         return None
@@ -134,7 +134,7 @@ def test_hostile_files_are_refused_at_once(folder, content):
 def test_a_link_to_itself_is_no_file(folder):
     (folder / "scenes" / "loop.yaml").symlink_to("loop.yaml")
     with pytest.raises(InputError, match=r"loop\.yaml: no such file"):
-        load("loop", Path("scenes"), SCHEMA_PATH)
+        load("loop", Path("scenes"))
 
 
 def test_a_scene_may_not_be_a_link_out_of_its_folder(folder, tmp_path):
@@ -142,6 +142,6 @@ def test_a_scene_may_not_be_a_link_out_of_its_folder(folder, tmp_path):
     (tmp_path / "secret.yaml").write_text("extends: paper\n")
     (folder / "scenes" / "fuzz.yaml").symlink_to(tmp_path / "secret.yaml")
     with pytest.raises(InputError) as caught:
-        load("fuzz", Path("scenes"), SCHEMA_PATH)
+        load("fuzz", Path("scenes"))
     (line,) = caught.value.lines
     assert line.startswith("scenes/fuzz.yaml: a link to ")

@@ -47,8 +47,8 @@ MISTAKES = {
     "0.2 is not allowed; at least friction.mean_at_median = 0.3, or stick holds less than slip",
     "oscillator: {law: dahl}": "oscillator.law: 'dahl' is not allowed; one of stribeck, coulomb, table",
     "oscillator: {law: table}": "oscillator.friction_table: missing; oscillator.law = table needs it",
-    f"oscillator: {{friction_table: {TABLE}}}": "oscillator.friction_table: not allowed beside oscillator.law = "
-    "stribeck; only table takes it",
+    f"oscillator: {{friction_table: {TABLE}}}": "oscillator.friction_table: a group of keys is not allowed "
+    "together with oscillator.law = stribeck; only table takes it",
     f"oscillator: {{law: table, friction_table: {TABLE.replace('0.3]', '0.3, 0.2]')}}}": "oscillator.friction_table."
     "values: 3 values are not allowed; one for each of the 2 speeds",
     f"oscillator: {{law: table, friction_table: {TABLE.replace('[0, 1]', '[1, 1]')}}}": "oscillator.friction_table."
@@ -57,10 +57,10 @@ MISTAKES = {
     "is not allowed; at least the first of oscillator.friction_table.values = 0.4, or stick holds less than slip",
     "oscillator: {friction_follows: time}": "oscillator.correlation_time_s: missing; oscillator.friction_follows = "
     "time needs it",
-    "oscillator: {correlation_time_s: 2.0e-4}": "oscillator.correlation_time_s: 0.0002 is not allowed beside "
+    "oscillator: {correlation_time_s: 2.0e-4}": "oscillator.correlation_time_s: 0.0002 is not allowed together with "
     "oscillator.friction_follows = slip; only time takes it",
     "oscillator: {excitation_force_n: 1}\nensemble: {count_by_period: true}": "ensemble.count_by_period: true is not "
-    "allowed where oscillator.excitation_force_n is not 0; no cycle repeats the last there",
+    "allowed; false where oscillator.excitation_force_n is not 0, because no cycle repeats the last there",
     f"targets: [figure5]\nfriction: {{statistics: {STATISTICS.replace('2.1', '0')}}}": "friction.statistics.beta_a: "
     "0 is not allowed; a number > 0 and <= 1000",
     # keys
@@ -156,13 +156,13 @@ MISTAKES = {
     "oscillator: {penetration_percentile: 3}": "oscillator.penetration_percentile: 3 is not allowed; between the first "
     "and last of strip.penetration_percentiles, 5 and 95",
     "extends: given\noscillator: {penetration_percentile: 30}": "oscillator.penetration_percentile: 30 is not allowed "
-    "beside friction.statistics",
+    "together with friction.statistics; give one",
     "oscillator: {penetration_percentile: 30}\nensemble: {marginal: empirical}": "oscillator.penetration_percentile: "
-    "30 is not allowed beside ensemble.marginal = empirical; 50, where quantiles of the windows are kept",
+    "30 is not allowed together with ensemble.marginal = empirical; 50, where quantiles of the windows are kept",
     "oscillator: {windows_in_parallel: 0}": "oscillator.windows_in_parallel: 0 is not allowed; a whole number >= 1 "
     "and <= 1000000",
     "oscillator: {windows_in_parallel: 4}\nensemble: {marginal: empirical}": "oscillator.windows_in_parallel: 4 is not "
-    "allowed beside ensemble.marginal = empirical; 1, or beta or paper for the marginal",
+    "allowed together with ensemble.marginal = empirical; 1, or beta or paper for the marginal",
     "targets: [figure_field]\nmaterial: {hardness_pa: 1.0e+9}": "targets: ['figure_field'] is not allowed; "
     "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal: leave it out",
     "material: {hardness_pa: 0}": "material.hardness_pa: 0 is not allowed; a number > 0 and <= 1e+13 [Pa]",
@@ -198,7 +198,7 @@ MISTAKES = {
     "ensemble: {damping_ratios: [0.2, 0.1]}": "ensemble.damping_ratios: [0.2, 0.1] is not allowed; "
     "strictly increasing damping ratios",
     # the two ways to truncate the square
-    "square: {modes: 20, variance_share: 0.9}": "square.variance_share: 0.9 is not allowed beside square.modes; "
+    "square: {modes: 20, variance_share: 0.9}": "square.variance_share: 0.9 is not allowed together with square.modes; "
     "give one",
     "square: {modes: 0, variance_share: 0.9}": "square.modes: 0 is not allowed; a whole number >= 1 and <= 262144",
     "square: {variance_share: 0}": "square.variance_share: 0 is not allowed; a number > 0 and <= 1",
@@ -209,15 +209,15 @@ MISTAKES = {
     "expansion: {samples: 9}": "expansion.samples: 9 is not allowed; a whole number >= 10 and <= 1000000, or auto",
     "ensemble: {nodes_per_correlation_length: auto}": "ensemble.count_error: missing; "
     "ensemble.nodes_per_correlation_length = auto needs it",
-    "ensemble: {count_error: 0.01}": "ensemble.count_error: 0.01 is not allowed beside "
+    "ensemble: {count_error: 0.01}": "ensemble.count_error: 0.01 is not allowed together with "
     "ensemble.nodes_per_correlation_length = 4; only auto takes it",
     "ensemble: {process: jacobi}": "ensemble.process: 'jacobi' is not allowed; one of recursion, embedding, spectral",
     "ensemble: {interpolation: quintic}": "ensemble.interpolation: 'quintic' is not allowed; one of cubic, linear",
     "targets: [figure5]\nensemble: {marginal: empirical}\n"
     f"friction: {{statistics: {STATISTICS}}}": "ensemble.marginal: 'empirical' is not allowed; beta or paper where "
-    "friction.statistics stands for the windows",
+    "friction.statistics replaces the windows",
     "expansion: {samples: auto}": "expansion.cdf_error: missing; expansion.samples = auto needs it",
-    "expansion: {cdf_error: 0.01}": "expansion.cdf_error: 0.01 is not allowed beside expansion.samples = 1000; "
+    "expansion: {cdf_error: 0.01}": "expansion.cdf_error: 0.01 is not allowed together with expansion.samples = 1000; "
     "only auto takes it",
     "expansion: {samples: auto, cdf_error: 0}": "expansion.cdf_error: 0 is not allowed; a number >= 0.0005 and <= 0.2",
     "expansion: {samples: auto, cdf_error: 0.01, design: latin_hypercube}": "expansion.design: 'latin_hypercube' is "
@@ -230,11 +230,11 @@ MISTAKES = {
     "expansion.degree",
     # the two forms of friction
     "friction: {}\nextends: given\ntargets: [figure3]": "friction.mean_at_median: missing; needed for figure3, "
-    "for which friction.statistics cannot stand in",
+    "for which friction.statistics is no substitute",
     "extends: given\nfriction: {mean_at_median: 0.3}\ntargets: [figure3]": "friction.least_contact_fraction: missing; "
     "goes with friction.mean_at_median",
     f"targets: [figure5]\nfriction: {{statistics: {STATISTICS}, mean_at_median: 0.3}}": (
-        "friction.mean_at_median: 0.3 is not allowed beside friction.statistics; give one"
+        "friction.mean_at_median: 0.3 is not allowed together with friction.statistics; give one"
     ),
     # the three forms of roughness
     "roughness: {covariance: matern}": "roughness.smoothness: missing; roughness.covariance = matern needs it",
@@ -246,7 +246,7 @@ MISTAKES = {
     "roughness: {marginal: {family: lognormal, shapes: [1.6]}}": "roughness.marginal.shapes: [1.6] is not allowed; "
     "[s] of lognormal, each 0.02 to 1.5",
     f"targets: [figure3]\nroughness: {{fractal: {FRACTAL}, hurst: 0.8}}": (
-        "roughness.hurst: 0.8 is not allowed beside roughness.fractal; give one"
+        "roughness.hurst: 0.8 is not allowed together with roughness.fractal; give one"
     ),
     f"roughness: {{fractal: {FRACTAL}}}": "targets: ['figure2', 'figure3', 'figure5'] is not allowed; figure2 and "
     "figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
@@ -259,7 +259,7 @@ MISTAKES = {
     "goes with roughness.scan.spacing_x_m",
     f"roughness: {{scan: {SCAN[:-1]}, correct_correlation: true}}}}": "roughness.scan.correct_correlation: true is not "
     "allowed; a gaussian marginal changes no correlation",
-    f"roughness: {{scan: {SCAN}, rms_height_m: 1.0e-7}}": "roughness.rms_height_m: 1e-07 is not allowed beside "
+    f"roughness: {{scan: {SCAN}, rms_height_m: 1.0e-7}}": "roughness.rms_height_m: 1e-07 is not allowed together with "
     "roughness.scan; give one",
     "targets: [figure_field]\nexpansion: {samples: 101, degree: 1}": "expansion.samples: 101 is not allowed; without "
     "a 10th of them still more than the 101 terms of figure_field, square.modes and a constant",

@@ -4,7 +4,7 @@ import copy
 from pathlib import Path
 
 from roughslip.scene.loader import load
-from tests.scene.shipped import FRACTAL, SCAN, SCHEMA_PATH, TABLE, lines_of, shipped_scene
+from tests.scene.shipped import FRACTAL, SCAN, TABLE, lines_of, shipped_scene
 
 TIME = "correlation_time_s: 2.6e-4"
 
@@ -35,7 +35,7 @@ def test_overlays_in_a_circle(mine):
 def test_a_file_elsewhere_may_overlay_a_scene_of_its_own_name(folder, monkeypatch):
     monkeypatch.chdir(folder)
     Path("paper.yaml").write_text("extends: paper\nseed: 3\n")
-    assert load("./paper.yaml", Path("scenes"), SCHEMA_PATH)["seed"] == 3
+    assert load("./paper.yaml", Path("scenes"))["seed"] == 3
 
 
 def test_one_form_of_friction_replaces_the_other(mine):

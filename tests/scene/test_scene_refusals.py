@@ -5,9 +5,10 @@ from pathlib import Path
 import yaml
 
 from roughslip.chaos.functionals import NAMES
+from roughslip.limits import FUNCTIONALS
 from roughslip.scene.loader import RESERVED, describe_allowed, load
 from roughslip.scene.plan import slice_for
-from tests.scene.shipped import FIGURES, KINDS, PAPER, SCHEMA, SCHEMA_PATH, lines_of
+from tests.scene.shipped import FIGURES, KINDS, PAPER, SCHEMA, lines_of
 
 
 def test_aliases_cannot_make_a_small_file_endless(mine):
@@ -20,7 +21,7 @@ def test_names_and_files(folder, monkeypatch):
     monkeypatch.chdir(folder)
 
     def lines(name):
-        return lines_of(load, name, Path("scenes"), SCHEMA_PATH)
+        return lines_of(load, name, Path("scenes"))
 
     rule = "a small letter, then at most 39 small letters, digits, _ or -"
     assert lines("papr") == [
@@ -75,21 +76,21 @@ def test_what_no_target_reads_may_not_fit(mine):
 
 
 def test_the_rule_on_training_strips_counts_the_columns_that_the_stages_take():
-    from roughslip.scene.rules import _FUNCTIONALS, _training_columns
+    from roughslip.scene import rules
     from roughslip.stages.from_scene.training import training_columns
 
-    assert [_training_columns(n) for n in range(4, 60)] == [
+    assert [rules.training_columns(n) for n in range(4, 60)] == [
         len(training_columns(slice(7, 7 + n))) for n in range(4, 60)
     ]
-    assert len(NAMES) == _FUNCTIONALS
+    assert len(NAMES) == FUNCTIONALS
 
 
 def test_the_rules_on_the_best_number_of_variables_count_as_its_choice_does():
     from roughslip.chaos.selection import COUNTS
-    from roughslip.scene import expansion as rules
+    from roughslip.scene import expansion, rules
     from roughslip.stages.from_scene.expansion import BEST
 
-    assert (BEST, COUNTS[0], len(NAMES), COUNTS[-1]) == (rules.BEST, rules.FEWEST, rules.GIVEN, rules.MOST)
+    assert (BEST, COUNTS[0], len(NAMES), COUNTS[-1]) == (expansion.BEST, rules.FEWEST, FUNCTIONALS, rules.MOST)
 
 
 def test_lengths_at_the_edge_of_the_numbers(mine):

@@ -7,14 +7,15 @@ import yaml
 from jsonschema import Draft202012Validator
 
 from roughslip.scene.loader import describe_allowed, load, scene_names
-from tests.scene.shipped import CONFIG, FIGURES, KINDS, SCENES, SCHEMA, SCHEMA_PATH, properties, shipped_scene
+from roughslip.scene.schema import text
+from tests.scene.shipped import CONFIG, FIGURES, KINDS, SCENES, SCHEMA, properties, shipped_scene
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_shipped_scenes_are_valid(name):
     scene = shipped_scene(name)
     assert "extends" not in scene
-    assert scene == load(CONFIG / "scenes" / f"{name}.yaml", CONFIG / "scenes", SCHEMA_PATH)
+    assert scene == load(CONFIG / "scenes" / f"{name}.yaml", CONFIG / "scenes")
 
 
 def test_shipped_scenes_are_all_tested():
@@ -81,3 +82,8 @@ def test_what_is_allowed_is_told_from_the_schema():
     assert allowed["targets"] == f"a list of at least 1, each once, of one of {FIGURES}"
     assert allowed["strip.penetration_percentiles"] == "a list of 1 to 99, of a number > 0 and < 100 [%]"
     assert allowed["description"] == "text on one line, 1 to 200 characters"
+
+
+def test_the_schema_for_editors_is_current():
+    written = (CONFIG / "scene.schema.json").read_text(encoding="utf-8")
+    assert written == text(), "run: python -m roughslip.scene.schema"

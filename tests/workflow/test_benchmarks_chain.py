@@ -102,7 +102,7 @@ def test_a_small_run_measures_and_draws(tmp_path, monkeypatch):
 
 def test_paths_of_one_seed_are_the_same_at_half_their_nodes():
     """With hardly any scatter the counts do not depend on the path at all."""
-    scene = chain.load("paper", chain.ROOT / "config" / "scenes", chain.ROOT / "config" / "scene.schema.yaml")
+    scene = chain.load("paper", chain.ROOT / "config" / "scenes")
     smooth = Friction(0.3, 1e-9, 2.5e-4, 2.1, 5.0)
     found = counts(scene, smooth, 2, 8)
     np.testing.assert_array_equal(found, counts(scene, smooth, 2, 16, 2))

@@ -15,7 +15,7 @@ from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, Res
 
 from roughslip.errors import InputError
 from tests.scene.fuzzed import overlays
-from tests.scene.shipped import SCENES, SCHEMA_PATH
+from tests.scene.shipped import SCENES
 from workflow.recovery import run_lock
 from workflow.study.scenes import Scenes, checked
 
@@ -44,7 +44,7 @@ def taken(folder: Path, count: int) -> list[str]:
         file = folder / f"{name}.yaml"
         file.write_text(yaml.safe_dump(overlay), encoding="utf-8")
         try:
-            checked(name, folder, SCHEMA_PATH)  # as a start of Snakemake does: a scan, too, has to be there
+            checked(name, folder)  # as a start of Snakemake does: a scan, too, has to be there
             names.append(name)
         except InputError:
             file.unlink()

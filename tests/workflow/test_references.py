@@ -27,7 +27,7 @@ FORCES = [24.8589997, 179.103733, 444.411693]
 
 
 def scene(name):
-    return load(name, ROOT / "config/scenes", ROOT / "config/scene.schema.yaml")
+    return load(name, ROOT / "config/scenes")
 
 
 # The numbers, from samples.

@@ -73,7 +73,7 @@ FOUND_EDITS = {
 COMMENTS = (
     (SCENE, "samples: 8\n", "samples: 8  # few\n"),
     (SCENE, "[30, 50]", "[30.0, 50]"),
-    ("config/scene.schema.yaml", "maximum: 1024", "maximum: 2048"),
+    ("src/roughslip/scene/square.py", "at_most=1024", "at_most=2048"),
     ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy=="),
     ("Snakefile", "rule all:", "# By default:\nrule all:"),
     ("workflow/keys/key_files.py", "def write_key", "# Written for each stage.\ndef write_key"),

@@ -45,7 +45,7 @@ def measured(campaign: Campaign) -> tuple[list[Row], dict[str, list[dict[str, An
     rows: list[Row] = []
     cost: dict[str, list[dict[str, Any]]] = {"stages": [], "chain": []}
     for name in campaign.scenes:
-        scene = load(name, ROOT / "config" / "scenes", ROOT / "config" / "scene.schema.yaml")
+        scene = load(name, ROOT / "config" / "scenes")
         kept = REFERENCES / name
         of_square = list(chain_square.budget(name, campaign.surfaces, kept / "pressure.nc"))
         rows += of_square

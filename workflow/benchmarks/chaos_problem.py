@@ -136,7 +136,7 @@ class Square:
     @classmethod
     def of(cls, name: str) -> Square:
         """The square of a scene of the project."""
-        configuration = load(name, ROOT / "config" / "scenes", ROOT / "config" / "scene.schema.yaml")
+        configuration = load(name, ROOT / "config" / "scenes")
         model, grid = surface_model.gaussian_model(configuration), geometry.square_grid(configuration)
         order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
         modes = karhunen_loeve(model.covariance, grid, order, share=share).modes

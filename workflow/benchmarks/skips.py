@@ -94,7 +94,7 @@ def spared_stages(costs: dict[str, list[dict[str, Any]]]) -> dict[str, dict[str,
         seconds |= {one["stage"]: one["cpu_seconds"] for one in rows}
     found = {}
     for name in SPARING:
-        scene = load(name, ROOT / "config" / "scenes", ROOT / "config" / "scene.schema.yaml")
+        scene = load(name, ROOT / "config" / "scenes")
         stages = {stage: reason for stage, reason in skip_reasons(scene).items() if stage in seconds}
         found[name] = {
             "cpu_seconds": sum(seconds[stage] for stage in stages),

@@ -13,9 +13,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, VARIABLE_COUNTS
 from roughslip.scene import plan
-from roughslip.scene.expansion import AUTO, BEST, GIVEN, MOST, terms
-from roughslip.scene.forms import ORDER
+from roughslip.scene.expansion import AUTO, BEST, terms
 
 Scene = dict[str, Any]
 
@@ -27,7 +27,6 @@ _PLAIN, _DRAWING, _COMPILED = 260, 320, 420  # MB: Python with libraries; with p
 _MOTION = 520  # MB: with those of the oscillator, while they are compiled
 _NODES_KEPT = 16  # around the centre of the square, at most
 _AUTO_SOLVES = 2**14  # of training_square, and 2048 or more of field_square
-_LARGEST_TABLE = 100_000_000  # numbers, of modes or of samples times terms (scene_rules)
 _REPLICATES = 400  # of the bootstrap
 _LEAST_BATCH = 1
 
@@ -75,8 +74,8 @@ def _nodes(scene: Scene) -> int:
 
 def _modes(scene: Scene) -> int:
     """Modes of the square; the most that its memory allows where they are given by their share."""
-    given = plan.get(scene, ORDER)
-    return int(given) if given is not None else min(_nodes(scene) // 4 + 1, _LARGEST_TABLE // _nodes(scene))
+    given = plan.get(scene, "square.modes")
+    return int(given) if given is not None else min(_nodes(scene) // 4 + 1, MOST_NUMBERS // _nodes(scene))
 
 
 def _modes_mb(scene: Scene) -> float:
@@ -90,7 +89,7 @@ def _samples(scene: Scene, auto: int) -> int:
 
 def _terms(scene: Scene) -> int:
     variables, degree = (plan.get(scene, f"expansion.{key}") for key in ("variables", "degree"))
-    return terms(GIVEN if variables == BEST else variables, degree, MOST)
+    return terms(FUNCTIONALS if variables == BEST else variables, degree, VARIABLE_COUNTS[-1])
 
 
 def _designs(scene: Scene) -> float:
@@ -130,7 +129,7 @@ def _contact_square(scene: Scene, count: int) -> float:
 
 def _fit(scene: Scene, samples: float) -> float:
     """Tables of samples times terms: the basis at all nodes, its factor, and those of groups that are left out."""
-    return 6 * min(_megabytes(samples * _NODES_KEPT * _terms(scene) / 4), _megabytes(_LARGEST_TABLE))
+    return 6 * min(_megabytes(samples * _NODES_KEPT * _terms(scene) / 4), _megabytes(MOST_NUMBERS))
 
 
 def _training_square(scene: Scene, _: int) -> float:
@@ -191,7 +190,7 @@ def _contact_strip(scene: Scene, count: int) -> float:
 def _chaos_strip(scene: Scene, _: int) -> float:
     strips = scene["strip"]["training_samples"]
     samples = strips * _cells(scene) / 8
-    along = terms(GIVEN, scene["expansion"]["degree"], MOST)
+    along = terms(FUNCTIONALS, scene["expansion"]["degree"], VARIABLE_COUNTS[-1])
     rows = max(1.0, scene["strip"]["width_m"] / scene["strip"]["cell_m"])
     return (
         _sampler(scene)

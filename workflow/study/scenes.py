@@ -58,7 +58,7 @@ class Scenes:
         mistakes: list[str] = []
         for name in scene_names(folder):
             try:
-                self.valid[name] = checked(name, folder, root / "config" / "scene.schema.yaml")
+                self.valid[name] = checked(name, folder)
             except InputError as error:
                 if name in asked:
                     mistakes += error.lines
@@ -270,7 +270,7 @@ class Scenes:
         return records
 
 
-def checked(name: str, folder: Path, schema: Path) -> dict[str, Any]:
+def checked(name: str, folder: Path) -> dict[str, Any]:
     """The scene of that name as a run takes it, from the folder of the scene files: its scan, too, has to be there.
 
     Raises InputError with every mistake of the scene.
@@ -278,7 +278,7 @@ def checked(name: str, folder: Path, schema: Path) -> dict[str, Any]:
     if name in RULES:
         file = strict_yaml.display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
-    scene = load(folder / f"{name}.yaml", folder, schema)
+    scene = load(folder / f"{name}.yaml", folder)
     file = plan.get(scene, "roughness.scan.file")
     if file is not None:
         found = Path(_scan_file(folder.parents[1], file))

@@ -10,7 +10,6 @@ import os
 import re
 import sys
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,31 +17,30 @@ from jsonschema import Draft202012Validator, validators
 
 from roughslip.errors import InputError
 from roughslip.scene import rules
-from roughslip.scene.plan import Scene
-from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read, shown
-
-__all__ = ["Scene", "describe_allowed", "load", "scene_names"]
+from roughslip.scene.fields import WORD
+from roughslip.scene.mistakes import Values, shown
+from roughslip.scene.schema import scene_schema
+from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read
 
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
-_NAME = re.compile(r"[a-z][a-z0-9_-]{0,39}")
+_NAME = re.compile(WORD)
 _NAME_ALLOWED = "a small letter, then at most 39 small letters, digits, _ or -"
 
 
-def load(name_or_path: str | Path, scenes_folder: Path, schema_path: Path) -> Scene:
+def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     """The scene of a name, or of a file anywhere, with its overlays merged and every rule checked.
 
     name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml
-    scenes_folder : where names are looked up, those after `extends` too
-    schema_path : the closed JSON schema (Draft 2020-12), written in YAML
+    scenes_folder : folder of the names, also of those after `extends`
 
-    Returns the scene as nested dicts; a key whose schema says `number` holds a float, `extends` is gone.
-    Raises InputError with a line per mistake.
+    Returns the scene as nested dicts, without `extends`; a key that takes a `number` holds a float. `types.scene_of`
+    makes an object of it. Raises InputError with a line per mistake.
     """
-    schema = _read_schema(schema_path)
+    schema = scene_schema()
     chain, merged, lines = _read_chain(_locate(name_or_path, scenes_folder), scenes_folder)
 
     def topmost(paths: list[KeyPath]) -> Path:
-        """Of the overlaid files that gave these values, the one that the user is most likely to be writing."""
+        """Of the overlaid files that gave these values, the one that the user most likely edits."""
         return min((merged.file_of(path) for path in paths), key=chain.index)
 
     faulty = set()
@@ -51,12 +49,12 @@ def load(name_or_path: str | Path, scenes_folder: Path, schema_path: Path) -> Sc
             faulty.add(".".join(map(str, path)))
         if text:
             lines.append(line(topmost([path]), path, text))
-    for keys, text in rules.mistakes(_blanked(merged.values, faulty), faulty):
+    for keys, text in rules.mistakes(_without(faulty, merged.values), faulty):
         paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
         lines.append(line(topmost(paths), paths[0], text))
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
-    return cast(Scene, _with_floats(merged.values, schema))
+    return cast(Values, _with_floats(merged.values, schema))
 
 
 def scene_names(scenes_folder: Path) -> list[str]:
@@ -68,18 +66,18 @@ class _Merged:
     """The values of overlaid files, and for each key the file that gave it last."""
 
     def __init__(self, top: Path) -> None:
-        self.values: Scene = {}
+        self.values: Values = {}
         self._files: dict[KeyPath, Path] = {(): top}
 
     def file_of(self, path: KeyPath) -> Path:
         """The file that gave the value at this path or, where there is none, what is around it."""
         return next(self._files[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self._files)
 
-    def overlay(self, file: Path, given: Scene) -> None:
+    def overlay(self, file: Path, given: Values) -> None:
         """Mappings merge; numbers, text and lists replace; a key drops those that it takes the place of."""
         self._merge(self.values, given, file, ())
 
-    def _merge(self, base: Scene, given: Scene, file: Path, path: KeyPath) -> None:
+    def _merge(self, base: Values, given: Values, file: Path, path: KeyPath) -> None:
         replaces = rules.REPLACES.get(".".join(map(str, path)), {})
         for replaced in {old for key in given for old in replaces.get(key, ())} - given.keys():
             base.pop(replaced, None)
@@ -123,7 +121,7 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
     """The files of a scene from the top of its overlays down, their values merged, and lines on what was misread."""
     known = scene_names(scenes_folder)
     chain = [top]
-    documents: list[Scene] = []
+    documents: list[Values] = []
     lines: list[str] = []
     while len(documents) < len(chain):
         file = chain[-1]
@@ -152,25 +150,13 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
     return chain, merged, lines
 
 
-@lru_cache
-def _read_schema(file: Path) -> Scene:
-    schema, misread = read(file)
-    if misread:
-        raise InputError([line(file, path, text) for path, text in misread])
-    return schema
-
-
-def _blanked(values: Scene, faulty: set[str]) -> Scene:
-    """The scene with None for every value that the schema refused, so that rules meet no odd types."""
-
-    def blanked(value: Any, path: str) -> Any:
-        if path in faulty:
-            return None
-        if isinstance(value, dict):
-            return {key: blanked(item, f"{path}.{key}" if path else key) for key, item in value.items()}
-        return value
-
-    return cast(Scene, blanked(values, ""))
+def _without(faulty: set[str], value: Any, path: str = "") -> Any:
+    """The scene with None for every value that the schema refused, and for lists with a refused item."""
+    if path in faulty or (isinstance(value, list) and any(bad.startswith(f"{path}.") for bad in faulty)):
+        return None
+    if isinstance(value, dict):
+        return {key: _without(faulty, item, f"{path}.{key}" if path else key) for key, item in value.items()}
+    return value
 
 
 def _is_integer(_: object, value: object) -> bool:
@@ -195,11 +181,11 @@ _Validator = validators.extend(
 )
 
 
-def _schema_mistakes(values: Scene, schema: Scene) -> Iterator[tuple[KeyPath, str, bool]]:
+def _schema_mistakes(values: Values, schema: Values) -> Iterator[tuple[KeyPath, str, bool]]:
     """The path, the text of its line ("" where it has one already), and whether there is a value, which is refused."""
     for error in _Validator(schema).iter_errors(values):
         path, given = tuple(error.absolute_path), error.instance
-        part = cast(Scene, error.schema)
+        part = cast(Values, error.schema)
         if isinstance(given, Misread):
             yield path, "", True
         elif error.validator == "required":
@@ -216,7 +202,7 @@ def _schema_mistakes(values: Scene, schema: Scene) -> Iterator[tuple[KeyPath, st
             yield path, f"{shown(given)} is not allowed; {describe_allowed(part)}", True
 
 
-def describe_allowed(schema: Scene) -> str:
+def describe_allowed(schema: Values) -> str:
     """What a part of the schema allows, in words: `a number > 0 and <= 1 [m]`."""
     if isinstance(schema["type"], list):  # a number, or a word in its place
         return f"{describe_allowed({**schema, 'type': schema['type'][0]})}, or {schema['pattern'].strip('^$')}"
@@ -241,7 +227,7 @@ def describe_allowed(schema: Scene) -> str:
     return f"a {'whole ' * (schema['type'] == 'integer')}number {bounds}{unit.group() if unit else ''}"
 
 
-def _as_number(text: str, schema: Scene) -> str:
+def _as_number(text: str, schema: Values) -> str:
     """How to write a number that arrived as text: YAML wants a point, and a sign in the exponent."""
     plain = text.strip().replace("_", "")
     if scientific := re.fullmatch(r"([-+]?)(\d*)\.?(\d*)[eE]([-+]?)(\d+)", plain, re.ASCII):
@@ -253,7 +239,7 @@ def _as_number(text: str, schema: Scene) -> str:
     return f"write {plain}, {describe_allowed(schema)}" if known else describe_allowed(schema)
 
 
-def _nearest_key(key: str, part: Scene, schema: Scene) -> str:
+def _nearest_key(key: str, part: Values, schema: Values) -> str:
     """The allowed keys, the nearest first; a key that belongs to another section is named with its section."""
     allowed = list(part["properties"])
     elsewhere = [
@@ -270,7 +256,7 @@ def _nearest(given: str, known: list[str], heading: str) -> str:
     return f"{guess}{heading}: {', '.join(known)}"
 
 
-def _with_floats(value: Any, schema: Scene) -> Any:
+def _with_floats(value: Any, schema: Values) -> Any:
     """A number is a float however it was written, so that 5 and 5.0 are the same scene."""
     match schema["type"]:
         case "object":

@@ -1,80 +1,157 @@
-"""The mass on the belt: which keys of its friction go with one another."""
+"""Section `oscillator` of a scene."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Literal
 
-from roughslip.scene.roughness import Mistake
-from roughslip.scene.strict_yaml import shown
+from roughslip.scene.fields import Section, choice, flag, group, integer, many, number
+from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, strictly_increasing
 
-LAW, TABLE, STATIC = "oscillator.law", "oscillator.friction_table", "oscillator.static_friction"
-FOLLOWS, TIME = "oscillator.friction_follows", "oscillator.correlation_time_s"
-DRIVE, FORCE = "oscillator.excitation_frequency_rad_per_s", "oscillator.excitation_force_n"
-BY_PERIOD = "ensemble.count_by_period"
-STRIBECK, COULOMB, TABULATED = "stribeck", "coulomb", "table"
+Law = Literal["stribeck", "coulomb", "table"]
+TableInterpolation = Literal["monotone_cubic", "linear"]
+Follows = Literal["slip", "belt", "time"]
+NegativeFriction = Literal["clip", "refuse"]
+Integrator = Literal["fehlberg45", "dormand_prince853"]
 
-# In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FrictionTable(Section):
+    """Mean friction coefficient at some sliding speeds, with law table; the windows then give the scatter alone."""
+
+    speeds_m_per_s: tuple[float, ...] = many(
+        "Sliding speeds, strictly increasing from 0 on",
+        number("A sliding speed", "m/s", at_least=0, at_most=1e6),
+        fewest=2,
+        most=1000,
+    )
+    values: tuple[float, ...] = many(
+        "Friction coefficients at these speeds; the last one holds beyond its speed",
+        number("A friction coefficient", at_least=0, at_most=10),
+        fewest=2,
+        most=1000,
+    )
+    interpolation: TableInterpolation = choice(
+        "Interpolation between the speeds", TableInterpolation, default="monotone_cubic"
+    )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Oscillator(Section):
+    """Mass on a moving belt, eqs. (12) and (13)."""
+
+    mass_kg: float = number("Mass m", "kg", above=0, at_most=1e6)
+    natural_frequency_rad_per_s: float = number(
+        "Natural frequency omega; the spring has m omega^2", "rad/s", above=0, at_most=1e6
+    )
+    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", at_least=0, at_most=10)
+    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", above=0, at_most=1000)
+    normal_force_n: float = number("Normal force N", "N", above=0, at_most=1e9)
+    excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", at_least=0, at_most=1e9)
+    excitation_frequency_rad_per_s: float = number(
+        "Angular frequency Omega of the excitation", "rad/s", at_least=0, at_most=1e6
+    )
+    static_friction: float = number("Mean friction coefficient at rest, eq. (13) at v_rel = 0", above=0, at_most=10)
+    law: Law = choice(
+        "Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as "
+        "mu_fit; coulomb, that coefficient at every speed; table, friction_table",
+        Law,
+        default="stribeck",
+    )
+    friction_table: FrictionTable | None = group(FrictionTable)
+    stribeck_decay_s_per_m: float = number(
+        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", at_least=0, at_most=1e6
+    )
+    stribeck_quadratic_s2_per_m2: float = number(
+        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", at_least=0, at_most=1e6
+    )
+    stochastic_static_limit: bool = flag("Whether the stochastic part enters the static limit too")
+    friction_follows: Follows = choice(
+        "Argument of the stochastic part: slip, the slipped distance, so that it is constant in stick; belt, the "
+        "travel v0 t of the belt; time",
+        Follows,
+        default="slip",
+    )
+    correlation_time_s: float | None = number(
+        "Correlation time of the stochastic part where it follows time", "s", above=0, at_most=1e6, default=None
+    )
+    negative_friction: NegativeFriction = choice(
+        "Treatment of a stochastic part that would turn friction negative: clip cuts friction to zero and counts the "
+        "cuts, refuse ends with an error",
+        NegativeFriction,
+        default="clip",
+    )
+    integrator: Integrator = choice(
+        "Embedded Runge-Kutta pair of the slip motion: fehlberg45 as in the paper, or dormand_prince853, which takes "
+        "fewer evaluations where the nodes of the friction path do not bound the steps",
+        Integrator,
+        default="fehlberg45",
+    )
+    penetration_percentile: float = number(
+        "Penetration of the surfaces that the mass slides on, between the first and the last of the strip, as the "
+        "share of the heights above the plane",
+        "%",
+        above=0,
+        below=100,
+        default=50.0,
+    )
+    windows_in_parallel: int = integer(
+        "Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n)",
+        at_least=1,
+        at_most=1_000_000,
+        default=1,
+    )
+
+
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "oscillator": {"law": ("friction_table",), "friction_follows": ("correlation_time_s",)}
 }
 
+LAW, TABLE, STATIC = "oscillator.law", "oscillator.friction_table", "oscillator.static_friction"
+FOLLOWS, TIME = "oscillator.friction_follows", "oscillator.correlation_time_s"
+FREQUENCY, FORCE = "oscillator.excitation_frequency_rad_per_s", "oscillator.excitation_force_n"
+BY_PERIOD = "ensemble.count_by_period"
 
-def mistakes(scene: dict[str, Any]) -> Iterator[Mistake]:
-    """What does not go together in oscillator and friction; what the schema refuses is left to it."""
+
+def mistakes(scene: Values) -> Iterator[Mistake]:
+    """What does not go together in oscillator and friction."""
     section = scene["oscillator"]
-    law, table = section.get("law", STRIBECK), section.get("friction_table")
-    if law == TABULATED and table is None:
-        yield Mistake((TABLE, LAW), f"missing; {LAW} = {TABULATED} needs it")
-    elif law != TABULATED and table is not None:
-        yield Mistake((TABLE, LAW), f"not allowed beside {LAW} = {law}; only {TABULATED} takes it")
-    elif isinstance(table, dict):
-        yield from _table_mistakes(table, section.get("static_friction"))
+    law, table, static = section.get("law", "stribeck"), section.get("friction_table"), section.get("static_friction")
+    if law == "table" and "friction_table" not in section:
+        yield missing(f"{LAW} = table needs it", TABLE, LAW)
+    elif law != "table" and table is not None:
+        yield not_together(TABLE, table, LAW, law, allowed="only table takes it")
+    elif table is not None:
+        yield from _table_mistakes(table, static)
     follows, time = section.get("friction_follows", "slip"), section.get("correlation_time_s")
     if follows == "time" and time is None:
-        yield Mistake((TIME, FOLLOWS), f"missing; {FOLLOWS} = time needs it")
+        yield missing(f"{FOLLOWS} = time needs it", TIME, FOLLOWS)
     elif follows != "time" and time is not None:
-        yield Mistake((TIME, FOLLOWS), f"{shown(time)} is not allowed beside {FOLLOWS} = {follows}; only time takes it")
-    force, frequency = section.get("excitation_force_n"), section.get("excitation_frequency_rad_per_s")
-    if _number(force) and force > 0 and frequency == 0:
-        text = f"{shown(frequency)} is not allowed; a number > 0 [rad/s] where {FORCE} is not 0"
-        yield Mistake((DRIVE, FORCE), text)
-    ensemble = scene.get("ensemble")
-    if _number(force) and force > 0 and isinstance(ensemble, dict) and ensemble.get("count_by_period") is True:
-        yield Mistake(
-            (BY_PERIOD, FORCE), f"true is not allowed where {FORCE} is not 0; no cycle repeats the last there"
-        )
-    static = section.get("static_friction")
-    for key, mean in _means(scene):
-        if law != TABULATED and _number(static) and _number(mean) and static < mean:
-            reason = "or stick holds less than slip" if law == COULOMB else "or eq. (13) turns negative at high speed"
-            yield Mistake((STATIC, key), f"{shown(static)} is not allowed; at least {key} = {mean}, {reason}")
+        yield not_together(TIME, time, FOLLOWS, follows, allowed="only time takes it")
+    if (section.get("excitation_force_n") or 0) > 0:
+        if section.get("excitation_frequency_rad_per_s") == 0:
+            frequency = section["excitation_frequency_rad_per_s"]
+            yield refused(frequency, f"a number > 0 [rad/s] where {FORCE} is not 0", FREQUENCY, FORCE)
+        if given(scene, BY_PERIOD):
+            allowed = f"false where {FORCE} is not 0, because no cycle repeats the last there"
+            yield refused(True, allowed, BY_PERIOD, FORCE)
+    for key in ("friction.mean_at_median", "friction.statistics.mean"):
+        mean = given(scene, key)
+        if law != "table" and static is not None and mean is not None and static < mean:
+            reason = "or stick holds less than slip" if law == "coulomb" else "or eq. (13) turns negative at high speed"
+            yield refused(static, f"at least {key} = {mean}, {reason}", STATIC, key)
 
 
-def _table_mistakes(table: dict[str, Any], static: Any) -> Iterator[Mistake]:
-    speeds: Any = table.get("speeds_m_per_s")
-    values: Any = table.get("values")
-    if not all(isinstance(row, list) and row and all(map(_number, row)) for row in (speeds, values)):
+def _table_mistakes(table: Values, static: float | None) -> Iterator[Mistake]:
+    speeds, values = table.get("speeds_m_per_s"), table.get("values")
+    if speeds is None or values is None:
         return
+    keys = f"{TABLE}.values", f"{TABLE}.speeds_m_per_s"
     if len(speeds) != len(values):
-        text = f"{len(values)} values are not allowed; one for each of the {len(speeds)} speeds"
-        yield Mistake((f"{TABLE}.values", f"{TABLE}.speeds_m_per_s"), text)
-    if speeds[0] != 0 or sorted(set(speeds)) != speeds:
-        text = f"{shown(speeds)} is not allowed; strictly increasing speeds from 0 on"
-        yield Mistake((f"{TABLE}.speeds_m_per_s",), text)
-    if _number(static) and static < values[0]:
-        text = f"{shown(static)} is not allowed; at least the first of {TABLE}.values = {values[0]}"
-        yield Mistake((STATIC, f"{TABLE}.values"), f"{text}, or stick holds less than slip")
-
-
-def _means(scene: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The mean friction coefficient by its key, in the forms that the scene gives."""
-    friction = scene.get("friction")
-    if isinstance(friction, dict):
-        yield "friction.mean_at_median", friction.get("mean_at_median")
-        if isinstance(friction.get("statistics"), dict):
-            yield "friction.statistics.mean", friction["statistics"].get("mean")
-
-
-def _number(value: Any) -> bool:
-    return type(value) in (int, float)
+        yield Mistake(keys, f"{len(values)} values are not allowed; one for each of the {len(speeds)} speeds")
+    if speeds[0] != 0 or not strictly_increasing(speeds):
+        yield refused(speeds, "strictly increasing speeds from 0 on", keys[1])
+    if static is not None and static < values[0]:
+        allowed = f"at least the first of {keys[0]} = {values[0]}, or stick holds less than slip"
+        yield refused(static, allowed, STATIC, keys[0])

@@ -1,110 +1,246 @@
-"""The forms of `roughness` in a scene, a field, a fractal or a scan, and what ties the keys of each together."""
+"""Section `roughness` of a scene: a random field, a fractal or a measured surface."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Literal, get_args
 
-from roughslip.scene.strict_yaml import shown
+from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, text
+from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
+
+Covariance = Literal["gaussian", "exponential", "separable_exponential", "matern", "self_affine"]
+ScanCovariance = Literal[
+    "best", "measured", "gaussian", "exponential", "separable_exponential", "matern", "self_affine"
+]
+Family = Literal["beta", "weibull", "lognormal"]
+ScanMarginal = Literal["gaussian", "beta", "weibull", "lognormal", "empirical"]
+Form = Literal["mean", "plane", "quadratic"]
+HeightUnit = Literal["m", "mm", "um", "nm", "pm"]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Marginal(Section):
+    """Distribution of the heights where it is not Gaussian, shifted to zero mean and scaled to rms_height_m."""
+
+    family: Family = choice(
+        "Family of distributions; weibull and lognormal have a long upper tail, mirrored ones a long lower tail", Family
+    )
+    shapes: tuple[float, ...] = many(
+        "Shape parameters: a and b of beta, k of weibull, the deviation of the logarithm s of lognormal",
+        number("A shape parameter", at_least=0.02, at_most=10000),
+        most=2,
+    )
+    mirrored: bool = flag("Whether heights are turned upside down: valleys below a plateau", default=False)
+    correct_correlation: bool = flag(
+        "Whether the covariance is that of the heights. Otherwise it is that of the underlying Gaussian field, "
+        "and the transformation changes it a little",
+        default=False,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Fractal(Section):
+    """Weierstrass-Mandelbrot surface, plane waves with random phases, eq. (1) and its form in two dimensions."""
+
+    hurst: float = number(
+        "Hurst exponent; the fractal dimension of the surface is 3 minus it", at_least=0.01, at_most=0.99
+    )
+    azimuths: int = integer(
+        "Directions of the waves in half a turn; with fewer than 3 a curvature of the surface is zero everywhere",
+        at_least=3,
+        at_most=1000,
+    )
+    gamma: float = number("Ratio of successive frequencies", at_least=1.05, at_most=10)
+    longest_wavelength_m: float | None = number(
+        "Longest wave; the whole length of the strip where not given", "m", above=0, at_most=1, default=None
+    )
+    shortest_wavelength_m: float | None = number(
+        "Shortest wave; two cells of the strip where not given", "m", above=0, at_most=1, default=None
+    )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Grinding(Section):
+    """In place of a file, a scan that the project makes, of a surface ground along x grain by grain."""
+
+    points: int = integer("Points of the scan on each axis", at_least=64, at_most=2048)
+    spacing_m: float = number("Distance of neighbouring points", "m", at_least=1e-9, at_most=0.001)
+    grains_per_m2: float = number("Grains whose deepest point lies over a unit of area", "1/m^2", above=0, at_most=1e13)
+    depth_m: float = number("Mean depth to which grains dip below the mean of the blank", "m", above=0, at_most=0.001)
+    tip_radius_m: float = number("Median radius of the tips of grains", "m", above=0, at_most=0.01)
+    path_radius_m: float = number("Radius of the path of a grain relative to the workpiece", "m", above=0, at_most=1)
+    blank_rms_m: float = number("Root mean square height of the Gaussian blank", "m", above=0, at_most=0.001)
+    blank_length_m: float = number("Correlation length of the blank", "m", above=0, at_most=0.01)
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Scan(Section):
+    """A measured surface; models are fitted to it, and surfaces are sampled from these."""
+
+    file: str | None = text(
+        "File of the scan; its path starts at the folder of the scene file or of the project. Allowed: a format of an "
+        "instrument that SurfaceTopography reads, a .nc map, or a .txt matrix with a row for each y",
+        longest=500,
+        default=None,
+    )
+    spacing_x_m: float | None = number(
+        "Distance of neighbouring points along x, where the file does not give it",
+        "m",
+        at_least=1e-11,
+        at_most=0.01,
+        default=None,
+    )
+    spacing_y_m: float | None = number(
+        "Distance of neighbouring points along y, where the file does not give it",
+        "m",
+        at_least=1e-11,
+        at_most=0.01,
+        default=None,
+    )
+    height_unit: HeightUnit | None = choice(
+        "Unit of the heights, where the file does not give it", HeightUnit, default=None
+    )
+    form: Form = choice("Form that is removed from the scan first, by a least squares fit", Form)
+    covariance: ScanCovariance = choice(
+        "Model of the autocorrelation, fitted; best is the one of the smallest Bayesian criterion, "
+        "measured the estimate itself",
+        ScanCovariance,
+    )
+    marginal: ScanMarginal = choice(
+        "Distribution of the heights, fitted by its moments; empirical is the measured one", ScanMarginal
+    )
+    correct_correlation: bool | None = flag("As roughness.marginal.correct_correlation", default=None)
+    grinding: Grinding | None = group(Grinding)
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Roughness(Section):
+    """Random heights, stationary: a field, a fractal or a measured surface.
+
+    A field has covariance, rms_height_m and correlation_length_m, a fractal has fractal and rms_height_m."""
+
+    covariance: Covariance = choice(
+        "Covariance at distance r over the correlation length: gaussian is exp(-r^2), exponential is exp(-r), "
+        "separable_exponential is exp(-|x| - |y|). matern has a smoothness, self_affine a Hurst exponent and bandwidth",
+        Covariance,
+        default=None,
+    )
+    rms_height_m: float = number("Root mean square of the heights, Sq", "m", above=0, at_most=0.01, default=None)
+    correlation_length_m: float = number(
+        "Distance at which the covariance has fallen to 1/e; below the cell the heights are independent",
+        "m",
+        above=0,
+        at_most=1,
+        default=None,
+    )
+    correlation_length_across_m: float | None = number(
+        "Correlation length across the lay of an anisotropic surface; correlation_length_m is then that along the lay",
+        "m",
+        above=0,
+        at_most=1,
+        default=None,
+    )
+    lay_rad: float | None = number(
+        "Angle from the sliding direction x to the lay; 0 where not given",
+        "rad",
+        at_least=-3.1416,
+        at_most=3.1416,
+        default=None,
+    )
+    smoothness: float | None = number(
+        "Smoothness nu of a matern covariance; 0.5 is exponential, large ones come close to gaussian",
+        at_least=0.05,
+        at_most=20,
+        default=None,
+    )
+    hurst: float | None = number(
+        "Hurst exponent of a self_affine covariance; the fractal dimension of the surface is 3 minus it",
+        at_least=0.01,
+        at_most=1,
+        default=None,
+    )
+    bandwidth: float | None = number(
+        "Longest over shortest wavelength of the power law of a self_affine covariance",
+        at_least=1.01,
+        at_most=1e6,
+        default=None,
+    )
+    marginal: Marginal | None = group(Marginal)
+    fractal: Fractal | None = group(Fractal)
+    scan: Scan | None = group(Scan)
+
 
 FIELD = ("covariance", "rms_height_m", "correlation_length_m")
 SHAPES = {"smoothness": "matern", "hurst": "self_affine", "bandwidth": "self_affine"}
 FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, "marginal")
-FRACTAL, SCAN = "fractal", "scan"
-KEYS = (*FIELD, *FIELD_OPTIONS, FRACTAL, SCAN)
-
-# By the key that tells a form: the keys that it needs, and those that it may have.
-FORMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "covariance": (FIELD, FIELD_OPTIONS),
-    FRACTAL: ((FRACTAL, "rms_height_m"), ()),
-    SCAN: ((SCAN,), ()),
-}
-
-# Of each family of laws: the names of its shapes, and their limits.
+# The keys that each form may have.
+FORMS = {"covariance": (*FIELD, *FIELD_OPTIONS), "fractal": ("fractal", "rms_height_m"), "scan": ("scan",)}
+# Of each family of distributions: the names of its shapes, and their limits.
 FAMILIES = {"beta": ("a, b", 0.02, 1e4), "weibull": ("k", 0.2, 50.0), "lognormal": ("s", 0.02, 1.5)}
+STATED = ("spacing_x_m", "spacing_y_m", "height_unit")  # for a file that does not give them
 
-STATED = ("spacing_x_m", "spacing_y_m", "height_unit")  # of a file that does not say
-
-# In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "roughness": {
-        SCAN: (*FIELD, *FIELD_OPTIONS, FRACTAL),
-        FRACTAL: (*(key for key in (*FIELD, *FIELD_OPTIONS) if key != "rms_height_m"), SCAN),
-        **dict.fromkeys((*FIELD, *FIELD_OPTIONS), (FRACTAL, SCAN)),
-        "rms_height_m": (SCAN,),
-        "covariance": (FRACTAL, SCAN, *SHAPES),
+        **dict.fromkeys((*FIELD, *FIELD_OPTIONS), ("fractal", "scan")),
+        "rms_height_m": ("scan",),
+        "covariance": ("fractal", "scan", *SHAPES),
+        "fractal": (*(key for key in FORMS["covariance"] if key != "rms_height_m"), "scan"),
+        "scan": (*FORMS["covariance"], "fractal"),
     },
     "roughness.marginal": {"family": ("shapes", "mirrored")},
     "roughness.scan": {"file": ("grinding",), "grinding": ("file", *STATED), "marginal": ("correct_correlation",)},
 }
 
 
-class Mistake(NamedTuple):
-    """keys : the dotted keys involved, the one to name first; text : what is wrong with it and what is allowed"""
-
-    keys: tuple[str, ...]
-    text: str
-
-
-def mistakes(roughness: dict[str, Any]) -> Iterator[Mistake]:
-    """What is wrong with the forms of roughness, and within each; what the schema refuses is left to it."""
-    form = next((key for key in (SCAN, FRACTAL) if key in roughness), "covariance")
-    needed, optional = FORMS[form]
+def mistakes(scene: Values) -> Iterator[Mistake]:
+    """Roughness has exactly one of its forms, and the keys of that form alone."""
+    roughness = scene["roughness"]
+    form = next((key for key in ("scan", "fractal") if key in roughness), "covariance")
+    every = {key for keys in FORMS.values() for key in keys}
     for key, value in roughness.items():
-        if key in KEYS and key not in (*needed, *optional):
-            text = f"{shown(value)} is not allowed beside roughness.{form}; give one"
-            yield Mistake((f"roughness.{key}", f"roughness.{form}"), text)
-    for key in needed:
+        if key in every.difference(FORMS[form]):
+            yield not_together(f"roughness.{key}", value, f"roughness.{form}")
+    for key in FIELD if form == "covariance" else FORMS[form]:
         if key not in roughness:
-            text = f"missing; give {', '.join(FIELD)}, or {FRACTAL} with rms_height_m, or {SCAN}"
-            yield Mistake((f"roughness.{key}",), text)
+            yield missing(f"give {', '.join(FIELD)}, or fractal with rms_height_m, or scan", f"roughness.{key}")
     if form == "covariance":
         yield from _field_mistakes(roughness)
-    if isinstance(scan := roughness.get(SCAN), dict):
-        yield from _scan_mistakes(scan)
+    if roughness.get("scan") is not None:
+        yield from _scan_mistakes(roughness["scan"])
 
 
-def _field_mistakes(field: dict[str, Any]) -> Iterator[Mistake]:
+def _field_mistakes(field: Values) -> Iterator[Mistake]:
     kind = field.get("covariance")
     for shape, owner in SHAPES.items():
         keys = f"roughness.{shape}", "roughness.covariance"
-        if shape in field and kind in (*SHAPES.values(), "gaussian", "exponential", "separable_exponential"):
-            if kind != owner:
-                yield Mistake(keys, f"{shown(field[shape])} is not allowed; roughness.covariance = {kind} has none")
-        elif kind == owner:
-            yield Mistake(keys, f"missing; roughness.covariance = {kind} needs it")
+        if shape in field and kind in get_args(Covariance) and kind != owner:
+            yield refused(field[shape], f"roughness.covariance = {kind} has none", *keys)
+        elif shape not in field and kind == owner:
+            yield missing(f"roughness.covariance = {kind} needs it", *keys)
     if "lay_rad" in field and "correlation_length_across_m" not in field:
-        keys = "roughness.correlation_length_across_m", "roughness.lay_rad"
-        yield Mistake(keys, "missing; goes with roughness.lay_rad")
-    marginal = field.get("marginal")
-    if (
-        isinstance(marginal, dict)
-        and marginal.get("family") in tuple(FAMILIES)
-        and isinstance(marginal.get("shapes"), list)
-    ):
-        names, least, most = FAMILIES[marginal["family"]]
-        shapes = marginal["shapes"]
-        numbers = all(isinstance(shape, int | float) for shape in shapes)
-        if len(shapes) != len(names.split(", ")) or (numbers and not all(least <= s <= most for s in shapes)):
-            text = f"{shown(shapes)} is not allowed; [{names}] of {marginal['family']}, each {least:g} to {most:g}"
-            yield Mistake(("roughness.marginal.shapes", "roughness.marginal.family"), text)
+        yield missing("goes with roughness.lay_rad", "roughness.correlation_length_across_m", "roughness.lay_rad")
+    marginal = field.get("marginal") or {}
+    family, shapes = marginal.get("family"), marginal.get("shapes")
+    if family is not None and shapes is not None:
+        names, least, most = FAMILIES[family]
+        if len(shapes) != len(names.split(", ")) or not all(least <= shape <= most for shape in shapes):
+            allowed = f"[{names}] of {family}, each {least:g} to {most:g}"
+            yield refused(shapes, allowed, "roughness.marginal.shapes", "roughness.marginal.family")
 
 
-def _scan_mistakes(scan: dict[str, Any]) -> Iterator[Mistake]:
-    sources = [key for key in ("file", "grinding") if key in scan]
-    if not sources:
-        yield Mistake(("roughness.scan.file",), "missing; give the file of a scan, or grinding to have one made")
-    if "grinding" in sources:
+def _scan_mistakes(scan: Values) -> Iterator[Mistake]:
+    if "grinding" in scan:
         for key in ("file", *STATED):
             if key in scan:
-                text = f"{shown(scan[key])} is not allowed beside roughness.scan.grinding; give one"
-                yield Mistake((f"roughness.scan.{key}", "roughness.scan.grinding"), text)
+                yield not_together(f"roughness.scan.{key}", scan[key], "roughness.scan.grinding")
+    elif "file" not in scan:
+        yield missing("give the file of a scan, or grinding to have one made", "roughness.scan.file")
     spacings = [key for key in STATED[:2] if key in scan]
-    if len(spacings) == 1 and "grinding" not in sources:
-        (absent,) = set(STATED[:2]) - set(spacings)
-        given = f"roughness.scan.{spacings[0]}"
-        yield Mistake((f"roughness.scan.{absent}", given), f"missing; goes with {given}")
+    if len(spacings) == 1 and "grinding" not in scan:
+        (absent,) = set(STATED[:2]).difference(spacings)
+        keys = f"roughness.scan.{absent}", f"roughness.scan.{spacings[0]}"
+        yield missing(f"goes with {keys[1]}", *keys)
     if scan.get("marginal") == "gaussian" and "correct_correlation" in scan:
         keys = "roughness.scan.correct_correlation", "roughness.scan.marginal"
-        text = f"{shown(scan[keys[0].rpartition('.')[2]])} is not allowed; a gaussian marginal changes no correlation"
-        yield Mistake(keys, text)
+        yield refused(scan["correct_correlation"], "a gaussian marginal changes no correlation", *keys)

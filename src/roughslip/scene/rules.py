@@ -1,4 +1,4 @@
-"""What ties the keys of a scene together: rules across keys, and what a target needs."""
+"""Rules that tie several keys of a scene together: those of each section, those between sections, those of targets."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from roughslip.scene import batches, ensemble, expansion, forms, oscillator, roughness, stick_slip_map
-from roughslip.scene.expansion import AUTO, BEST, FEWEST, GIVEN, MOST, terms
-from roughslip.scene.forms import GIVEN_FRICTION
-from roughslip.scene.plan import Scene, get, needs, stages_needed
-from roughslip.scene.roughness import Mistake
-from roughslip.scene.strict_yaml import shown
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, TRAINING_NODES, TRAINING_SPACING, VARIABLE_COUNTS
+from roughslip.scene import ensemble, expansion, friction, oscillator, roughness, running, square, stick_slip_map
+from roughslip.scene.expansion import AUTO, BEST, terms
+from roughslip.scene.mistakes import Mistake, Values, given, missing, refused, strictly_increasing
+from roughslip.scene.plan import needs, stages_needed
 
-# In an overlay: by section, what a key takes the place of, where the overlay does not give that too.
+# In an overlay, by section: keys that a key replaces, where the overlay does not give those too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    **forms.REPLACES,
+    **friction.REPLACES,
+    **square.REPLACES,
     **roughness.REPLACES,
     **expansion.REPLACES,
     **oscillator.REPLACES,
@@ -23,16 +23,26 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 }
 
 
-def friction_is_given(scene: Scene) -> bool:
-    """Whether the scene gives friction statistics as numbers, so that the oscillator runs alone."""
-    friction = scene.get("friction")
-    return isinstance(friction, dict) and GIVEN_FRICTION in friction
-
-
 class _Rule(NamedTuple):
-    keys: tuple[str, ...]  # of the values handed to `holds`; the first is the one refused
+    keys: tuple[str, ...]  # of the values that `holds` takes; the first is the one refused
     holds: Callable[..., bool]
     allowed: str  # a format of the same values
+
+
+FEWEST, MOST = VARIABLE_COUNTS[0], VARIABLE_COUNTS[-1]
+_MEMORY = f"{MOST_NUMBERS} (0.8 GB of memory)"
+_TERMS = ("expansion.variables", "expansion.degree")
+_CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
+_DRAWS = 10  # over the square of cdf_error: draws then add 1.36 / sqrt(10) of that error, with 95 %
+_MULTIPLES = {
+    "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
+    "expansion_spacing_m": "length_m window_m window_spacing_m",
+}
+
+
+def training_columns(columns: float) -> int:
+    """Columns of a strip that train the expansion, as from_scene.training counts them."""
+    return math.ceil((columns - TRAINING_SPACING // 2) / TRAINING_SPACING) if columns < _CELLS else _CELLS
 
 
 def _is_multiple(length: float, cell: float) -> bool:
@@ -40,34 +50,17 @@ def _is_multiple(length: float, cell: float) -> bool:
     return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
 
 
-def _training_columns(columns: float) -> int:
-    """Columns of a strip that train the expansion; what cannot be told is enough."""
-    return math.ceil((columns - _TRAINING_SPACING // 2) / _TRAINING_SPACING) if columns < _CELLS else _CELLS
-
-
-_NUMBERS = 100_000_000  # in one array: 0.8 GB
-_CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
-_FUNCTIONALS, _TRAINING_SPACING = 8, 8  # of the expansion along the strip, as in its stages
-_TRAINING_NODES = 16  # at most, of a surface of the square
-_DRAWS = 10  # over the square of the error asked of a distribution: drawing it adds 1.36 / sqrt(10) of that, with 95 %
-
-_TERMS = ("expansion.variables", "expansion.degree")
-_MULTIPLES = {
-    "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
-    "expansion_spacing_m": "length_m window_m window_spacing_m",
-}
-
 _RULES = (
     _Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
     _Rule(
         ("square.modes", "square.nodes"),
-        lambda m, n: m > n**2 or m * n**2 <= _NUMBERS,
-        f"modes times nodes^2 at most {_NUMBERS} (0.8 GB of memory), here with {{1}} nodes",
+        lambda m, n: m > n**2 or m * n**2 <= MOST_NUMBERS,
+        f"modes times nodes^2 at most {_MEMORY}, here with {{1}} nodes",
     ),
     _Rule(
         ("expansion.variables", "square.modes"),
-        lambda v, modes: (GIVEN if v == BEST else v) <= modes,
-        f"at most square.modes = {{1}}, of which {BEST} takes {GIVEN} or more",
+        lambda v, modes: (FUNCTIONALS if v == BEST else v) <= modes,
+        f"at most square.modes = {{1}}, of which {BEST} takes {FUNCTIONALS} or more",
     ),
     *(
         rule
@@ -75,8 +68,8 @@ _RULES = (
         for rule in (
             _Rule(
                 (samples, "square.modes"),
-                lambda n, modes: n == AUTO or n * modes <= _NUMBERS,
-                f"samples times square.modes = {{1}} at most {_NUMBERS} (0.8 GB of memory)",
+                lambda n, modes: n == AUTO or n * modes <= MOST_NUMBERS,
+                f"samples times square.modes = {{1}} at most {_MEMORY}",
             ),
             _Rule(
                 (samples, *_TERMS),
@@ -85,16 +78,16 @@ _RULES = (
             ),
             _Rule(
                 (samples, *_TERMS),
-                lambda n, v, d: n == AUTO or n <= terms(v, d, FEWEST) or n * terms(v, d, MOST) <= _NUMBERS,
-                f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_NUMBERS} (0.8 GB of memory)",
+                lambda n, v, d: n == AUTO or n <= terms(v, d, FEWEST) or n * terms(v, d, MOST) <= MOST_NUMBERS,
+                f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_MEMORY}",
             ),
         )
     ),
     _Rule(
         ("expansion.samples", *_TERMS),
-        lambda n, v, d: n != AUTO or _TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= _NUMBERS,
-        f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {_TRAINING_NODES} nodes of each, samples times "
-        f"terms exceed {_NUMBERS} (0.8 GB of memory): take a lower expansion.degree",
+        lambda n, v, d: n != AUTO or TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
+        f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {TRAINING_NODES} nodes of each, samples times "
+        f"terms exceed {_MEMORY}: take a lower expansion.degree",
     ),
     _Rule(
         ("expansion.draws", "expansion.cdf_error"),
@@ -156,7 +149,7 @@ _RULES = (
         lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
         f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
-    _Rule(("strip.penetration_percentiles",), lambda q: sorted(set(q)) == q, "strictly increasing percentiles"),
+    _Rule(("strip.penetration_percentiles",), strictly_increasing, "strictly increasing percentiles"),
     _Rule(
         ("strip.penetration_percentiles", "friction.mean_at_median"),
         lambda percentiles, _: 50 in percentiles,
@@ -164,9 +157,9 @@ _RULES = (
     ),
     _Rule(
         ("strip.training_samples", "strip.length_m", "strip.cell_m", "expansion.degree"),
-        lambda n, length, cell, d: n > 1 and n * _training_columns(length / cell) > terms(_FUNCTIONALS, d),
-        f"at least 2, and enough that every {_TRAINING_SPACING}th column gives more samples than "
-        f"C({_FUNCTIONALS} + {{3}}, {{3}})",
+        lambda n, length, cell, d: n > 1 and n * training_columns(length / cell) > terms(FUNCTIONALS, d),
+        f"at least 2, and enough that every {TRAINING_SPACING}th column gives more samples than "
+        f"C({FUNCTIONALS} + {{3}}, {{3}})",
     ),
     _Rule(
         ("expansion.target", "strip.training_samples"),
@@ -185,14 +178,14 @@ _RULES = (
         lambda drawn, realisations: drawn <= realisations,
         "at most ensemble.realisations = {1}",
     ),
-    _Rule(("ensemble.damping_ratios",), lambda d: sorted(set(d)) == d, "strictly increasing damping ratios"),
+    _Rule(("ensemble.damping_ratios",), strictly_increasing, "strictly increasing damping ratios"),
 )
 
 
-def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
+def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
     """Every rule across keys that the scene breaks.
 
-    scene : the merged scene, checked against the schema
+    scene : the merged scene, with None for every value that the schema refused
     faulty : dotted keys that the schema refused; rules that read them, or anything in or around them, are left out
     """
 
@@ -201,49 +194,50 @@ def mistakes(scene: Scene, faulty: set[str]) -> Iterator[Mistake]:
 
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
-    if isinstance(scene.get("friction"), dict):
-        yield from forms.friction_mistakes(scene["friction"])
-    of_sections: tuple[tuple[str, Callable[[Scene], Iterator[Mistake]]], ...] = (
-        ("square", lambda scene: forms.square_mistakes(scene["square"])),
-        ("expansion", expansion.mistakes),
-        ("batches", batches.mistakes),
-        ("oscillator", oscillator.mistakes),
-        ("ensemble", ensemble.mistakes),
-        ("roughness", lambda scene: roughness.mistakes(scene["roughness"])),
-    )
-    for section, found in of_sections:
+    found: list[Mistake] = []
+    for section in _SECTIONS:
         if isinstance(scene.get(section), dict):
-            yield from (m for m in found(scene) if all(map(sound, m.keys)))
-    yield from (m for m in stick_slip_map.mistakes(scene) if all(map(sound, m.keys)))
+            found += _SECTIONS[section].mistakes(scene)
+    found += stick_slip_map.mistakes(scene)
+    yield from (mistake for mistake in found if all(map(sound, mistake.keys)))
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     for keys, holds, allowed in _RULES:
-        if unread.intersection(key.partition(".")[0] for key in keys):
-            continue
-        values = [get(scene, key) for key in keys]
-        can_tell = all(value is not None for value in values) and all(map(sound, keys))
-        if can_tell and not holds(*values):
-            yield Mistake(keys, f"{shown(values[0])} is not allowed; {allowed.format(*values)}")
+        values = [given(scene, key) for key in keys]
+        known = all(value is not None for value in values) and all(map(sound, keys))
+        if known and unread.isdisjoint(key.partition(".")[0] for key in keys) and not holds(*values):
+            yield refused(values[0], allowed.format(*values), *keys)
 
 
-def _sections_not_read(scene: Scene) -> set[str]:
-    """Sections that no target reads; what an overlay inherits in them may not fit and does no harm."""
+_SECTIONS = {
+    "friction": friction,
+    "square": square,
+    "expansion": expansion,
+    "batches": running,
+    "oscillator": oscillator,
+    "ensemble": ensemble,
+    "roughness": roughness,
+}
+
+
+def _sections_not_read(scene: Values) -> set[str]:
+    """Sections that no target reads; what an overlay inherits in them may break the rules without effect."""
     stages = stages_needed(scene)
     unread = set() if "friction" in stages else {"strip"}
     return unread if stages & {"chaos_square", "field_square"} else unread | {"square"}
 
 
-def _unmet_needs(scene: Scene, sound: Callable[[str], bool]) -> Iterator[Mistake]:
+def _unmet_needs(scene: Values, sound: Callable[[str], bool]) -> Iterator[Mistake]:
     """The sections and keys that the targets need and the scene lacks; a missing section stands for its keys."""
-    missing: dict[str, list[str]] = {}
+    absent: dict[str, list[str]] = {}
     for target in scene.get("targets", []):
         for key in needs(scene, target):
             section = key.split(".")[0]
-            absent = key if section in scene else section
-            if get(scene, absent) is None and sound(absent) and target not in missing.setdefault(absent, []):
-                missing[absent].append(target)
-    for key, targets in missing.items():
-        text = f"missing; needed for {', '.join(targets)}"
+            lacking = key if section in scene else section
+            if given(scene, lacking) is None and sound(lacking) and target not in absent.setdefault(lacking, []):
+                absent[lacking].append(target)
+    for key, targets in absent.items():
+        reason = f"needed for {', '.join(targets)}"
         if key != "friction.mean_at_median":
-            yield Mistake((key, "targets"), text)
-        elif friction_is_given(scene):  # else the wrong form is told below
-            yield Mistake((key, "targets"), f"{text}, for which friction.{GIVEN_FRICTION} cannot stand in")
+            yield missing(reason, key, "targets")
+        elif given(scene, friction.STATISTICS) is not None:  # else the rules of friction report it
+            yield missing(f"{reason}, for which friction.statistics is no substitute", key, "targets")

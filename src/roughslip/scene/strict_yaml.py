@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from roughslip.errors import InputError
+from roughslip.scene.mistakes import shown
 
 KeyPath = tuple[str | int, ...]
 
@@ -152,22 +153,6 @@ def line(file: Path, path: KeyPath, text: str) -> str:
 def display(file: Path) -> str:
     """The path as a user sees it: from the working folder, where the file lies in it."""
     return str(file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file)
-
-
-def shown(value: Any) -> str:
-    """A value as a user would write it, on one line and no longer than fits."""
-    match value:
-        case None:
-            text = "no value"
-        case bool():
-            text = str(value).lower()
-        case dict():
-            text = "a group of keys"
-        case list():
-            text = "[" + ", ".join(shown(item) for item in value[:20]) + (", ...]" if len(value) > 20 else "]")
-        case _:
-            text = repr(value)
-    return text if len(text) <= 80 else f"{text[:76]} ..."
 
 
 def _word(key: str) -> str:

@@ -6,11 +6,13 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from roughslip.errors import RoughslipError, StoreError
 from roughslip.scene.declarations import RANGE, Stage
+from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.runtime.usage import Usage, die_with_parent
 from roughslip.store import Key, read_key
 
@@ -32,6 +34,11 @@ class Job:
     def configuration(self) -> dict[str, Any]:
         """The stage's slice of the scene."""
         return self.key.configuration
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The part of the scene that the stage reads."""
+        return scene_of(self.key.configuration)
 
 
 def execute(stage: Stage, work: Callable[[Job], None]) -> None:

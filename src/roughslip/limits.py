@@ -1,0 +1,12 @@
+"""Sizes that both the rules of scenes and the computations obey; light, because every start of the study imports it."""
+
+MOST_NUMBERS = 100_000_000  # in one array of floats: 0.8 GB
+
+VARIABLE_COUNTS = (2, 4, 6, 8, 9, 10, 12)  # of a pressure expansion, from which the best number is chosen
+FUNCTIONALS = 8  # local functionals of the heights, in the order of chaos.functionals.NAMES
+TRAINING_SPACING = 8  # columns of a strip from one training column to the next: closer columns add little information
+TRAINING_NODES = 16  # at most, on each surface of the square
+
+FIELD_GROUPS = 10  # of surfaces, left out in turn by the expansion at every node
+FIELD_SAMPLES = 100  # fewest surfaces for the expansion at every node
+FIELD_NUMBERS = 90_000_000  # in each of the two tables of the expansion at every node: 1.5 GB together

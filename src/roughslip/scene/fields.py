@@ -1,0 +1,140 @@
+"""Fields of the sections of a scene: each states description, unit, range and default once, next to its name.
+
+Sections are plain frozen dataclasses, because every stage imports them at its start. The JSON schema is generated from
+the metadata of their fields.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, TypeVar, get_args
+
+REQUIRED = object()
+WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
+_BOUNDS = {"at_least": "minimum", "above": "exclusiveMinimum", "at_most": "maximum", "below": "exclusiveMaximum"}
+
+S = TypeVar("S", bound="Section")
+
+
+class Section:
+    """Base class of the sections. A section of a stage holds only the keys that the stage reads."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Called for a missing attribute alone."""
+        place = self.__dict__.get("_place", "")
+        raise AttributeError(f"{place}{name} is not among the keys that this stage reads")
+
+    def __repr__(self) -> str:
+        given = ", ".join(f"{name}={value!r}" for name, value in vars(self).items() if name != "_place")
+        return f"{type(self).__name__}({given})"
+
+
+def number(description: str, unit: str = "-", *, default: Any = REQUIRED, **bounds: float) -> Any:
+    """A field for a real number. bounds : at_least, above, at_most, below."""
+    return _field({"description": f"{description} [{unit}]", "type": "number", **_limits(bounds)}, default)
+
+
+def integer(
+    description: str, unit: str = "-", *, default: Any = REQUIRED, or_word: str | None = None, **bounds: int
+) -> Any:
+    """A field for a whole number, or for one word in its place. bounds : at_least, above, at_most, below."""
+    part: dict[str, Any] = {"description": f"{description} [{unit}]", "type": "integer", **_limits(bounds)}
+    if or_word is not None:
+        part |= {"type": ["integer", "string"], "pattern": f"^{or_word}$"}
+    return _field(part, default)
+
+
+def choice(description: str, kinds: Any, *, default: Any = REQUIRED) -> Any:
+    """A field for one of the words of a Literal type."""
+    return _field({"description": description, "type": "string", "enum": list(get_args(kinds))}, default)
+
+
+def flag(description: str, *, default: Any = REQUIRED) -> Any:
+    """A field for true or false."""
+    return _field({"description": description, "type": "boolean"}, default)
+
+
+def text(description: str, *, longest: int, default: Any = REQUIRED) -> Any:
+    """A field for text on one line, of 1 to `longest` characters."""
+    return _field({"description": description, "type": "string", "minLength": 1, "maxLength": longest}, default)
+
+
+def many(
+    description: str,
+    item: Any,
+    *,
+    fewest: int = 1,
+    most: int | None = None,
+    unique: bool = False,
+    default: Any = REQUIRED,
+) -> Any:
+    """A field for a list. item : the field of one of its elements."""
+    part = {"description": description, "type": "array", "minItems": fewest, "items": item.metadata["schema"]}
+    part |= {} if most is None else {"maxItems": most}
+    return _field(part | ({"uniqueItems": True} if unique else {}), default)
+
+
+def group(kind: type[Section]) -> Any:
+    """A field for a section that may be absent; its docstring is the description."""
+    return _field(
+        {"description": str(kind.__doc__).replace("\n    ", " ").replace("\n", ""), "type": "object"}, None, kind
+    )
+
+
+def fields_of(kind: type[Section]) -> dict[str, dataclasses.Field[Any]]:
+    """The fields of a section by name, in their order."""
+    return {field.name: field for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+
+
+def default_of(field: dataclasses.Field[Any]) -> Any:
+    """The default of a field; None where it has none."""
+    default = field.metadata["default"]
+    return None if default is REQUIRED else default
+
+
+def build(kind: type[S], values: Mapping[str, Any], place: str = "") -> S:
+    """A section from the keys that `values` holds, and from the defaults of absent optional keys.
+
+    place : dotted name of the section with a point at its end, for the message of a key that was not read
+
+    A required key that `values` lacks is absent from the section too, and reading it raises AttributeError.
+    """
+    section = object.__new__(kind)
+    section.__dict__["_place"] = place
+    for name, field in fields_of(kind).items():
+        inner = field.metadata["kind"]
+        if inner is not None and (name in values or not place):
+            part = values.get(name)
+            if part is not None or not place:
+                section.__dict__[name] = build(inner, part or {}, f"{place}{name}.")
+                continue
+        if name in values:
+            value = values[name]
+            section.__dict__[name] = tuple(value) if isinstance(value, list) else value
+        elif field.metadata["default"] is not REQUIRED:
+            section.__dict__[name] = default_of(field)
+    return section
+
+
+def completed(kind: type[Section], values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a section as nested dicts, with the defaults of absent optional keys."""
+    whole = dict(values)
+    for name, field in fields_of(kind).items():
+        if field.metadata["kind"] is not None and isinstance(values.get(name), Mapping):
+            whole[name] = completed(field.metadata["kind"], values[name])
+        elif name not in values and field.metadata["default"] is not REQUIRED:
+            whole[name] = default_of(field)
+    return whole
+
+
+def _limits(bounds: Mapping[str, float]) -> dict[str, float]:
+    return {_BOUNDS[name]: value for name, value in bounds.items()}
+
+
+def _field(part: dict[str, Any], default: Any, kind: type[Section] | None = None) -> Any:
+    """The default is a factory, so that the class has no attribute of its name."""
+    metadata = {"schema": part, "default": default, "kind": kind}
+    if default is REQUIRED:
+        return dataclasses.field(metadata=metadata)
+    return dataclasses.field(default_factory=lambda: default, metadata=metadata)

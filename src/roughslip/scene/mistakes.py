@@ -1,0 +1,62 @@
+"""Mistakes of scenes, the words that describe them, and access to values by dotted key."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+Values = dict[str, Any]  # a scene, or a part of one, as nested dicts
+
+
+class Mistake(NamedTuple):
+    """keys : the dotted keys involved, the one to name first; text : what is wrong with it and what is allowed"""
+
+    keys: tuple[str, ...]
+    text: str
+
+
+def given(scene: Values, key: str) -> Any:
+    """The value that a scene gives under a dotted key; None where it gives none, or where the schema refused it."""
+    value: Any = scene
+    for part in key.split("."):
+        if not isinstance(value, dict) or part not in value:
+            return None
+        value = value[part]
+    return value
+
+
+def shown(value: Any) -> str:
+    """A value as a user would write it, on one line and of bounded length."""
+    match value:
+        case None:
+            text = "no value"
+        case bool():
+            text = str(value).lower()
+        case dict():
+            text = "a group of keys"
+        case list():
+            text = "[" + ", ".join(shown(item) for item in value[:20]) + (", ...]" if len(value) > 20 else "]")
+        case _:
+            text = repr(value)
+    return text if len(text) <= 80 else f"{text[:76]} ..."
+
+
+def strictly_increasing(values: list[float]) -> bool:
+    """Whether each number exceeds the one before it."""
+    return all(low < high for low, high in pairwise(values))
+
+
+def not_together(key: str, value: Any, other: str, equals: Any = None, *, allowed: str = "give one") -> Mistake:
+    """The mistake of a key that another one excludes. equals : the value of the other one that does so."""
+    condition = other if equals is None else f"{other} = {equals}"
+    return Mistake((key, other), f"{shown(value)} is not allowed together with {condition}; {allowed}")
+
+
+def refused(value: Any, allowed: str, *keys: str) -> Mistake:
+    """The mistake of a value, by what is allowed. keys : its own first, then those that limit it."""
+    return Mistake(keys, f"{shown(value)} is not allowed; {allowed}")
+
+
+def missing(reason: str, *keys: str) -> Mistake:
+    """The mistake of an absent key. keys : its own first, then those that need it."""
+    return Mistake(keys, f"missing; {reason}")

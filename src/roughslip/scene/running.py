@@ -1,0 +1,53 @@
+"""Sections `numerics` and `batches` of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from roughslip.scene.fields import Section, integer, number
+from roughslip.scene.mistakes import Mistake, Values, given, refused
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Numerics(Section):
+    """Tolerances of the solvers."""
+
+    contact_tolerance: float = number(
+        "Relative residual to which a contact problem is solved", at_least=1e-14, at_most=0.001, default=None
+    )
+    oscillator_tolerance: float = number(
+        "Relative error allowed in the slip motion per unit of omega t", at_least=1e-13, at_most=0.001, default=None
+    )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Batches(Section):
+    """Number of samples that a job takes; no result depends on it."""
+
+    square_samples: int = integer("Squares solved in a job", at_least=1, at_most=100_000_000, default=None)
+    strip_samples: int = integer("Strips solved in a job", at_least=1, at_most=100_000_000, default=None)
+    expansion_samples: int = integer(
+        "Strips on which a job evaluates the expansion", at_least=1, at_most=100_000_000, default=None
+    )
+    realisations: int = integer("Realisations integrated in a job", at_least=1, at_most=100_000_000, default=None)
+
+
+MOST_JOBS = 2000  # of one total: Snakemake plans each of them, and each takes a second or two to start
+TOTALS = {
+    "square_samples": ("square.monte_carlo_samples", "square.latin_hypercube_samples", "expansion.samples"),
+    "strip_samples": ("strip.samples",),
+    "expansion_samples": ("strip.expansion_samples",),
+    "realisations": ("ensemble.realisations",),
+}
+
+
+def mistakes(scene: Values) -> Iterator[Mistake]:
+    """Batches so small that a stage has too many jobs."""
+    for key, totals in TOTALS.items():
+        size = scene["batches"].get(key)
+        for total in totals:
+            count = given(scene, total)
+            if size is not None and isinstance(count, int) and count > MOST_JOBS * size:
+                allowed = f"enough that {total} = {count} takes at most {MOST_JOBS} jobs"
+                yield refused(size, allowed, f"batches.{key}", total)

@@ -1,0 +1,87 @@
+"""The scene: a section for each subject, read by the stages as `job.scene`.
+
+A new section is a module with its dataclass and a field here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from roughslip.scene.ensemble import Ensemble
+from roughslip.scene.expansion import Expansion
+from roughslip.scene.fields import (
+    Section,
+    build,
+    choice,
+    completed,
+    default_of,
+    fields_of,
+    group,
+    integer,
+    many,
+    text,
+)
+from roughslip.scene.friction import Friction
+from roughslip.scene.material import Material
+from roughslip.scene.mistakes import Values
+from roughslip.scene.oscillator import Oscillator
+from roughslip.scene.roughness import Roughness
+from roughslip.scene.running import Batches, Numerics
+from roughslip.scene.square import Square
+from roughslip.scene.stick_slip_map import StickSlipMap, Survival
+from roughslip.scene.strip import Strip
+
+Figure = Literal["figure2", "figure3", "figure5", "figure_scan", "figure_field", "figure_map"]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Scene(Section):
+    """Everything that a study may be asked to do."""
+
+    description: str = text("Purpose of the scene in one line, for captions and the report", longest=200)
+    seed: int = integer("Fixes every random number of the scene", at_least=0, at_most=4294967295)
+    targets: tuple[Figure, ...] = many(
+        "The figures to make; only the stages that they need run",
+        choice(
+            "A figure of the paper, or figure_scan (a scan and surfaces sampled from its models), figure_field "
+            "(statistics of the pressure at every node of the square), or figure_map (probability of stick-slip over "
+            "damping and belt velocity, and lifetimes of stick-slip near its limits)",
+            Figure,
+        ),
+        unique=True,
+    )
+    material: Material = group(Material)
+    roughness: Roughness = group(Roughness)
+    square: Square = group(Square)
+    expansion: Expansion = group(Expansion)
+    strip: Strip = group(Strip)
+    friction: Friction = group(Friction)
+    oscillator: Oscillator = group(Oscillator)
+    ensemble: Ensemble = group(Ensemble)
+    map: StickSlipMap = group(StickSlipMap)
+    survival: Survival = group(Survival)
+    numerics: Numerics = group(Numerics)
+    batches: Batches = group(Batches)
+
+
+def scene_of(values: Mapping[str, Any]) -> Scene:
+    """The scene, or the part of it that a stage reads, from nested dicts; absent optional keys get their defaults."""
+    return build(Scene, values)
+
+
+def get(scene: Values, key: str) -> Any:
+    """The value of a scene under a dotted key: as given, else its default, None where it has none.
+
+    A section is returned with the defaults of its absent keys.
+    """
+    value: Any = scene
+    kind: type[Section] | None = Scene
+    for part in key.split("."):
+        if kind is None or (field := fields_of(kind).get(part)) is None:
+            raise KeyError(f"{key} is no key of a scene")
+        given = isinstance(value, Mapping) and part in value
+        value = value[part] if given else default_of(field)
+        kind = field.metadata["kind"]
+    return completed(kind, value) if kind is not None and isinstance(value, Mapping) else value

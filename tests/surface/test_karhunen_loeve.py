@@ -1,3 +1,5 @@
+"""Karhunen-Loeve expansion: against matrices, the continuous problem and the shares of the variance."""
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -62,9 +64,9 @@ def test_kronecker_products_are_the_modes_of_the_matrix():
 
 
 @pytest.mark.parametrize("covariance", [*MIRRORED.values(), *ROTATED.values()])
-@pytest.mark.parametrize("shape", [(12, 10), (11, 10), (10, 13), (11, 9), (60, 1), (1, 61)])
-def test_lanczos_on_classes_finds_the_modes_of_the_matrix(covariance, shape):
-    """Even and odd numbers of nodes fold differently."""
+@pytest.mark.parametrize("shape", [(12, 10), (11, 9), (60, 1), (1, 61)])
+def test_lanczos_finds_the_modes_of_the_matrix(covariance, shape, monkeypatch):
+    monkeypatch.setattr(lanczos, "SMALL_MESH", 0)
     grid, order = Grid(*shape, 1.0, 1.2), 14
     matrix = covariance_matrix(covariance, grid) / covariance.rms_height_m**2
     values, vectors, residuals = lanczos.leading_modes(covariance, grid, order)
@@ -72,15 +74,7 @@ def test_lanczos_on_classes_finds_the_modes_of_the_matrix(covariance, shape):
     np.testing.assert_allclose(vectors @ vectors.T, np.eye(order), atol=1e-12)
     true = np.linalg.norm(matrix @ vectors.T - values * vectors.T, axis=0) / values[0]
     np.testing.assert_allclose(residuals, true, atol=1e-14)
-    assert true.max() < lanczos.TOLERANCE
-
-
-def test_on_a_square_equal_eigenvalues_come_in_pairs():
-    """Modes (2, 1) and (1, 2) are alike; a single Lanczos process sees both only by rounding."""
-    values, vectors, _ = lanczos.leading_modes(Covariance("exponential", 1.0, 8.0), Grid(40, 40, 1.0, 1.0), 12)
-    assert values[1] == pytest.approx(values[2], rel=1e-12)
-    first, second = vectors[1].reshape(40, 40), vectors[2].reshape(40, 40)
-    np.testing.assert_allclose(np.abs(first), np.abs(second.T), atol=1e-10)  # one along x, the other along y
+    assert true.max() < 1e-11
 
 
 def test_the_operator_is_the_matrix():
@@ -157,13 +151,6 @@ def test_numbers_predicted_too_low_grow(monkeypatch):
         np.testing.assert_allclose(ours.eigenvalues, expected.eigenvalues, rtol=1e-10)
 
 
-def test_a_class_with_more_than_its_share_of_modes_is_solved_again():
-    """Across four nodes so long a correlation leaves even modes alone: two of the four classes hold all forty."""
-    covariance, grid = Covariance("exponential", 1.0, 40.0), Grid(4, 160, 0.1, 1.0)
-    values = lanczos.leading_modes(covariance, grid, 40)[0]
-    np.testing.assert_allclose(values, np.linalg.eigvalsh(covariance_matrix(covariance, grid))[::-1][:40], rtol=1e-11)
-
-
 def test_a_long_line_is_solved_for_its_leading_modes_alone(monkeypatch):
     """1100 nodes by Lanczos, and the same by LAPACK."""
     covariance, grid = Covariance("gaussian", 1.0, 0.3, 0.2), Grid(1100, 6, 0.01, 0.05)
@@ -171,7 +158,7 @@ def test_a_long_line_is_solved_for_its_leading_modes_alone(monkeypatch):
     monkeypatch.setattr(kl, "DENSE_NODES", 2000)
     whole = kl.karhunen_loeve(covariance, grid, 40)
     np.testing.assert_allclose(leading.eigenvalues, whole.eigenvalues, rtol=1e-9)
-    assert leading.residuals.max() < lanczos.TOLERANCE
+    assert leading.residuals.max() < 1e-11
     np.testing.assert_allclose(leading.variance(), whole.variance(), atol=1e-9)
 
 
@@ -189,7 +176,7 @@ def test_what_represents_a_field():
     assert kl.representation(smooth, grid, 101).captured_variance == pytest.approx(0.95, abs=0.02)
     assert kl.representation(rough, grid, share=1.0).order == grid.size
     assert "GiB" in kl.representation(smooth, Grid(1200, 1200, 1 / 1200, 1 / 1200), 101).reason
-    line = Covariance("exponential", 1.0, 0.1)  # a line has no second axis, whatever its cell is said to be
+    line = Covariance("exponential", 1.0, 0.1)  # a line has no second axis: the size of its cell there has no effect
     shares = [kl.representation(line, Grid(500, 1, 0.002, dy), 20).captured_variance for dy in (1e-3, 1.0)]
     assert shares[0] == pytest.approx(shares[1], rel=1e-12)
 
@@ -230,4 +217,4 @@ def test_an_inaccurate_mode_is_an_error(monkeypatch):
     monkeypatch.setattr(lanczos, "LARGEST_RESIDUAL", 0.0)
     with pytest.raises(ConvergenceError, match="inaccurate") as caught:
         kl.karhunen_loeve(Covariance("exponential", 1.0, 5.0), Grid(40, 40, 1.0, 1.0), 5)
-    assert 0.0 < caught.value.residual < lanczos.TOLERANCE
+    assert 0.0 < caught.value.residual < 1e-11

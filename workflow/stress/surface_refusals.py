@@ -170,13 +170,13 @@ def _fits() -> dict[str, Callable[[], object]]:
         }
     data = estimates(1e-6 * x[:, None], 1e-6 * x, table, error)
     for name, worse in NOT_POSITIVE.items():
-        calls[f"rms height of a fit_distribution {name}"] = partial(fit_covariance, "gaussian", data, worse)
+        calls[f"rms height of a fit {name}"] = partial(fit_covariance, "gaussian", data, worse)
     return calls | {
         "errors of zero": partial(estimates, x[:, None], x, table, 0 * error),
         "one part": partial(estimates, x[:, None], x, table, error, table[None]),
         "a cut-off of a gaussian": partial(fit_covariance, "gaussian", data, 1e-7, cutoff_wavelength_m=1e-6),
-        "a self-affine fit_distribution without a cut-off": partial(fit_covariance, "self_affine", data, 1e-7),
-        "a fit_distribution of a kind that is not known": partial(fit_covariance, "gauss", data, 1e-7),
+        "a self-affine fit without a cut-off": partial(fit_covariance, "self_affine", data, 1e-7),
+        "a fit of a kind that is not known": partial(fit_covariance, "gauss", data, 1e-7),
     }
 
 

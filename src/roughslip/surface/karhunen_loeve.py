@@ -13,11 +13,10 @@ from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
-from roughslip.surface.lanczos import leading_modes
+from roughslip.surface.lanczos import LANCZOS_SHARE, leading_modes
 
 DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
 MOST_DENSE_NODES = 4096  # beyond this the matrix is never formed
-LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
 MOST_BYTES = 2**30  # of modes that `representation` allows
 
 

@@ -1,233 +1,108 @@
-"""Leading eigenpairs of the covariance matrix of a mesh, never formed: Lanczos on all its symmetry classes at once.
-
-C(-x, -y) = C(x, y), so modes are even or odd under reflection in the centre of the mesh; where C(-x, y) = C(x, y) too,
-they are even or odd about both its middle lines. Each class has a Lanczos process of its own, with vectors a half or a
-quarter as long and fewer of them, and one product with the sum of their vectors serves all of them.
-
-A process that starts from one vector sees one mode of each eigenvalue. Those that symmetry makes equal, as on a square,
-mostly fall into different classes; others may come twice in one, such as lambda_0 lambda_2 of a product of equal
-factors. So the modes are taken out once they have converged, and the processes start again from new vectors, until
-they find nothing more above the smallest mode asked for and have gone on for so long that something would have shown.
-"""
+"""Leading eigenpairs of the covariance matrix of a mesh that is too large to form: Lanczos with products by FFT."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 
 import ducc0  # type: ignore[import-not-found]
 import numpy as np
 import scipy.linalg
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from roughslip.errors import ConvergenceError, ParameterError, whole
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
-from roughslip.surface.symmetry import Operator, SymmetryClass, symmetry_classes
 
-TOLERANCE = 1e-11  # of Lanczos: residual over the smallest eigenvalue asked for; most modes end near rounding
-ROUNDING = 1e-14  # of a product, relative to the largest eigenvalue
 LARGEST_RESIDUAL = 1e-9  # relative to the largest eigenvalue
-DOUBT = 1e-6  # chance that a mode stays unseen, whatever the spectrum
-CANCELLED = 0.5  # share of a vector that orthogonalisation leaves, below which it is repeated
-STRIDE, SHARE = 5, 16  # products between looks at the Ritz values; of a large basis the 16th part of its vectors
-MOST_PRODUCTS = 20_000  # from one start
+SMALL_MESH = 200  # nodes up to which the matrix is formed
+LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
+MISSING_TOLERANCE = 1e-9  # relative, above the smallest eigenvalue found: what exceeds it was missed
+MOST_ROUNDS = 20  # of searches for missing modes
 
-
-class Process:
-    """Lanczos in one class: every vector is orthogonalised against all before, and a full basis is halved.
-
-    basis : rows 0 ... count - 1 orthonormal, of which the first `kept` were there at the start; the next is row `count`
-    projected : (count, count) the matrix in this basis
-    coupling : norm of what the last product has outside the basis; 0 where nothing is left
-
-    Method: Lanczos with thick restarts (Wu and Simon, SIAM J. Matrix Anal. Appl. 22, 2000, 602).
-    """
-
-    def __init__(self, symmetry: SymmetryClass, order: int, seed: int) -> None:
-        self.symmetry = symmetry
-        self.most_kept = order + 10
-        capacity = min(symmetry.size, 2 * order + 60)
-        self.basis = np.empty((capacity + 1, symmetry.size))
-        self.projected = np.zeros((capacity, capacity))
-        self.count = self.kept = 0
-        self.coupling = 0.0
-        self.generator = np.random.default_rng(seed)  # fixed: the same bits from run to run
-        self.start(0.0)
-
-    def start(self, residual: float) -> None:
-        """Keeps the Ritz vectors of at most this residual, the largest first, and goes on from a random vector."""
-        if self.count:
-            _, residuals, vectors = self.ritz()
-            self._compress(vectors[:, residuals <= residual][:, : self.most_kept])
-        self.kept = self.count
-        if self.count == self.symmetry.size:
-            return
-        direction, _ = self._orthogonalised(self.generator.standard_normal(self.symmetry.size), self.count)
-        self.coupling = float(np.linalg.norm(direction))
-        self.basis[self.count] = direction / self.coupling
-
-    def next_field(self) -> np.ndarray:
-        """(nx, ny) of which the product is due; a full basis is halved before."""
-        if self.count == len(self.projected):
-            self._restart()
-        return self.symmetry.unfold(self.basis[self.count])
-
-    def advance(self, image: np.ndarray) -> None:
-        """One step, given the product of the matrix with a field whose part in this class is the next vector."""
-        image, coefficients = self._orthogonalised(self.symmetry.fold(image), self.count + 1)
-        self.projected[self.count, : self.count + 1] = coefficients
-        self.projected[: self.count + 1, self.count] = coefficients
-        self.count += 1
-        self.coupling = float(np.linalg.norm(image)) if self.count < self.symmetry.size else 0.0
-        if self.coupling:
-            self.basis[self.count] = image / self.coupling
-
-    def ritz(self, first: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Values descending, their residuals, and vectors in columns: of the basis from its row `first` on."""
-        values, vectors = np.linalg.eigh(self.projected[first : self.count, first : self.count])
-        return values[::-1], self.coupling * np.abs(vectors[-1, ::-1]), vectors[:, ::-1]
-
-    def _orthogonalised(self, vector: np.ndarray, rows: int) -> tuple[np.ndarray, np.ndarray]:
-        """The part of a vector orthogonal to so many rows of the basis, and its coefficients in them."""
-        basis, last = self.basis[:rows], self.basis[max(rows - 2, 0) : rows]
-        coefficients = np.zeros(rows)
-        coefficients[-2:] = last @ vector  # of a product all but rounding, so that one pass over the others is enough
-        vector = vector - coefficients[-2:] @ last
-        for _ in range(2):
-            before = np.linalg.norm(vector)
-            rest = basis @ vector
-            vector -= rest @ basis
-            coefficients += rest
-            if np.linalg.norm(vector) >= CANCELLED * before:
-                break
-        return vector, coefficients
-
-    def _restart(self) -> None:
-        """The larger half of the Ritz vectors since the start goes on, with the same next vector."""
-        following = self.basis[self.count].copy()
-        half = self.ritz(self.kept)[2][:, : (self.count - self.kept) // 2]
-        self._compress(scipy.linalg.block_diag(np.eye(self.kept), half))
-        self.basis[self.count] = following
-
-    def _compress(self, rotation: np.ndarray) -> None:
-        """The basis turned into fewer vectors, whose coefficients in it are the columns of `rotation`."""
-        old, self.count = self.count, rotation.shape[1]
-        self.basis[: self.count] = rotation.T @ self.basis[:old]
-        self.projected[: self.count, : self.count] = rotation.T @ self.projected[:old, :old] @ rotation
+Operator = Callable[[np.ndarray], np.ndarray]
 
 
 def leading_modes(
     covariance: StationaryCovariance, grid: Grid, order: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The `order` largest eigenvalues of the covariance matrix of the nodes over Sq^2, and their vectors.
+    """The largest eigenvalues of the covariance matrix of the nodes over Sq^2, and their vectors.
 
     covariance, grid : of the field
-    order : M, at most a quarter of the nodes
+    order : M, number of modes; the matrix is formed for more than a quarter of the nodes
 
     Returns eigenvalues (M,) [-] descending, vectors (M, nx ny) of unit norm, and residuals
     |C phi - lambda phi| / lambda_1 (M,) [-], computed afresh.
+
+    Lanczos from one vector may miss a mode whose eigenvalue is multiple, as most are on a square. So the modes found
+    are projected out of the matrix, and the search goes on until nothing above the smallest eigenvalue is left.
+
     Raises ConvergenceError where Lanczos stops short or a residual exceeds LARGEST_RESIDUAL: ask for fewer modes;
     ParameterError for a covariance that is not finite, and for an order outside 1 ... nx ny.
 
-    Method: Lanczos on symmetry classes with products by FFT. That no mode is missing, however often its eigenvalue
-    comes, is seen by Lanczos from a random start on the matrix without the modes found: after k steps the largest Ritz
-    value is below (1 - e) times the largest eigenvalue with a chance of at most 1.648 sqrt(n) exp(-(2 k - 1) sqrt(e))
-    (Kuczynski and Wozniakowski, SIAM J. Matrix Anal. Appl. 13, 1992, 1094, theorem 4.2).
+    Method: implicitly restarted Lanczos (Lehoucq, Sorensen and Yang, ARPACK Users' Guide, 1998) with deflation.
     """
     if not 1 <= whole("the order", order) <= grid.size:
         raise ParameterError(f"order {order} is not between 1 and the {grid.size} nodes of the mesh")
     apply = covariance_operator(covariance, grid)
-    processes = [Process(one, order, seed) for seed, one in enumerate(symmetry_classes(covariance, grid))]
-    while True:
-        smallest, tolerance = _converge(apply, processes, order)
-        for process in processes:
-            process.start(tolerance)
-        enough = sum(process.kept for process in processes) >= order
-        if enough and _nothing_above(smallest, tolerance, apply, processes):
-            break
-    values = np.concatenate([process.projected.diagonal()[: process.kept] for process in processes])
-    residuals = np.concatenate([*_residuals(apply, processes)]) / values.max()
-    owners = [(process, row) for process in processes for row in range(process.kept)]
-    leading = np.argsort(-values, kind="stable")[:order]
-    vectors = np.empty((order, grid.size))
-    for m, (process, row) in enumerate(owners[index] for index in leading):
-        vectors[m] = process.symmetry.unfold(process.basis[row]).ravel()
-    worst = float(residuals[leading].max())
+    if grid.size <= SMALL_MESH or order > grid.size // LANCZOS_SHARE:
+        matrix = np.array([apply(unit.reshape(grid.shape)).ravel() for unit in np.eye(grid.size)])
+        values, columns = scipy.linalg.eigh(
+            0.5 * (matrix + matrix.T), subset_by_index=(grid.size - order, grid.size - 1)
+        )
+        values, vectors = values[::-1], np.ascontiguousarray(columns[:, ::-1].T)
+    else:
+        values, vectors = _lanczos_modes(apply, grid, order)
+    images = (apply(vector.reshape(grid.shape)).ravel() for vector in vectors)
+    defects = [image - value * vector for image, value, vector in zip(images, values, vectors, strict=True)]
+    residuals = np.linalg.norm(defects, axis=1) / values[0]
+    worst = float(residuals.max())
     if not worst <= LARGEST_RESIDUAL:
         raise ConvergenceError(f"modes of {grid.shape} nodes are inaccurate; ask for fewer", worst, order)
-    return values[leading], vectors, residuals[leading]
+    return values, vectors, residuals
 
 
-def _residuals(apply: Operator, processes: Sequence[Process]) -> list[np.ndarray]:
-    """|C phi - lambda phi| of the vectors that every process keeps, one product for one vector of each.
-
-    The parts of the image in the classes are orthogonal, so what one class should not hold of another is seen as well.
-    """
-    residuals = [np.empty(process.kept) for process in processes]
-    for row in range(max(process.kept for process in processes)):
-        owners = [(process, norms) for process, norms in zip(processes, residuals, strict=True) if row < process.kept]
-        image = apply(np.sum([process.symmetry.unfold(process.basis[row]) for process, _ in owners], axis=0))
-        for process, norms in owners:
-            expected = process.projected[row, row] * process.basis[row]
-            norms[row] = np.linalg.norm(process.symmetry.fold(image) - expected)
-    return residuals
-
-
-def _converge(apply: Operator, processes: Sequence[Process], order: int) -> tuple[float, float]:
-    """Goes on until the `order` largest Ritz values, all where there are fewer, have converged.
-
-    Returns the smallest of them, and the residual to which.
-    """
-    products, worst = 0, math.inf
-    while products < MOST_PRODUCTS:
-        products += _advance(apply, processes, max(process.count for process in processes) // SHARE)
-        pairs = [process.ritz()[:2] for process in processes]
-        values, residuals = (np.concatenate(part) for part in zip(*pairs, strict=True))
-        leading = np.argsort(-values)[:order]
-        smallest, largest = float(values[leading[-1]]), float(values[leading[0]])
-        tolerance = TOLERANCE * abs(smallest) + ROUNDING * largest
-        if residuals[leading].max() <= tolerance:
-            return smallest, tolerance
-        worst = float(residuals[leading].max()) / largest
-    raise ConvergenceError(f"Lanczos has not found {order} modes; ask for fewer", worst, products)
+def _lanczos_modes(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues descending and vectors in rows, none of them missing."""
+    values, vectors = np.empty(0), np.empty((0, grid.size))
+    count = order
+    for _ in range(MOST_ROUNDS):
+        more, found = _search(apply, grid, vectors, count)
+        smallest = values[order - 1] * (1.0 + MISSING_TOLERANCE) if len(values) else -math.inf
+        if more[0] <= smallest:
+            return values[:order], vectors[:order]
+        values, vectors = np.concatenate((values, more)), np.concatenate((vectors, found))
+        descending = np.argsort(-values, kind="stable")
+        values, vectors = values[descending], vectors[descending]
+        count = 1 if more[-1] <= smallest else min(2 * count, order)
+    raise ConvergenceError(f"Lanczos still finds missing modes of {order}; ask for fewer", math.nan, MOST_ROUNDS)
 
 
-def _nothing_above(limit: float, tolerance: float, apply: Operator, processes: Sequence[Process]) -> bool:
-    """Whether the matrix without the vectors kept has no eigenvalue above the limit; goes on until that is known."""
-    products, certain = 0, False
-    while not certain:
-        if products >= MOST_PRODUCTS:
-            raise ConvergenceError("whether a mode is missing cannot be told; ask for fewer", math.nan, products)
-        products += _advance(apply, processes, products // SHARE)
-        certain = True
-        for process in processes:
-            steps = process.count - process.kept
-            if not steps:  # the modes kept are all of the class
-                continue
-            values, residuals, _ = process.ritz(process.kept)
-            if values[0] > limit + tolerance:
-                return False
-            error = (math.log(1.648 * math.sqrt(process.symmetry.size) / DOUBT) / (2 * steps - 1)) ** 2
-            # where the next eigenvalue is as large as the limit, it converges
-            certain &= bool(values[0] <= (1 - error) * limit or residuals[0] <= tolerance)
-    return True
+def _search(apply: Operator, grid: Grid, known: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The largest eigenvalues, descending, and vectors in rows, of the matrix without the modes known."""
 
+    def product(vector: np.ndarray) -> np.ndarray:
+        rest = vector.ravel()
+        rest = rest - (known @ rest) @ known
+        image = apply(rest.reshape(grid.shape)).ravel()
+        return image - (known @ image) @ known
 
-def _advance(apply: Operator, processes: Sequence[Process], products: int) -> int:
-    """So many products, at least STRIDE, each a step of every process that has not ended; their number."""
-    products = max(STRIDE, products)
-    for _ in range(products):
-        active = [process for process in processes if process.coupling]
-        if not active:
-            break
-        field = active[0].next_field()
-        for process in active[1:]:
-            field += process.next_field()
-        image = apply(field)
-        for process in active:
-            process.advance(image)
-    return products
+    generator = np.random.default_rng(len(known))  # fixed: the same bits from run to run
+    try:
+        values, vectors = eigsh(
+            LinearOperator((grid.size, grid.size), matvec=product, dtype=float),
+            k=count,
+            which="LA",
+            v0=generator.standard_normal(grid.size),
+            ncv=min(grid.size, 2 * count + 60),
+            rng=generator,
+        )
+    except ArpackError as error:
+        raise ConvergenceError(
+            f"Lanczos has not found {count} modes ({error}); ask for fewer", math.nan, count
+        ) from error
+    return values[::-1], vectors[:, ::-1].T
 
 
 def covariance_operator(covariance: StationaryCovariance, grid: Grid) -> Operator:

@@ -1,44 +1,65 @@
-# The study: every file in config/scenes/ is a target of its own name; without a target, the scenes of config/config.yaml.
-# Stages and their files: workflow/rules. Science: src/roughslip. What re-runs a stage: the key files of workflow/keys/key_files.py.
+# The study. Each file in config/scenes/ is a target with its own name; without a target the default scenes are made.
+# Rules of the stages: workflow/rules. Science: src/roughslip. Which edits re-run a stage: workflow/keys/key_files.py.
 import os
 import shlex
 import sys
 from pathlib import Path
 
-ROOT = Path(workflow.basedir)
+from snakemake.utils import min_version
+
+min_version("9.27")
+
+ROOT = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
 SOURCE = ROOT / "src"
 LOCK = ROOT / "requirements.lock"
 sys.path[:0] = [str(ROOT), str(SOURCE)]
 
-from roughslip.errors import InputError
-from roughslip.stages.runtime.usage import PARENT
-from workflow.recovery import start
-from workflow.study.options import whole_numbers
-from workflow.study.scenes import Scenes
 
-# One stage's command. `exec`, so that the stage is a child of Snakemake itself and dies with it. Paths reach it through the
-# environment: in the command they would re-run everything when the tree moves or .venv is made anew.
+configfile: f"{ROOT}/config/config.yaml"
+
+
+from roughslip.errors import InputError
+from roughslip.scene.loader import scene_names
+from roughslip.stages.runtime.usage import PARENT
+from workflow.keys import key_files
+from workflow.recovery import slurm_orphans, start
+from workflow.study.options import check_config, check_targets
+from workflow.study.scenes import RULES, Scenes
+
+# The command of a stage. With `exec` it is a child of Snakemake itself and ends with it. Paths are in the environment:
+# in the command they would re-run all jobs when the tree is moved or .venv is made again.
 os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
 os.environ[PARENT] = str(os.getpid())
 STAGE = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
-EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow.job'  # references, benchmarks, stress campaigns: no part of a scene
+EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow.job'  # references, benchmarks and stress campaigns
 
-# Of the run that a user starts, not of a job of it on another machine: what an earlier one left is settled before anything
-# is planned, its lock where it was killed, and results that are not what its jobs wrote.
+# What only describes the workflow changes no file outside .snakemake, like a dry run.
+DESCRIBES = {"--lint", "--list-rules", "--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary", "--unlock"}
+
+# Mistakes of the user end here, a line each. A job on another machine does not recover: its run has done that.
 try:
-    numbers = whole_numbers(config)
-    scenes = Scenes(ROOT, words=sys.argv[1:], memory_mb=numbers["memory_mb"])
+    names = scene_names(ROOT / "config" / "scenes")
+    options = check_config(config, names)
+    if workflow.output_settings.dryrun or DESCRIBES.intersection(sys.argv):
+        key_files.write_drafts()
+    if workflow.is_main_process:
+        check_targets(sys.argv[1:], names, RULES | {"all"})
+    scenes = Scenes(ROOT, words=sys.argv[1:], memory_mb=options["memory_mb"], default=options["scenes"])
     compared = scenes.compared(config.get("compare"))
     if workflow.is_main_process:
-        told = start.settle(scenes)
-        print("".join(f"{line}\n" for line in told), end="", file=sys.stderr)
+        print("".join(f"{line}\n" for line in start.recover(scenes)), end="", file=sys.stderr)
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)
 
-# Jobs that run side by side on this machine share its memory.
+# Jobs that run at the same time on this machine share its memory.
 if workflow.is_main_process and "memory_mb" not in config and "mem_mb" not in workflow.global_resources:
     workflow.register_resource("mem_mb", scenes.memory_mb)
+
+
+onstart:
+    if workflow.non_local_exec:
+        slurm_orphans.mark(start.STATE)
 
 
 wildcard_constraints:

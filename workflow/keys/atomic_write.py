@@ -1,4 +1,4 @@
-"""Text files of the workflow itself, written whole. The store of the package does so, too, but brings xarray along."""
+"""Write text files of the workflow whole; the store of the package does so too, but imports numpy and netCDF4."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 
 
 def write_if_changed(path: Path, text: str) -> None:
-    """Write a file whole where it is not there or holds something else; an equal file keeps its time stamp.
+    """Write a file if it is missing or holds another text; an equal file keeps its time.
 
-    Safe beside other processes: readers see the old file or the new one. Raises OSError.
+    Other processes read the old file or the new one, whole. Raises OSError.
     """
     if path.is_file() and path.read_bytes() == text.encode():
         return

@@ -1,4 +1,4 @@
-"""One hash of what a stage does: the import closure of its module and the packages that it runs on."""
+"""Hash the code of a stage: the import closure of its module, and the packages that it runs on."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from workflow.keys.environment_check import departures
 
 
 def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:
-    """SHA-256 of what the closure of a module does, of the locked packages, and of those installed in their place.
+    """SHA-256 of what the closure of a module does, of the locked packages, and of packages that differ from the lock.
 
-    Comments, docstrings and layout leave it alone, and so does the Python version. A file that moves changes it.
+    Comments, docstrings, layout and the Python version do not change it. A file that moves changes it.
     """
     digest = hashlib.sha256(closure_hash(module_name, Path(source_root)).encode())
     locked = Path(lock).read_text(encoding="utf-8")

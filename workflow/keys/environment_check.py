@@ -1,4 +1,4 @@
-"""Packages that are installed otherwise than the lock file pins them: what they compute is kept apart."""
+"""Compare installed packages with the lock file; the differences become part of each key file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ _INFO = ".dist-info"
 
 @cache
 def departures(lock: str) -> tuple[str, ...]:
-    """`numpy 2.4.6 in place of 2.5.0`, of each package that the text of a lock file pins for this Python.
+    """Return `numpy 2.4.6 in place of 2.5.0` for each package that differs from its pin in the text of a lock file.
+
+    Pins for other systems or Python versions do not count.
 
     Raises InputError for a line that pins nothing.
     """
@@ -34,15 +36,15 @@ def departures(lock: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-def told(lock: str) -> list[str]:
-    """A line for whoever starts a run, where there is something to tell."""
+def report(lock: str) -> list[str]:
+    """Return a line about these packages for the user, or none."""
     found = departures(lock)
     if not found:
         return []
     more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
     return [
-        f"requirements.lock: installed are {', '.join(found[:_SHOWN])}{more}; results are kept apart from those of the "
-        "locked packages, which `make setup` installs"
+        f"requirements.lock: installed are {', '.join(found[:_SHOWN])}{more}; jobs of other versions run again; "
+        "`make setup` installs the locked packages"
     ]
 
 
@@ -50,11 +52,13 @@ def _requirement(line: str) -> Requirement:
     try:
         return Requirement(line)
     except InvalidRequirement:
-        raise InputError(f"requirements.lock: {shown(line)} pins no package; put the file back as it was") from None
+        raise InputError(
+            f"requirements.lock: {shown(line)} pins no package; restore the file, for example with git"
+        ) from None
 
 
 def _installed() -> dict[str, str]:
-    """Versions of installed packages by name, as their folders have them: to read each takes ten times as long."""
+    """Versions of installed packages by name, from the names of their folders: reading each takes ten times as long."""
     found: dict[str, str] = {}
     for folder in map(Path, sys.path):
         for info in folder.glob(f"*{_INFO}"):

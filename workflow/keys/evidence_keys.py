@@ -33,8 +33,7 @@ def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: 
     """
     module, path = f"workflow.{kind}.{name}", f"results/{kind}/keys/{name}/key.json"
     package = {imported: code_hash(imported, root / "src", lock) for imported in _of_the_package(module, root)}
-    write_key(path, {**configuration, "package": package}, module, root, lock)
-    return path
+    return write_key(path, {**configuration, "package": package}, module, root, lock)
 
 
 def measured_scenes(stage: str, scenes: dict[str, dict[str, Any]]) -> dict[str, Any]:

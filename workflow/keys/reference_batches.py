@@ -47,5 +47,4 @@ def solves_key(name: str, scene: dict[str, Any], kind: str = "pressure") -> str:
         configuration = slice_for(scene, "contact_strip")
         del configuration["strip"]["training_samples"], configuration["numerics"]
         configuration["friction"] = {"least_contact_fraction": scene["friction"]["least_contact_fraction"]}
-    replace_if_changed(Path(path), {"configuration": configuration, "code": CODE})
-    return path
+    return replace_if_changed(path, {"configuration": configuration, "code": CODE})

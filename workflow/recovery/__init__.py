@@ -1,1 +1,1 @@
-"""Recovery after an interrupted or damaged run."""
+"""Recover from an interrupted or damaged run."""

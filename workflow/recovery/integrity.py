@@ -1,9 +1,8 @@
-"""Results against the records of the jobs that made them, before Snakemake looks at time stamps.
+"""Compare results with the checksums that their jobs recorded, before Snakemake compares file times.
 
-A result that is not what its job wrote is set aside, so that it is made again. One that was made from something else
-than what is there now has that touched, and Snakemake's record of it removed where that says otherwise, so that
-Snakemake sees the change even where times of files are in disorder, its own records are gone, or the result was put
-back from a copy. Nothing is lost by either, not in a dry run and not where an edit is taken back.
+A damaged result is moved away, so that its job runs again. Where an input changed after a result was made, but file
+times or Snakemake's own records hide it, the input gets a new time. So a run is right even if times are in disorder,
+the folder .snakemake is gone, or results were put back from a copy. An edit that is taken back makes no job run again.
 """
 
 from __future__ import annotations
@@ -12,62 +11,107 @@ import contextlib
 import os
 import re
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from roughslip.stages.runtime import record
+from workflow.keys import key_files
 from workflow.recovery import snakemake_metadata
 
-DAMAGED = ".damaged"  # what is added to the name of a file that is set aside
+DAMAGED = ".damaged"  # appended to the name of a file that is moved away
 _TEMPORARY = re.compile(r"\..+\.(\d+|[0-9a-f]{32})(\.\w+)?")  # a name, and the process or the chance that wrote it
-_TEMPORARY_SECONDS = 3600.0  # after which the temporary file of a job is that of a dead one
+_TEMPORARY_SECONDS = 3600.0  # after which no job still writes a temporary file
 
 
-def settle(records: Iterable[str], state: Path = Path(".snakemake")) -> list[str]:
-    """Set aside what is damaged and touch what has changed; lines that tell what was set aside.
+@dataclass(frozen=True)
+class Job:
+    """A job that has run, and what became of its files.
 
-    records : records of cost, whether they exist or not
-    state : Snakemake's folder
-
-    Key files must be those of now.
+    record : its record of cost, with the checksums of what it read and made
+    is_readable : whether the record is whole and about results of its own scene
+    made : its results
+    damaged : those that differ from what it wrote
+    is_complete : whether all results exist
+    read : its inputs
+    changed : by name the present checksum of inputs that differ from what it read
     """
-    lines: list[str] = []
-    sound: list[tuple[Path, Mapping[str, dict[str, str]]]] = []
+
+    record: Path
+    is_readable: bool = True
+    made: tuple[str, ...] = ()
+    damaged: tuple[str, ...] = ()
+    is_complete: bool = True
+    read: tuple[str, ...] = ()
+    changed: Mapping[str, str] | None = None
+
+    def is_up_to_date(self) -> bool:
+        """Whether the results are what the job would make of its present inputs."""
+        return self.is_readable and self.is_complete and not self.damaged and not self.changed
+
+
+def jobs_of(records: Iterable[str]) -> list[Job]:
+    """Compare what is on disk with the records that exist; key files must be written, or drafts in a dry run."""
+    checksum = cache(lambda name: record.checksum(key_files.content_of(name)))
+    found: list[Job] = []
     for path in map(Path, records):
         if path.is_file():
-            found = record.read(path)
-            if found is None or not _is_of(path, found):
-                lines.append(f"{path}: damaged; its job runs again")
-                path.unlink()
-            elif found["made"]:
-                sound.append((path, {"made": found["made"], "read": found["read"]}))
-    now = cache(record.checksum)
-    for path, found in sound:
-        lost = [Path(name) for name in found["made"] if not Path(name).is_file()]
-        damaged = [Path(name) for name, was in found["made"].items() if Path(name) not in lost and now(name) != was]
-        for one in damaged:
-            os.replace(one, f"{one}{DAMAGED}")
-            lines.append(f"{one}: not what its job wrote; set aside as {one.name}{DAMAGED}, and made again")
-        if lost or damaged:
-            path.unlink()
-    for path, found in sound:
-        if path.is_file():
-            _make_seen(found, now, state)
+            content = record.read(path)
+            if content is None or not _is_about_its_scene(path, content):
+                found.append(Job(path, is_readable=False))
+            elif content["made"]:
+                found.append(_compare(path, content, checksum))
+    return found
+
+
+def repair(jobs: Iterable[Job], state: Path = Path(".snakemake")) -> list[str]:
+    """Make Snakemake repeat the jobs that are not up to date, and no others; lines for the user.
+
+    state : Snakemake's folder
+    """
+    lines: list[str] = []
+    kept = []
+    for job in jobs:
+        for name in job.damaged:
+            os.replace(name, f"{name}{DAMAGED}")
+            lines.append(f"checksum mismatch: {name}; moved to {Path(name).name}{DAMAGED} and rebuilt")
+        if not job.is_readable:
+            lines.append(f"checksum mismatch: {job.record}; removed, its job runs again")
+        if job.is_readable and job.is_complete and not job.damaged:
+            kept.append(job)
+        else:
+            job.record.unlink()
+    for job in kept:
+        changed = {name: value for name, value in (job.changed or {}).items() if Path(name).is_file()}
+        snakemake_metadata.forget(state, job.made, changed)
+        for name in changed:
+            if Path(name).stat().st_mtime_ns <= _oldest_time(job):
+                os.utime(name)
+    _restore_key_times(kept)
     return lines
 
 
-def tidy(folder: Path, others: Iterable[Path] = ()) -> None:
-    """Remove temporary files that dead jobs left in a folder of results, and bring files out of the future.
+def announce(jobs: Iterable[Job]) -> list[str]:
+    """The same for a dry run, which changes no file: it plans the jobs that a run would repeat."""
+    jobs = list(jobs)
+    up_to_date = {job.record.as_posix() for job in jobs if job.is_up_to_date()}
+    key_files.expect(up_to_date, {job.record.as_posix() for job in jobs} - up_to_date)
+    damaged = [*(name for job in jobs for name in job.damaged), *(job.record for job in jobs if not job.is_readable)]
+    return [f"checksum mismatch: {name}; a run rebuilds it" for name in damaged]
+
+
+def remove_leftovers(folder: Path, others: Iterable[Path] = ()) -> None:
+    """Remove temporary files of dead jobs from a folder of results, and correct file times in the future.
 
     others : files that jobs read from elsewhere
 
-    Only while no other run is at work. Snakemake fails a job whose input is newer than what it has just made.
+    Only while no other run is at work. Snakemake fails a job whose input is newer than what the job has just made.
     """
     now = time.time()
     for path in (*folder.rglob("*"), *others):
-        with contextlib.suppress(PermissionError, FileNotFoundError):  # of another user, or gone meanwhile
+        with contextlib.suppress(PermissionError, FileNotFoundError):  # of another user, or removed meanwhile
             changed = path.stat().st_mtime if path.is_file() else now
             if _TEMPORARY.fullmatch(path.name) and changed < now - _TEMPORARY_SECONDS:
                 path.unlink()
@@ -75,26 +119,47 @@ def tidy(folder: Path, others: Iterable[Path] = ()) -> None:
                 os.utime(path, (now - 1.0, now - 1.0))
 
 
-def _is_of(path: Path, found: Mapping[str, Any]) -> bool:
-    """Whether a record tells of results beside it: a stranger's, or a copy of another scene's, may name any file."""
-    if not all(isinstance(found.get(part), dict) for part in ("read", "made")):
+def _compare(path: Path, content: Mapping[str, Any], checksum: Any) -> Job:
+    made, read = content["made"], content["read"]
+    there = [name for name in made if Path(name).is_file()]
+    present = {name: checksum(name) for name in read if key_files.content_of(name).is_file() and _is_ours(name)}
+    return Job(
+        path,
+        made=tuple(made),
+        damaged=tuple(name for name in there if checksum(name) != made[name]),
+        is_complete=len(there) == len(made),
+        read=tuple(read),
+        changed={name: value for name, value in present.items() if value != read[name]},
+    )
+
+
+def _is_about_its_scene(path: Path, content: Mapping[str, Any]) -> bool:
+    """Whether a record names results of its own scene only; a copied or a foreign one may name any file."""
+    if not all(isinstance(content.get(part), dict) for part in ("read", "made")):
         return False
     folder = str(Path(os.path.realpath(path)).parents[1])
-    return all(os.path.commonpath([os.path.realpath(name), folder]) == folder for name in found["made"])
-
-
-def _make_seen(found: Mapping[str, dict[str, str]], now: Callable[[str], str], state: Path) -> None:
-    """Let Snakemake see the inputs that changed since the results were made, newer than the oldest of them."""
-    there = {name: now(name) for name in found["read"] if Path(name).is_file()}
-    changed = {name: is_now for name, is_now in there.items() if is_now != found["read"][name] and _is_ours(name)}
-    snakemake_metadata.forget(state, found["made"], changed)
-    oldest = min(Path(name).stat().st_mtime for name in found["made"])
-    for name in changed:
-        if Path(name).stat().st_mtime <= oldest:
-            os.utime(name)
+    return all(os.path.commonpath([os.path.realpath(name), folder]) == folder for name in content["made"])
 
 
 def _is_ours(name: str) -> bool:
-    """Whether a changed file is one of this folder or of its results, wherever these lie."""
+    """Whether a file belongs to this folder or to its results, which may be a link."""
     real = os.path.realpath(name)
     return any(os.path.commonpath([real, folder]) == folder for folder in map(os.path.realpath, (".", "results")))
+
+
+def _oldest_time(job: Job) -> int:
+    return min(Path(name).stat().st_mtime_ns for name in job.made)
+
+
+def _restore_key_times(jobs: Iterable[Job]) -> None:
+    """Make a key file whose content has returned no newer than the results that were made from it."""
+    oldest: dict[str, int] = {}
+    changed: set[str] = set()
+    for job in jobs:
+        changed.update(job.changed or ())
+        for name in job.read:
+            if Path(name).parent.name == "keys" and Path(name).is_file():
+                oldest[name] = min(oldest.get(name, _oldest_time(job)), _oldest_time(job))
+    for name in oldest.keys() - changed:
+        if Path(name).stat().st_mtime_ns > oldest[name]:
+            os.utime(name, ns=(oldest[name], oldest[name]))

@@ -1,8 +1,8 @@
-"""None locked out of a folder by a run that is gone.
+"""Clear stale Snakemake locks.
 
-Snakemake's own lock is files that a killed run leaves behind, and nothing tells whether their owner lives. So every
-start of Snakemake holds beside them a shared lock of the kernel, which ends with the process however that dies. Who can
-have this lock alone knows that nobody else is at work, and that any lock of Snakemake's is a dead one's.
+Snakemake's own lock is files, which a killed run leaves behind, and they do not say whether their owner is alive. So
+each Snakemake process also holds a shared lock of the kernel, which ends with the process. A process that can get
+this lock alone is the only one in the folder, and all of Snakemake's lock files are stale.
 """
 
 from __future__ import annotations
@@ -16,19 +16,20 @@ from roughslip.errors import InputError
 _held: list[IO[str]] = []  # open as long as the process lives
 
 
-class Start(NamedTuple):
-    """alone : whether no other Snakemake is at work in the folder; lines : what to tell the user"""
+class Hold(NamedTuple):
+    """is_alone : whether no other Snakemake is at work in the folder; lines : for the user"""
 
-    alone: bool
+    is_alone: bool
     lines: list[str]
 
 
-def hold(state: Path) -> Start:
-    """Be known in the folder until this process ends, and clear the lock of a run that is gone.
+def hold(state: Path) -> Hold:
+    """Hold the lock of a folder until this process ends, and clear the lock files of a killed run.
 
     state : Snakemake's folder
-    On a file system without locks Snakemake's own decides, and after a crash `snakemake --unlock` is needed. Raises
-    InputError where the folder cannot be written to.
+
+    On a file system without locks Snakemake's own lock decides, and after a crash `snakemake --unlock` is needed.
+    Raises InputError where the folder cannot be written to.
     """
     try:
         state.mkdir(exist_ok=True)
@@ -39,20 +40,20 @@ def hold(state: Path) -> Start:
     locks = sorted((state / "locks").glob("*.lock")) if (state / "locks").is_dir() else [*state.glob("locks")]
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        alone = True
+        is_alone = True
     except BlockingIOError:
-        alone = False
+        is_alone = False
     except OSError:
-        return Start(not locks, [])
+        return Hold(not locks, [])
     lines = []
-    if alone:
+    if is_alone:
         for lock in locks:
             lock.unlink(missing_ok=True)
         if locks:
-            lines = [f"{state / 'locks'}: left by a run that was killed, as nothing is at work here; cleared"]
+            lines = [f"{state / 'locks'}: stale lock of an interrupted run; removed"]
     elif locks:
-        lines = [f"{state.resolve().parent}: another run is at work here; wait for it, or stop it"]
+        lines = [f"{state.resolve().parent}: another run is at work in this folder; wait for its end, or stop it"]
     else:
-        lines = [f"{state.resolve().parent}: another snakemake looks at this folder; results were not checked"]
+        lines = [f"{state.resolve().parent}: another Snakemake reads this folder; results were not checked"]
     fcntl.flock(file, fcntl.LOCK_SH)
-    return Start(alone, lines)
+    return Hold(is_alone, lines)

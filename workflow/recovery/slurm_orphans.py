@@ -1,7 +1,7 @@
-"""None of a dead run's jobs beside a new run.
+"""Refuse to start while orphaned Slurm jobs are queued.
 
-Where the Snakemake on a login node is killed, its jobs stay in the queue of the cluster. One of them that starts after
-a new run has made its result removes that first, under the jobs that read it, and then makes it again.
+If Snakemake is killed on a login node, its jobs stay in the queue. A job that starts after a new run has made its
+result would remove that result while others read it. Slurm is asked only if an earlier run in the folder used it.
 """
 
 from __future__ import annotations
@@ -14,26 +14,30 @@ from pathlib import Path
 from roughslip.errors import InputError
 
 ALIVE = "PENDING,CONFIGURING,RUNNING,SUSPENDED"  # states of jobs that will still write
-_OF_A_RULE = "rule_"  # begins the comment of every job that the plug-in submits
-_SECONDS = 60.0  # for Slurm to answer
+_OF_A_RULE = "rule_"  # begins the comment of each job that the plug-in submits
+_SECONDS = 15.0  # for Slurm to answer
+_MARK = "slurm"  # a file in Snakemake's folder
 
 
-def refuse(folder: Path) -> None:
-    """Raise InputError where jobs of rules that were submitted from the folder are in the queue of Slurm.
+def mark(state: Path) -> None:
+    """Note that a run in this folder submits jobs. state : Snakemake's folder"""
+    (state / _MARK).touch()
 
-    To be asked where no run is at work in the folder, so that nobody waits for them.
-    """
-    if left := jobs(folder):
+
+def refuse(state: Path) -> None:
+    """Raise InputError where jobs of an earlier run are in the queue; call it while no run is at work in the folder."""
+    folder = state.resolve().parent
+    if (state / _MARK).is_file() and (queued := jobs(folder)):
         raise InputError(
-            f"{folder.resolve()}: jobs of a run that is gone are in the queue of Slurm and would write over those of "
-            f"this one; start again when they are done, or after: scancel {' '.join(left)}"
+            f"{folder}: jobs of an interrupted run are in the queue of Slurm and would overwrite new results; start "
+            f"again when they have ended, or after: scancel {' '.join(queued)}"
         )
 
 
 def jobs(folder: Path, states: str = ALIVE) -> list[str]:
-    """Numbers of the jobs of rules that were submitted from a folder and are in such a state.
+    """Numbers of the jobs of rules that were submitted from a folder and are in one of these states.
 
-    Without Slurm there are none, and where it does not answer none are known.
+    Empty without Slurm, or where it does not answer.
     """
     if shutil.which("squeue") is None:
         return []

@@ -1,7 +1,7 @@
-"""Snakemake's own records of its jobs, a file an output in .snakemake/metadata, where they would lead a run astray.
+"""Remove damaged records of Snakemake, and those that contradict the records of the jobs.
 
-One that is damaged ends every later run in a traceback. One of another run than that which left the result, as where
-results are put back from a copy, lets what differs from what the result was made from pass for unchanged.
+Snakemake keeps a JSON file for each output in .snakemake/metadata. A damaged one ends each later run in a traceback.
+One of another run than that which left the result, as after results are put back from a copy, hides a change.
 """
 
 from __future__ import annotations
@@ -10,49 +10,42 @@ import json
 from base64 import urlsafe_b64encode
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
-from snakemake.persistence import MetadataRecord
 
+def remove_damaged(state: Path) -> list[str]:
+    """Remove damaged records from Snakemake's folder; lines for the user. Only while no other run is at work.
 
-def settle(state: Path) -> list[str]:
-    """Take damaged records out of Snakemake's folder; lines that tell of them. Only while no other run is at work.
-
-    What is marked as half finished stays so: such a mark may be empty.
+    What is marked as incomplete stays so: such a mark may be empty.
     """
     lines = []
     for file in sorted((state / "metadata").rglob("*")):
-        if file.is_file() and _read(file) is None:
+        if file.is_file() and not _read(file):
             file.unlink()
-            lines.append(f"{file}: damaged; removed, and Snakemake goes by the times of its files")
+            lines.append(f"{file}: damaged record of Snakemake; removed, file times decide what runs again")
     for mark in sorted((state / "incomplete").rglob("*")):
-        if mark.is_file() and not _is_object(mark):
+        if mark.is_file() and mark.stat().st_size and _read(mark) is None:
             mark.write_text("", encoding="utf-8")
     return lines
 
 
 def forget(state: Path, outputs: Iterable[str], changed: Mapping[str, str]) -> None:
-    """Remove the records of outputs of which they say that they were made from what is there now.
+    """Remove the records of outputs that name the present content of a changed input as what they were made from.
 
-    changed : by input the checksum that it has now, of inputs that the outputs were not made from
+    changed : by input its present checksum, of inputs that the outputs were not made from
     """
     now = {name: f"sha256:{checksum}" for name, checksum in changed.items()}
     for output in outputs:
         file = state / "metadata" / urlsafe_b64encode(output.encode()).decode()
         record = _read(file) if file.is_file() else None
-        if record and record.input_checksums and now.items() & record.input_checksums.items():
+        if record and now.items() & (record.get("input_checksums") or {}).items():
             file.unlink()
 
 
-def _read(file: Path) -> MetadataRecord | None:
-    """A record; None where it is damaged."""
+def _read(file: Path) -> dict[str, Any] | None:
+    """A record; None where the file is damaged. A flipped bit in a text or a number does no harm to Snakemake."""
     try:
-        return MetadataRecord.model_validate(json.loads(file.read_text(encoding="utf-8")))
-    except ValueError:  # of the text, of JSON, or of what Snakemake expects in it
-        return None
-
-
-def _is_object(file: Path) -> bool:
-    try:
-        return isinstance(json.loads(file.read_text(encoding="utf-8") or "{}"), dict)
+        record = json.loads(file.read_text(encoding="utf-8"))
     except ValueError:
-        return False
+        return None
+    return record if isinstance(record, dict) and isinstance(record.get("input_checksums", {}), dict | None) else None

@@ -1,37 +1,41 @@
-"""What every start of Snakemake does first: lock and jobs of a dead run and damaged results are out of the way."""
+"""Recover from an interrupted run."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from workflow.keys import environment_check
+from workflow.keys import environment_check, key_files
 from workflow.recovery import integrity, run_lock, slurm_orphans, snakemake_metadata
 from workflow.study.scenes import Scenes
 
 STATE = Path(".snakemake")
-BESIDE = ("", "evidence", "benchmarks")  # folders of results beside those of scenes
+JOINT_FOLDERS = ("", "evidence", "benchmarks")  # below results, of what belongs to several scenes
 
 
-def settle(scenes: Scenes) -> list[str]:
-    """Clear what an earlier run left, and check results of the scenes asked for; lines that tell the user.
+def recover(scenes: Scenes) -> list[str]:
+    """Clear what an earlier run left, and check the results of the scenes asked for; lines for the user.
 
-    Nothing is touched while another run is at work. Raises InputError where the folder cannot be written to, and
-    where jobs of a dead run are in the queue of a cluster.
+    A dry run changes nothing outside .snakemake, and nothing is changed while another run is at work. Raises InputError
+    where the folder cannot be written to, and where jobs of an earlier run are in the queue of a cluster.
     """
-    lines = environment_check.told((scenes.root / "requirements.lock").read_text(encoding="utf-8"))
-    alone, found = run_lock.hold(STATE)
+    lines = environment_check.report((scenes.root / "requirements.lock").read_text(encoding="utf-8"))
+    is_alone, found = run_lock.hold(STATE)
     lines += found
-    if not alone:
+    if not is_alone:
         return lines
-    slurm_orphans.refuse(Path())
-    scans = [Path(scenes.scan_file(name)) for name in scenes.asked if "scan" in scenes.stages(name)]
-    integrity.tidy(Path("results"), scans)
+    lines += snakemake_metadata.remove_damaged(STATE)
+    if not key_files.is_dry_run():
+        slurm_orphans.refuse(STATE)
+        scans = [Path(scenes.scan_file(name)) for name in scenes.asked if "scan" in scenes.stages(name)]
+        integrity.remove_leftovers(Path("results"), scans)
     scenes.write_keys()
-    records = [*_beside_scenes(), *(record for name in scenes.asked for record in scenes.all_records(name))]
-    return lines + snakemake_metadata.settle(STATE) + integrity.settle(records, STATE)
+    jobs = integrity.jobs_of(
+        [*_joint_records(), *(record for name in scenes.asked for record in scenes.all_records(name))]
+    )
+    return lines + (integrity.announce(jobs) if key_files.is_dry_run() else integrity.repair(jobs, STATE))
 
 
-def _beside_scenes() -> list[str]:
-    """Records of what belongs to no scene alone: the joint page, comparisons, figures of benchmarks."""
-    found = [file for folder in BESIDE for file in Path("results", folder, "usage").glob("*.json")]
+def _joint_records() -> list[str]:
+    """Records of what belongs to several scenes: the joint page, comparisons, figures of benchmarks."""
+    found = [file for folder in JOINT_FOLDERS for file in Path("results", folder, "usage").glob("*.json")]
     return [file.as_posix() for file in sorted(found)]

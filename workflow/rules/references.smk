@@ -7,7 +7,7 @@
 from workflow.keys.reference_batches import SAMPLES, missing, solves, solves_key
 
 FEWER = {"pressure": "reference_surfaces", "friction": "reference_strips"}
-REFERENCE_SAMPLES = {kind: numbers[option] for kind, option in FEWER.items()}
+REFERENCE_SAMPLES = {kind: options[option] for kind, option in FEWER.items()}
 
 
 for kind in SAMPLES:

@@ -1,26 +1,77 @@
-"""Numbers that `--config` gives on Snakemake's command line, or a profile."""
+"""Check the options of a run: config/config.yaml, --configfile, --config, and the targets of the command line."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import difflib
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from roughslip.errors import InputError
 from roughslip.scene.strict_yaml import shown
 
 WHOLE_NUMBERS = ("memory_mb", "problems", "reference_surfaces", "reference_strips")
+KEYS = ("scenes", "compare", "peers", "quick", "seed", *WHOLE_NUMBERS)
+_WITHOUT_VALUE = (
+    "--dry-run",
+    "--dryrun",
+    "--force",
+    "--forceall",
+    "--keep-going",
+    "--touch",
+    "--nolock",
+    "--printshellcmds",
+)
+_FOLDERS = ("reference", "benchmarks", "stress", "evidence", "logs", "usage")  # below results, of no scene
 
 
-def whole_numbers(config: Mapping[str, Any]) -> dict[str, int | None]:
-    """Those of WHOLE_NUMBERS that are given, None for the others.
+def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, Any]:
+    """Return the options with `scenes` as a list, and None for each number of WHOLE_NUMBERS that is not given.
 
-    Raises InputError with a line for each that is no whole number from 1.
+    scenes : names of all scene files
+
+    Raises InputError with a line for each mistake.
     """
-    wrong = [
-        f"--config {name}: {shown(config[name])} is not allowed; a whole number from 1"
+    lines = [f"config: {shown(key)}: unknown key; {_guess(str(key), KEYS)}" for key in config if key not in KEYS]
+    lines += [
+        f"config: {name}: {shown(config[name])} is not allowed; a whole number from 1"
         for name in WHOLE_NUMBERS
         if name in config and (type(config[name]) is not int or config[name] < 1)
     ]
-    if wrong:
-        raise InputError(wrong)
-    return {name: config.get(name) for name in WHOLE_NUMBERS}
+    given = config.get("scenes")
+    names = [given] if isinstance(given, str) else given
+    if not isinstance(names, list) or not names:
+        lines.append(f"config: scenes: {shown(given)} is not allowed; a list of scenes, of: {', '.join(scenes)}")
+    else:
+        for number, name in enumerate(names):
+            if name not in scenes:
+                lines.append(f"config: scenes: {shown(name)} is no scene; {_guess(str(name), scenes)}")
+            elif name in names[:number]:
+                lines.append(f"config: scenes: {shown(name)} is given twice; name each scene once")
+    if lines:
+        raise InputError(lines)
+    return {**dict.fromkeys(WHOLE_NUMBERS), **config, "scenes": names}
+
+
+def check_targets(words: Sequence[str], scenes: Collection[str], rules: Collection[str]) -> None:
+    """Raise InputError for a word of the command line that is close to the name of a scene and no other target.
+
+    words : the command line
+    rules : names of rules, which are targets too
+    """
+    lines = []
+    for before, word in zip(("", *words), words, strict=False):
+        parts = Path(word).parts
+        name = parts[1] if len(parts) > 2 and parts[0] == "results" else word
+        is_value = before.startswith("--") and "=" not in before and before not in _WITHOUT_VALUE
+        known = name in scenes or name in rules or name in _FOLDERS
+        is_target = not (is_value or known or name.startswith("-") or "=" in word or Path(word).exists())
+        if is_target and difflib.get_close_matches(name, scenes):
+            lines.append(f"{shown(word)} is no target: no scene {shown(name)}; {_guess(name, sorted(scenes))}")
+    if lines:
+        raise InputError(lines)
+
+
+def _guess(name: str, allowed: Sequence[str]) -> str:
+    near = difflib.get_close_matches(name, allowed, 1)
+    return f"{f'did you mean {near[0]}? ' if near else ''}allowed: {', '.join(allowed)}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from roughslip.scene import plan, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load, scene_names
-from workflow.keys.key_files import write_key
+from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.reference_batches import SAMPLES
 from workflow.study import memory
 
@@ -39,18 +39,19 @@ class Scenes:
     """All scene files of the project, checked; those that this run asks for must be without mistake.
 
     root : the project's folder
-    words : the command line; the scenes that it names are asked for, or else those of config/config.yaml
+    words : the command line; the scenes that it names are asked for, or else the default scenes
     memory_mb : that a job may take on a node of a cluster; not given, jobs run on this machine and share what it has
+    default : scenes that are made without a target
     Raises InputError with every mistake of every scene asked for, and where one takes more memory than there is. A
     mistake in a scene that is not harms nobody.
     """
 
-    def __init__(self, root: Path, words: list[str], memory_mb: int | None = None) -> None:
+    def __init__(self, root: Path, words: list[str], memory_mb: int | None = None, default: Sequence[str] = ()) -> None:
         self.root = root
         self.memory_mb = memory.machine_mb() if memory_mb is None else memory_mb
         self._beside_mb = 0 if memory_mb is None else memory.NODE_MB
         folder = root / "config" / "scenes"
-        self.default = _default_scenes(root / "config" / "config.yaml", folder)
+        self.default = list(default)
         asked = {_scene_of(word) for word in words} & set(scene_names(folder))
         if not asked or DEFAULT_TARGETS.intersection(words):
             asked.update(self.default)
@@ -91,10 +92,13 @@ class Scenes:
         """Stages that the targets of the scene need."""
         return frozenset(plan.stages_needed(self.valid[name]))
 
-    def key_file(self, name: str, stage: str) -> str:
-        """Path of a stage's key file. All those of the scene are written where scene, code or the lock file changed."""
+    def key_file(self, name: str, stage: str, record: str = "") -> str:
+        """Path of a stage's key file, after all key files of the scene are written; in a dry run perhaps of its draft.
+
+        record : the record of cost of the job that reads it
+        """
         self._write_keys(name)
-        return f"results/{name}/keys/{stage}.json"
+        return key_input(f"results/{name}/keys/{stage}.json", record)
 
     def write_keys(self) -> None:
         """Write all key files of the scenes asked for. Raises InputError where they cannot be written."""
@@ -118,11 +122,18 @@ class Scenes:
                 source_root=self.root / "src",
                 lock=self.root / "requirements.lock",
             )
-        source_hash.keep()
+        if not is_dry_run():
+            source_hash.keep()
 
     def key(self, stage: str) -> Callable[[Any], str]:
         """An input function: the stage's key file for the scene of the wildcards."""
-        return lambda wildcards: self.key_file(wildcards.scene, stage)
+
+        def key_file(wildcards: Any) -> str:
+            tail = [getattr(wildcards, part) for part in ("design", "first", "last") if hasattr(wildcards, part)]
+            record = f"results/{wildcards.scene}/usage/{'-'.join([stage, *tail])}.json"
+            return self.key_file(wildcards.scene, stage, record)
+
+        return key_file
 
     def memory(self, stage: str) -> Callable[..., int]:
         """A resource function: megabytes of a job of the stage for the scene of the wildcards.
@@ -317,25 +328,3 @@ def _scan_file(root: Path, file: str) -> str:
     """The path of a scan from the folder of the scene files, else from that of the project."""
     beside = root / "config" / "scenes" / file
     return strict_yaml.display(beside if beside.is_file() else root / file)
-
-
-def _default_scenes(path: Path, folder: Path) -> list[str]:
-    """The scenes that config/config.yaml names, which have files."""
-    values, misread = strict_yaml.read(path)
-    if misread:
-        raise InputError([strict_yaml.line(path, key, text) for key, text in misread])
-    allowed = scene_names(folder)
-    known = ", ".join(allowed)
-    lines = [strict_yaml.line(path, (key,), "unknown key; allowed: scenes") for key in values if key != "scenes"]
-    names = values.get("scenes")
-    if not isinstance(names, list) or not names:
-        given = "missing" if "scenes" not in values else f"{strict_yaml.shown(names)} is not allowed"
-        text = f"{given}; a list of scenes, each once, of: {known}"
-        raise InputError([*lines, strict_yaml.line(path, ("scenes",), text)])
-    for number, name in enumerate(names):
-        if name not in allowed or name in names[:number]:
-            text = f"{strict_yaml.shown(name)} is not allowed; each once, one of: {known}"
-            lines.append(strict_yaml.line(path, ("scenes", number), text))
-    if lines:
-        raise InputError(lines)
-    return names

@@ -1,0 +1,151 @@
+"""Mistakes of the user end before any job, in one line each."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from roughslip.errors import InputError
+from workflow.faults.scratch import as_a_user
+from workflow.study.options import check_config, check_targets
+from workflow.study.scenes import RULES, Scenes, not_writable
+
+ROOT = Path(__file__).resolve().parents[2]
+PROFILE = ("Using workflow specific profile ", "Config file ")  # what Snakemake prints first
+
+# One mistake of each kind: a key, a unit, a type, a range, a combination, a float without a point.
+BROKEN = """\
+extends: tiny
+description: Broken
+material: {young_modulus_gpa: 210}
+roughness: {correlation_length_m: 1e-6}
+square: {nodes: ten}
+strip: {window_spacing_m: 6.2e-5}
+oscillator: {stochastic_static_limit: perhaps}
+ensemble: {damping_ratios: [0.3, 0.2]}
+"""
+BROKEN_KEYS = [
+    "ensemble.damping_ratios",
+    "material.young_modulus_gpa",
+    "oscillator.stochastic_static_limit",
+    "roughness.correlation_length_m",
+    "square.nodes",
+    "strip.window_spacing_m",
+]
+
+
+def test_each_mistake_of_a_scene_is_one_line_before_any_job(empty, tmp_path):
+    project = empty.copy(tmp_path / "copy")
+    project.scene("broken", BROKEN)
+    run = project.snakemake("-j1", "broken")
+    assert (run.returncode, run.stdout) == (1, "")
+    assert not project.path("results").exists()
+    lines = [line.split(": ") for line in run.stderr.splitlines() if not line.startswith(PROFILE)]
+    assert {line[0] for line in lines} == {"config/scenes/broken.yaml"}
+    assert sorted(line[1] for line in lines) == BROKEN_KEYS
+
+
+@pytest.mark.parametrize(
+    ("config", "lines"),
+    [
+        ({"scenes": ["papr", "paper", "paper"]}, ["scenes: 'papr' is no scene; did you", "scenes: 'paper' is given"]),
+        ({"scene": "paper"}, ["'scene': unknown key; did you mean scenes?", "scenes: no value is not allowed"]),
+        ({"scenes": []}, ["scenes: [] is not allowed; a list of scenes, of: paper, smoke"]),
+        ({"scenes": "smoke", "memory_mb": "abc", "problems": 0}, ["memory_mb: 'abc' is not", "problems: 0 is not"]),
+        ({"scenes": "smoke", "memory_mb": True}, ["memory_mb: true is not allowed"]),
+    ],
+)
+def test_each_mistake_of_the_configuration_is_one_line(config, lines):
+    with pytest.raises(InputError) as caught:
+        check_config(config, ["paper", "smoke"])
+    found = [line[: len(f"config: {start}")] for line, start in zip(caught.value.lines, lines, strict=True)]
+    assert found == [f"config: {start}" for start in lines]
+
+
+def test_default_scenes_are_one_or_a_list():
+    assert check_config({"scenes": "smoke"}, ["paper", "smoke"])["scenes"] == ["smoke"]
+    options = check_config({"scenes": ["paper"], "memory_mb": 4000}, ["paper", "smoke"])
+    assert (options["scenes"], options["memory_mb"], options["problems"]) == (["paper"], 4000, None)
+
+
+@pytest.mark.parametrize(
+    "words", [["-n", "papr"], ["-j2", "papr", "smoke"], ["results/papr/figure2.png"], ["--dry-run", "papr"]]
+)
+def test_a_misspelt_scene_gets_a_suggestion(words):
+    with pytest.raises(InputError, match=r"is no target: no scene 'papr'; did you mean paper\? allowed: paper, smoke"):
+        check_targets(words, ["paper", "smoke"], {"all", "surface"})
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["-j2", "smoke", "all", "--config", "scenes=papr"],
+        ["--profile", "smoked"],
+        ["results/smoke/figure2.png", "results/report.html", "results/reference/paper/x.nc"],
+        ["--forcerun", "surface", "nothing_like_it"],
+    ],
+)
+def test_other_words_of_the_command_line_pass(words):
+    check_targets(words, ["paper", "smoke"], {"all", "surface"})
+
+
+def test_default_scenes_count_as_asked_for(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert Scenes(ROOT, ["-j2"], default=["given"]).asked == ["given"]
+    assert Scenes(ROOT, ["smoke", "all"], default=["given"]).asked == ["given", "smoke"]
+    assert Scenes(ROOT, ["results/smoke/figure2.png"], default=["given"]).asked == ["smoke"]
+
+
+def test_figure_3_is_compared_for_scenes_that_have_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scenes = Scenes(ROOT, ["given"])
+    assert scenes.compared("paper,smoke") == ["paper", "smoke"]
+    for wrong in ("paper,none", "paper,paper", "paper,given"):
+        with pytest.raises(
+            InputError, match=r"^--config compare: .* is not allowed; scenes with figure3, each once, of: "
+        ):
+            scenes.compared(wrong)
+
+
+def test_no_rule_is_the_name_of_a_scene():
+    """A scene is a target with its own name, as these are."""
+    rules = [ROOT / "Snakefile", *(ROOT / "workflow/rules").iterdir()]
+    names = {
+        line[5:].strip(": ") for path in rules for line in path.read_text().splitlines() if line.startswith("rule ")
+    }
+    assert {"all", "surface", "scene_report"} <= names
+    assert names - {"all"} <= RULES
+
+
+def test_a_file_in_place_of_a_folder_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("results/smoke/keys").mkdir(parents=True)
+    Path("results/smoke/logs").write_text("in the way")
+    with pytest.raises(InputError, match=r"^results/smoke/logs: cannot be written to$"):
+        Scenes(ROOT, words=["smoke"])
+    scenes = Scenes(ROOT, words=["given"])
+    Path("results/given/keys/cycles.json").mkdir(parents=True)
+    with pytest.raises(InputError, match=r"^results/given/keys: cannot be written to \("):
+        scenes.write_keys()
+    Path("results").rename("elsewhere")
+    Path("results").symlink_to(tmp_path / "gone")
+    assert not_writable("smoke") == [Path("results")]
+
+
+@pytest.mark.parametrize("closed", [["results/mine"], ["results/mine/contact"], ["results", "results/mine"], ["."]])
+def test_a_folder_that_is_closed_to_writing_is_named(tmp_path, closed):
+    """Asked of a process that may not overrule permissions, as root may."""
+    if closed != ["."]:
+        (tmp_path / "results/mine/contact").mkdir(parents=True)
+        (tmp_path / "results/yours").mkdir(mode=0o555)
+    for folder in closed:
+        (tmp_path / folder).chmod(0o555)
+    ask = "from workflow.study.scenes import not_writable; print(*not_writable('mine'), sep='\\n')"
+    options = {"env": {"PYTHONPATH": f"{ROOT}:{ROOT / 'src'}"}, "capture_output": True, "text": True, "check": True}
+    asked = subprocess.run([sys.executable, "-c", ask], cwd=tmp_path, preexec_fn=as_a_user(), **options)
+    for folder in closed:
+        (tmp_path / folder).chmod(0o755)
+    assert asked.stdout.split() == closed

@@ -10,7 +10,7 @@ from packaging.requirements import InvalidRequirement, Requirement
 from packaging.utils import canonicalize_name
 
 from roughslip.errors import InputError
-from roughslip.scene.strict_yaml import shown
+from roughslip.scene.mistakes import shown
 
 _SHOWN = 3
 _INFO = ".dist-info"

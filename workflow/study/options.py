@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.errors import InputError
-from roughslip.scene.strict_yaml import shown
+from roughslip.scene.mistakes import shown
 
 WHOLE_NUMBERS = ("memory_mb", "problems", "reference_surfaces", "reference_strips")
 KEYS = ("scenes", "compare", "peers", "quick", "seed", *WHOLE_NUMBERS)

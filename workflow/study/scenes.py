@@ -143,7 +143,7 @@ class Scenes:
 
         def mem_mb(wildcards: Any, attempt: int) -> int:
             count = int(wildcards.last) - int(wildcards.first) if hasattr(wildcards, "first") else 0
-            name = getattr(wildcards, "scene", self.default[0])
+            name = wildcards.scene if hasattr(wildcards, "scene") else self.default[0]
             needed = memory.needed_mb(self.valid[name], stage, count) + self._beside_mb
             return max(needed, min(attempt * needed, self.memory_mb))
 

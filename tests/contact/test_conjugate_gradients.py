@@ -1,11 +1,17 @@
+"""Conjugate gradients against the dense method, their compiled passes, the residual, and nested starts."""
+
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.ndimage import convolve
 
-from roughslip.contact import conjugate_gradients, dense_solver, kernels
+from roughslip.contact import conjugate_gradients, dense_solver, kernels, nested
 from roughslip.contact.conjugate_gradients import Problem, Solution
 from roughslip.contact.influence import Influence
-from roughslip.contact.residual import relative_residual
+from roughslip.contact.kernels import relative_residual
 from roughslip.errors import ConvergenceError
 from roughslip.grid import Grid
 
@@ -96,3 +102,145 @@ def test_stencil_product(shape: tuple[int, int]) -> None:
     expected = np.where(nodes, convolve(field, stencil, mode="constant"), 0.0)
     kernels.stencil_product(stencil, field, nodes, ours)
     np.testing.assert_allclose(ours, expected, atol=1e-13)
+
+
+def test_kernel_sums() -> None:
+    rng = np.random.default_rng(1)
+    a, b = rng.standard_normal((2, 7, 5))
+    assert kernels.inner(a, b) == pytest.approx((a * b).sum(), rel=1e-14)
+    assert kernels.total(a) == pytest.approx(a.sum(), rel=1e-14)
+    assert kernels.positive_square(a, 0.3) == pytest.approx((np.maximum(a - 0.3, 0.0) ** 2).sum(), rel=1e-14)
+    mean, count = kernels.mean_between(a, b, 0.5)
+    between = (b > 0) & (b < 0.5)
+    assert count == between.sum()
+    assert mean == pytest.approx(a[between].mean(), rel=1e-14)
+
+
+@pytest.mark.parametrize("cap", [math.inf, 0.6])
+def test_assessment(cap: float) -> None:
+    """Free are pressed nodes that may give way, open ones that penetrate, and those at the cap that give way."""
+    rng = np.random.default_rng(2)
+    pressure, gap, misfit = np.clip(rng.standard_normal((9, 8)), 0, cap), rng.standard_normal((9, 8)), np.empty((9, 8))
+    gap[0, :4], pressure[0, :4] = -0.1, min(cap, 1.0) / 2  # pressed, and not a misfit: free all the same
+    told = np.zeros((9, 8), dtype=np.bool_)
+    square = kernels.assess(pressure, gap, 0.1, 2.0, cap, misfit, told)
+    w = gap + 0.1
+    unmet = 2.0 * pressure - np.clip(2.0 * pressure - w, 0.0, 2.0 * cap)
+    assert square == pytest.approx((unmet**2).sum(), rel=1e-14)
+    free = ((pressure > 0) | (w < 0)) & ((pressure < cap) | (w > 0))
+    assert np.array_equal(told, free)
+    assert np.array_equal(misfit, np.where(free, -w, 0.0))
+
+
+def test_kernel_steps() -> None:
+    rng = np.random.default_rng(3)
+    pressure, gap, product, descent = rng.random((4, 6, 7))
+    free = rng.random((6, 7)) < 0.5
+    misfit = np.where(free, rng.standard_normal((6, 7)), 0.0)
+    direction = rng.standard_normal((6, 7))
+    expected = np.where(free, descent + 0.5 * direction, 0.0)
+    assert kernels.conjugate(descent, 0.5, direction, misfit, free) == pytest.approx(
+        (misfit * expected).sum(), rel=1e-13
+    )
+    assert np.array_equal(direction, expected)
+    new_pressure, new_gap, excess = np.empty((3, 6, 7))
+    count = kernels.advance(pressure, -1.5, direction, 1.2, 0.0, free, new_pressure)
+    kernels.add_multiple(gap, -1.5, product, new_gap)
+    trial = pressure - 1.5 * direction
+    assert np.array_equal(new_pressure, np.clip(trial, 0.0, 1.2))
+    assert np.array_equal(new_gap, gap - 1.5 * product)
+    assert count == ((trial < 0) | (trial > 1.2)).sum() > 0
+    kernels.clipped(pressure, -1.5, direction, new_pressure, excess)
+    assert np.count_nonzero(excess) == count  # exactly zero elsewhere: few nodes are summed directly
+    kernels.balance(direction, misfit**2)
+    assert abs(direction.sum()) < 1e-13
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    share=st.floats(0.01, 0.99),
+    cap=st.sampled_from([math.inf, 0.3, 2.0]),
+    everywhere=st.booleans(),
+)
+def test_shift_meets_the_sum(seed: int, share: float, cap: float, everywhere: bool) -> None:
+    """Any sum between none and all nodes at the cap; without the nodes that are not moved, any that the others can."""
+    rng = np.random.default_rng(seed)
+    pressure, direction = np.clip(rng.standard_normal((5, 6)), 0, cap), rng.standard_normal((5, 6))
+    free = rng.random((5, 6)) < 0.7
+    trial = pressure + 0.7 * direction
+    moved = np.full((5, 6), True) if everywhere else free & (trial > 0)
+    fixed = np.clip(trial[~moved], 0, cap).sum()
+    force = fixed + share * moved.sum() * min(cap, 5.0)
+    if not moved.any():
+        force = fixed + 1.0
+    shift, met = kernels.shift_to_sum(pressure, 0.7, direction, cap, force, free, everywhere)
+    assert met == moved.any()
+    if met:
+        assert np.clip(trial + shift * moved, 0, cap).sum() == pytest.approx(force, rel=1e-12)
+
+
+def test_shift_that_cannot_meet_the_sum() -> None:
+    """Two nodes at the cap cannot carry three times the cap."""
+    pressure, free = np.array([[0.5, 0.7, 0.0]]), np.array([[True, True, False]])
+    assert not kernels.shift_to_sum(pressure, 0.0, pressure, 1.0, 2.5, free, False)[1]
+    shift, met = kernels.shift_to_sum(pressure, 0.0, pressure, 1.0, 2.5, free, True)
+    assert met
+    assert shift == pytest.approx(0.5)
+
+
+def test_each_way_of_missing_the_conditions() -> None:
+    """Five nodes: pressed across a small gap, pressed across a large gap, penetration, tension, and a good one."""
+    diagonal = 0.5
+    gap = np.array([[0.1, 3.0, -0.2, 1.0, 0.0]])
+    pressure = np.array([[4.0, 0.6, 1.0, -0.8, 7.0]])
+    unmet = np.array([0.1, 0.3, -0.2, -0.4, 0.0])
+    interference = np.array([[3.0, -9.0, 4.0, -1.0, 0.0]])  # only what is positive counts: 5
+    expected = np.linalg.norm(unmet) / 5
+    assert relative_residual(gap, pressure, diagonal, interference) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("shape", "periodic"), [((96, 96), False), ((97, 81), False), ((400, 21), False), ((96, 96), True)]
+)
+@pytest.mark.parametrize("loaded", [False, True])
+def test_start_saves_products(surface, shape: tuple[int, int], periodic: bool, loaded: bool, monkeypatch) -> None:
+    """Odd meshes too. It saves the products in which the contact is found, about a quarter of all."""
+    if periodic and not loaded:
+        pytest.skip("a periodic cell has no fixed plane")
+    monkeypatch.setattr(nested, "COARSEST", 32 * 32)
+    influence = Influence(Grid(*shape, 1.0, 1.0), 1.0, periodic)
+    problem = Problem(influence, surface(shape, 8.0, 1), math.inf, 0.05 * shape[0] * shape[1] if loaded else None)
+    guess = nested.guess(problem)
+    assert guess is not None
+    assert guess.shape == shape
+    assert (guess >= 0).all()
+    cold, warm = conjugate_gradients.solve(problem, 1e-10), conjugate_gradients.solve(problem, 1e-10, guess)
+    assert warm.products <= cold.products - 2
+    np.testing.assert_allclose(warm.pressure, cold.pressure, rtol=0, atol=1e-8 * cold.pressure.max())
+    if not loaded:
+        assert not guess[problem.interference <= 0].any()
+
+
+def test_nothing_to_start_from(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A small mesh, and a summit that the means of the coarser mesh lose."""
+    monkeypatch.setattr(nested, "COARSEST", 16)
+    spike = np.full((40, 40), -1.0)
+    spike[7, 9] = 0.5
+    assert nested.guess(Problem(Influence(Grid(40, 40, 1.0, 1.0), 1.0), spike)) is None
+    assert nested.guess(Problem(Influence(Grid(4, 4, 1.0, 1.0), 1.0), np.ones((4, 4)))) is None
+
+
+def test_pair_means() -> None:
+    field = np.array([[1.0, 3.0, 5.0], [3.0, 5.0, 7.0]])
+    assert np.array_equal(nested._pair_means(field, 0), [[2.0, 4.0, 6.0]])
+    assert np.array_equal(nested._pair_means(field, 1), [[2.0, 5.0], [4.0, 7.0]])
+
+
+def test_coarser_meshes_keep_cells_near_square() -> None:
+    """The long cell's axis waits until the other has caught up; a single row is halved along itself."""
+    influence = Influence(Grid(64, 8, 1.0, 4.0), 1.0)
+    assert influence.coarser.grid == Grid(32, 8, 2.0, 4.0)
+    assert influence.coarser.coarser.grid == Grid(16, 8, 4.0, 4.0)
+    assert influence.coarser.coarser.coarser.grid == Grid(8, 4, 8.0, 8.0)
+    assert Influence(Grid(9, 1, 8.0, 1.0), 1.0).coarser.grid == Grid(5, 1, 16.0, 1.0)

@@ -1,3 +1,5 @@
+"""Products by Fourier transforms against products on the whole torus."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Block pivoting: against enumeration, on random contacts, and its failures."""
+
 from itertools import product
 
 import numpy as np

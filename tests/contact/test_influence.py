@@ -1,10 +1,12 @@
+"""The influence matrix of the free half-space against closed forms and quadrature, its products, and the material."""
+
 import math
 
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from roughslip.contact.influence import DIRECT_SUM_LIMIT, PATCH_RADIUS, Influence, gathered, love_coefficients
+from roughslip.contact.influence import DIRECT_SUM_LIMIT, PATCH_RADIUS, Influence, Material, gathered, love_coefficients
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 
@@ -116,3 +118,20 @@ def test_refuses_wrong_shapes() -> None:
     influence = Influence(Grid(4, 5, 1.0, 1.0), 1.0)
     with pytest.raises(ParameterError, match="shape"):
         influence.apply(np.zeros((5, 4)))
+
+
+def test_plane_strain_modulus() -> None:
+    assert Material(210e9, 0.3).plane_strain_modulus_pa == pytest.approx(210e9 / 0.91, rel=1e-15)
+    assert Material(1.0, 0.5).plane_strain_modulus_pa == pytest.approx(4 / 3, rel=1e-15)
+
+
+@pytest.mark.parametrize("young", [0.0, -1.0, math.inf, math.nan])
+def test_refuses_young_modulus(young: float) -> None:
+    with pytest.raises(ParameterError, match="Young"):
+        Material(young, 0.3)
+
+
+@pytest.mark.parametrize("poisson", [-1.0, 0.51, math.nan, math.inf])
+def test_refuses_poisson_ratio(poisson: float) -> None:
+    with pytest.raises(ParameterError, match="Poisson"):
+        Material(1.0, poisson)

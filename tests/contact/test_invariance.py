@@ -1,5 +1,4 @@
-"""What must not change a solution: units, mirrors, transposition, translation of a periodic cell, order of planes,
-method."""
+"""Changes that must not change a solution: units, mirrors, transposition, translation, order of planes, method."""
 
 import math
 from dataclasses import dataclass
@@ -19,8 +18,10 @@ ALLOWED = CONDITION * TOLERANCE
 
 @dataclass(frozen=True)
 class Case:
-    """Heights of unit variance on cells 1 x 0.8 of modulus 1: free with the plane at -0.5, or periodic under a load
-    of 0.1, with the pressure capped at a share of its elastic peak."""
+    """Heights of unit variance on cells 1 x 0.8 of modulus 1, with the pressure capped at a share of its elastic peak.
+
+    The half-space is free with the plane at -0.5, or periodic under a load of 0.1.
+    """
 
     shape: tuple[int, int]
     length: float
@@ -38,7 +39,7 @@ class Case:
         return solve(influence, (heights + 0.5) * metre, TOLERANCE, hardness_pa=hardness)
 
 
-# Few nodes and many, white and smooth, so that every method is met. Elastic peaks are 0.5 to 2: the cap is reached.
+# Few nodes and many, white and smooth, so that every method is used. Elastic peaks are 0.5 to 2: the cap is reached.
 SURFACES = [((12, 10), 0.0), ((48, 40), 5.0)]
 CASES = pytest.mark.parametrize(
     "case",
@@ -56,9 +57,7 @@ def assert_same(solution: ContactSolution, pressure: np.ndarray, gap: np.ndarray
 
 
 @CASES
-@pytest.mark.parametrize(
-    ("metre", "pascal"), [(1.0, 1e12), (1.0, 1e-12), (1e9, 1.0), (1e-9, 1.0), (1e-9, 1e12), (1e9, 1e-12)]
-)
+@pytest.mark.parametrize(("metre", "pascal"), [(1.0, 1e12), (1e-9, 1.0), (1e9, 1e-12)])
 def test_units(surface, case: Case, metre: float, pascal: float) -> None:
     """p / E*, p / H and gap / length depend on shapes alone; so does the work at a given plane."""
     heights = surface(case.shape, case.length, 2)
@@ -86,8 +85,8 @@ def test_mirrored_and_transposed(surface, case: Case) -> None:
 
 @CASES
 def test_moved_with_the_plane(surface, case: Case) -> None:
-    """Heights from another datum under a load; round a periodic cell as well. Free, the surface does not see nodes
-    that lie far below the plane beside it."""
+    """Under a load the datum of the heights does not matter, nor a shift around a periodic cell. On a free half-space
+    added nodes far below the plane do not matter."""
     heights = surface(case.shape, case.length, 4)
     reference = case.press(heights)
     if case.periodic:
@@ -102,8 +101,7 @@ def test_moved_with_the_plane(surface, case: Case) -> None:
 
 @pytest.mark.parametrize("hardness", [math.inf, 0.3])
 def test_order_of_planes(surface, hardness: float) -> None:
-    """Bit for bit in any order and repeated; as single solves to what the tolerance allows. From no contact to full
-    contact."""
+    """From no to full contact: equal bits in any order and repeated, and agreement with single solves."""
     influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
     heights = surface((48, 40), 5.0, 5)
     planes = [0.0, 9.0, 1.6, -1.6, 0.0, -0.8, -0.8 - 1e-13, -20.0]
@@ -121,6 +119,8 @@ def test_order_of_planes(surface, hardness: float) -> None:
         allowed = ALLOWED * np.maximum(heights - plane, 0).max()  # of pressures and lengths, B_00 being of order one
         np.testing.assert_allclose(single.pressure, solution.pressure, rtol=0, atol=allowed)
         np.testing.assert_allclose(single.plastic_displacement, solution.plastic_displacement, rtol=0, atol=allowed)
+    assert {s.method for s in swept} >= {"fft", "none"}
+    assert sweep(influence, heights, []) == []
 
 
 @pytest.mark.parametrize(("shape", "length"), SURFACES)

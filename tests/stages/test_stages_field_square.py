@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from roughslip.contact.influence import Influence
-from roughslip.contact.material import Material
+from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve
 from roughslip.errors import InputError
 from roughslip.grid import Grid

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from roughslip.contact.influence import Influence
-from roughslip.contact.material import Material
+from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
 from roughslip.grid import Grid
 

@@ -1,4 +1,4 @@
-"""Contact problems with known answers, against which solvers are verified.
+"""Contact problems with known solutions, for the verification of solvers.
 
 A rigid body meets an elastic half-space of plane-strain modulus E* = E / (1 - nu^2); friction and adhesion are absent.
 Johnson below is K. L. Johnson, Contact Mechanics, Cambridge University Press, 1985.
@@ -98,7 +98,7 @@ class CircularPunch(_Problem):
         return 2 * self.plane_strain_modulus_pa * self.radius_m * self.penetration_m
 
     def pressure_pa(self, r: np.ndarray) -> np.ndarray:
-        """F / (2 pi a sqrt(a^2 - r^2)) at distances r < a [m] from the axis, without bound at the edge, zero beyond."""
+        """F / (2 pi a sqrt(a^2 - r^2)) at distances r < a [m] from the axis, unbounded at the edge, zero outside."""
         inside = r < self.radius_m
         root = np.sqrt(np.where(inside, self.radius_m**2 - r**2, 1.0))
         return np.where(inside, self.force_n / (2 * math.pi * self.radius_m) / root, 0.0)
@@ -107,7 +107,7 @@ class CircularPunch(_Problem):
 def square_punch_force_n(edge_m: float, penetration_m: float, plane_strain_modulus_pa: float) -> float:
     """Force [N] of a flat square punch, pi C E* penetration edge with the capacitance C of the square.
 
-    The pressure under a flat punch is to its penetration as the charge of a conducting plate to its potential.
+    The ratio of pressure to penetration under a flat punch is that of charge to potential on a conducting plate.
     """
     return math.pi * SQUARE_CAPACITANCE * plane_strain_modulus_pa * penetration_m * edge_m
 
@@ -156,8 +156,8 @@ class SineWave(_Problem):
     def plane_m(self) -> float:
         """Height of the plane over the mean plane of the loaded surface, D (1 - s + s ln s).
 
-        Under a load dp more it sinks as a row of flat punches does, d(plane) = (2 l / (pi E*)) ln sin(pi b / l) dp (the
-        logarithmic capacity of an arc), and it stands at 0 in full contact.
+        In full contact it stands at 0. A further load dp moves it like a row of flat punches, by
+        d(plane) = (2 l / (pi E*)) ln sin(pi b / l) dp, from the logarithmic capacity of an arc.
         """
         return self.amplitude_m * (1 - self.load + self.load * math.log(self.load))
 
@@ -205,7 +205,7 @@ class CrossedWaves(_Problem):
 
 
 def rigid_plastic_force_n(interference: np.ndarray, hardness_pa: float, cell_area_m2: float) -> float:
-    """Force [N] of a surface that yields at once wherever it is met: H times the area of positive interference.
+    """Force [N] of a rigid-plastic surface: H times the area of positive interference.
 
     interference : (nx, ny) [m] height of the surface over the plane
     hardness_pa : H, cap of the pressure

@@ -1,4 +1,15 @@
-"""Contact on large meshes: conjugate gradients over the free nodes, bounded by 0 <= p <= cap, with B applied by FFT."""
+"""Contact on large meshes: bound-constrained conjugate gradients, with B applied by FFT.
+
+One iteration, with the gap w = B p - u_bar + plane and the nodes F that may move ("free"):
+
+    misfit       r = -w on F, zero elsewhere
+    precondition s = M r on F, M the stencil that approximates the inverse of B
+    direction    d = s + beta d on F,  beta = -(s' B d) / (d' B d), not negative
+    line search  alpha = (r' d) / (d' B d)
+    project      p <- clip(p + alpha d, 0, cap),  w <- w + alpha B d + B (what the clip changed)
+
+With a given force, s and d have zero sum, and a common shift of the free pressures restores the sum after the clip.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +26,7 @@ from roughslip.errors import ConvergenceError
 # Nearly full contact of a rough surface of 512 x 512 nodes, the hardest of those measured, takes 134 at 1e-10.
 PRODUCT_LIMIT = 2000
 
-# Products after which the energy may no longer rise. It does so once to six times in a solve, and holding it from the
+# Products after which the energy may no longer rise. It does so once to six times in a solve. Preventing it from the
 # start takes up to a fifth more products.
 PATIENCE = 200
 
@@ -27,7 +38,7 @@ class Problem:
     influence : B of the mesh
     interference : (nx, ny) [m] u_bar; finite, and positive somewhere unless a force is given
     cap : highest pressure [Pa], or infinity
-    force : sum of the pressures [Pa], or None where the plane stands still
+    force : sum of the pressures [Pa], or None for a fixed plane
     """
 
     influence: Influence
@@ -36,17 +47,17 @@ class Problem:
     force: float | None = None
 
     def plane(self, pressure: np.ndarray, gap: np.ndarray) -> float:
-        """Height [m] of the plane over that of u_bar at which the mean gap of the nodes between the bounds is zero."""
+        """Height [m] of the plane for which the mean gap of the nodes between the bounds is zero."""
         if self.force is None:
             return 0.0
         mean, between = kernels.mean_between(gap, pressure, self.cap)
         if between:
             return -mean
-        pressed = pressure > 0  # all at the cap, with the sum asked for: any plane that reaches these and no others
+        pressed = pressure > 0  # all at the cap and with the given sum: any plane that reaches these and no others
         return -float(gap[pressed].max() if pressed.all() else (gap[pressed].max() + gap[~pressed].min()) / 2)
 
     def reach(self, pressure: np.ndarray, plane: float) -> float:
-        """||max(u_bar, 0)||, or B_00 ||p|| if that is more [m]: what residuals are relative to."""
+        """The scale of residuals [m]: ||max(u_bar - plane, 0)||, or B_00 ||p|| where that is more."""
         if self.force is None:  # the second is never more at the solution
             return self._reach_of_the_given_plane
         lift = self.influence.diagonal * math.sqrt(kernels.inner(pressure, pressure))
@@ -59,11 +70,13 @@ class Problem:
 
 @dataclass(frozen=True)
 class Solution:
-    """pressure : (nx, ny) [Pa]
-    gap : (nx, ny) [m] B p - u_bar + plane, taken afresh; negative only where p = cap
-    plane : [m] over the height of u_bar, zero without a force
-    residual : relative, of these very fields
-    products : with B
+    """Pressures and gaps with their residual.
+
+    pressure : (nx, ny) [Pa]
+    gap : (nx, ny) [m] B p - u_bar + plane, computed anew; negative only where p = cap
+    plane : [m] relative to the heights u_bar, zero without a force
+    residual : [-] relative, of these fields
+    products : number of products with B
     """
 
     pressure: np.ndarray
@@ -73,82 +86,185 @@ class Solution:
     products: int
 
 
-class _Products:
-    """B p, counted; written into the result where one is given, since a new array costs the more the larger it is."""
-
-    def __init__(self, influence: Influence) -> None:
-        self.influence, self.count = influence, 0
-
-    def __call__(self, pressure: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
-        self.count += 1
-        return self.influence.apply(pressure, result)
-
-
 def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -> Solution:
-    """Pressures and gaps of the contact problem to a relative residual.
+    """Solve a contact problem to a relative residual.
 
     problem : what to solve
-    tolerance : bound of the residual, met by a gap computed afresh from the pressure
+    tolerance : [-] bound of the residual, for a gap computed anew from the pressure
     guess : (nx, ny) [Pa] where to start
 
-    Raises ConvergenceError.
+    Returns the solution. Raises ConvergenceError.
 
     Method: bound-constrained conjugate gradients, Vollebregt, J. Comput. Phys. 257 (2014) 333; with a force, directions
-    of zero sum, Polonsky and Keer, Wear 231 (1999) 206. A step is exact along a direction on the free nodes, those that
-    it may move; pressures beyond a bound are set to it. Three differences: the preconditioner is a stencil and costs no
-    second convolution; the next direction is conjugated by the product B d at hand, which still holds after the set of
-    free nodes has changed; and after PATIENCE products a step that meets a bound may not raise the energy any more.
+    of zero sum, Polonsky and Keer, Wear 231 (1999) 206. There are three differences. The preconditioner is a stencil,
+    which needs no second convolution. The next direction is conjugated by the known product B d, which remains valid
+    when the set of free nodes changes. After PATIENCE products a step that meets a bound may not raise the energy.
     """
-    influence, cap, force = problem.influence, problem.cap, problem.force
-    multiply = _Products(influence)
-    pressure, gap = _start(problem, guess, multiply)
-    new_pressure, new_gap, misfit, descent, direction, product, excess = (np.zeros_like(gap) for _ in range(7))
-    free = np.zeros(gap.shape, dtype=np.bool_)
-    curvature, wanted = 0.0, tolerance
+    iteration = _Iteration(problem, guess)
+    wanted = tolerance
     while True:
-        plane, residual = _assess(problem, pressure, gap, misfit, free)
+        residual = iteration.assess()
         if residual <= wanted:
-            settled = _settled(problem, pressure, gap + plane)
-            wanted, curvature = wanted / 2, 0.0
-            if settled is not None:
-                pressure, gap = settled, multiply(settled) - problem.interference
-                plane, residual = _assess(problem, pressure, gap, misfit, free)
+            wanted /= 2
+            if iteration.put_on_bounds():
+                residual = iteration.assess()
                 if residual <= tolerance:
-                    return Solution(pressure, gap + plane, plane, residual, multiply.count)
-        if multiply.count >= PRODUCT_LIMIT or not math.isfinite(residual):
-            raise _failure(tolerance, residual, multiply.count)
+                    return iteration.solution(residual)
+        if iteration.products >= PRODUCT_LIMIT or not math.isfinite(residual):
+            raise _failure(tolerance, residual, iteration.products)
+        iteration.precondition()
+        slope = iteration.choose_direction()
+        length = iteration.search_line(slope)
+        if length is None:
+            raise _failure(tolerance, residual, iteration.products)
+        iteration.project(length)
 
-        kernels.stencil_product(influence.approximate_inverse, misfit, free, descent)
-        if force is not None:
-            lift = np.empty_like(misfit)
-            kernels.stencil_product(influence.approximate_inverse, free.astype(np.float64), free, lift)
-            kernels.balance(descent, lift)
-        factor = max(0.0, -kernels.inner(descent, product) / curvature) if curvature > 0 else 0.0
-        slope = kernels.conjugate(descent, factor, direction, misfit, free)
-        if force is not None:
-            kernels.balance(direction, lift)
-            slope = kernels.inner(misfit, direction)
+
+class _Iteration:
+    """Fields of a solve, and the steps that change them.
+
+    pressure, gap : (nx, ny) p [Pa] and B p - u_bar [m], without the plane
+    misfit, descent, direction, product : (nx, ny) r, s, d and B d
+    free : (nx, ny) whether a node may move
+    curvature : d' B d; zero where there is no earlier direction
+    products : number of products with B
+    """
+
+    def __init__(self, problem: Problem, guess: np.ndarray | None) -> None:
+        self.problem, self.products, self.curvature, self.plane = problem, 0, 0.0, 0.0
+        self.pressure, self.gap = self._start(guess)
+        fields = (np.zeros_like(self.gap) for _ in range(8))
+        self.misfit, self.descent, self.lift, self.direction, self.product, *fields_of_step = fields
+        self.new_pressure, self.new_gap, self.excess = fields_of_step
+        self.free = np.zeros(self.gap.shape, dtype=np.bool_)
+
+    def assess(self) -> float:
+        """Find the plane, the misfit and the free nodes. Returns the relative residual."""
+        problem = self.problem
+        self.plane = problem.plane(self.pressure, self.gap)
+        square = kernels.assess(
+            self.pressure, self.gap, self.plane, problem.influence.diagonal, problem.cap, self.misfit, self.free
+        )
+        reach = problem.reach(self.pressure, self.plane)
+        return math.sqrt(square) / reach if reach > 0 else math.nan
+
+    def put_on_bounds(self) -> bool:
+        """Put nodes that approach a bound on it, so that contact and yield are exact, and compute the gap anew.
+
+        Returns False, and changes no pressure, where no node between the bounds is left to carry the rest of the force.
+        """
+        cap, force = self.problem.cap, self.problem.force
+        self.curvature = 0.0
+        target = self.pressure - (self.gap + self.plane) / self.problem.influence.diagonal
+        pressure = np.where(target <= 0, 0.0, np.where(target >= cap, cap, self.pressure))
+        shifted = pressure if force is None else _shifted(pressure, (pressure > 0) & (pressure < cap), cap, force)
+        if shifted is None:
+            return False
+        self.pressure, self.gap = shifted, self._multiply(shifted) - self.problem.interference
+        return True
+
+    def solution(self, residual: float) -> Solution:
+        """The present fields."""
+        return Solution(self.pressure, self.gap + self.plane, self.plane, residual, self.products)
+
+    def precondition(self) -> None:
+        """s = M r on the free nodes; with a force, less a multiple of M 1, so that the sum of s is zero."""
+        stencil = self.problem.influence.approximate_inverse
+        kernels.stencil_product(stencil, self.misfit, self.free, self.descent)
+        if self.problem.force is not None:
+            kernels.stencil_product(stencil, self.free.astype(np.float64), self.free, self.lift)
+            kernels.balance(self.descent, self.lift)
+
+    def choose_direction(self) -> float:
+        """d = s + beta d, conjugate to the last direction, or s where that does not descend. Returns r' d."""
+        beta = 0.0
+        if self.curvature > 0:
+            beta = max(0.0, -kernels.inner(self.descent, self.product) / self.curvature)
+        slope = kernels.conjugate(self.descent, beta, self.direction, self.misfit, self.free)
+        if self.problem.force is not None:
+            kernels.balance(self.direction, self.lift)
+            slope = kernels.inner(self.misfit, self.direction)
         if slope <= 0:
-            slope = kernels.conjugate(descent, 0.0, direction, misfit, free)
-        multiply(direction, product)
-        curvature = kernels.inner(direction, product)
-        if not curvature > 0:
-            raise _failure(tolerance, residual, multiply.count)
-        length = slope / curvature
+            slope = kernels.conjugate(self.descent, 0.0, self.direction, self.misfit, self.free)
+        return slope
 
-        shift, met = 0.0, True
+    def search_line(self, slope: float) -> float | None:
+        """alpha = (r' d) / (d' B d), or None where rounding leaves no positive curvature."""
+        self._multiply(self.direction, self.product)
+        self.curvature = kernels.inner(self.direction, self.product)
+        return slope / self.curvature if self.curvature > 0 else None
+
+    def project(self, length: float) -> None:
+        """p <- clip(p + alpha d, 0, cap), with the gap that belongs to it."""
+        problem, shift, met = self.problem, 0.0, True
+        if problem.force is not None:
+            shift, met = kernels.shift_to_sum(
+                self.pressure, length, self.direction, problem.cap, problem.force, self.free, False
+            )
+        if met:
+            self._advance(length, shift)
+        else:  # the free nodes cannot carry the force, so further nodes must come into contact
+            self._step_along_gap(problem.influence.diagonal)
+            self.curvature = 0.0
+        self.pressure, self.new_pressure = self.new_pressure, self.pressure
+        self.gap, self.new_gap = self.new_gap, self.gap
+
+    def _advance(self, length: float, shift: float) -> None:
+        """Step along the direction; where a bound stops it, the gap takes a second product."""
+        changed = kernels.advance(
+            self.pressure, length, self.direction, self.problem.cap, shift, self.free, self.new_pressure
+        )
+        kernels.add_multiple(self.gap, length, self.product, self.new_gap)
+        if changed:
+            kernels.clipped(self.pressure, length, self.direction, self.new_pressure, self.excess)
+            self.new_gap += self._multiply(self.excess)
+            if self.products > PATIENCE:
+                self._prevent_rise_of_energy()
+
+    def _prevent_rise_of_energy(self) -> None:
+        """Where the energy rose, go back to its minimum on the way, or take a step of gradient projection instead.
+
+        That step has the length 1 / largest eigenvalue of B, for which the energy always falls.
+        """
+        change, lift = self.new_pressure - self.pressure, self.new_gap - self.gap
+        slope, curvature = -float(kernels.inner(self.gap, change)), float(kernels.inner(change, lift))
+        if slope >= curvature:
+            return
+        if slope > 0:
+            fraction = slope / curvature
+            self.new_pressure[:] = self.pressure + fraction * change
+            self.new_gap[:] = self.gap + fraction * lift
+        else:
+            self._step_along_gap(self.problem.influence.largest_eigenvalue)
+
+    def _step_along_gap(self, eigenvalue: float) -> None:
+        """A projected step against the gap, of the length 1 / eigenvalue."""
+        self.new_pressure[:] = _nearest(self.problem, self.pressure - self.gap / eigenvalue)
+        self.new_gap[:] = self._multiply(self.new_pressure) - self.problem.interference
+
+    def _start(self, guess: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure and gap of the guess; without cap and force it is scaled by an exact line search along itself."""
+        u_bar, cap, force = self.problem.interference, self.problem.cap, self.problem.force
+        if guess is None or not guess.any():
+            if force is None:
+                return np.zeros_like(u_bar), -u_bar
+            guess = np.full_like(u_bar, force / u_bar.size)
+        pressure = np.minimum(np.maximum(guess, 0.0), cap)
         if force is not None:
-            shift, met = kernels.shift_to_sum(pressure, length, direction, cap, force, free, False)
-        if not met:  # the free nodes cannot carry the force, so the next to touch must help
-            new_pressure[:] = _nearest(problem, pressure - gap / influence.diagonal)
-            new_gap[:] = multiply(new_pressure) - problem.interference
-            curvature = 0.0
-        elif kernels.advance(pressure, gap, length, direction, product, cap, shift, free, new_pressure, new_gap):
-            kernels.clipped(pressure, length, direction, new_pressure, excess)
-            new_gap += multiply(excess)
-            if multiply.count > PATIENCE:
-                _hold_energy(problem, (pressure, gap), (new_pressure, new_gap), multiply)
-        pressure, new_pressure, gap, new_gap = new_pressure, pressure, new_gap, gap
+            shifted = _shifted(pressure, pressure > 0, cap, force)
+            pressure = _nearest(self.problem, pressure) if shifted is None else shifted
+        displacement = self._multiply(pressure)
+        energy = kernels.inner(pressure, displacement)
+        if force is None and energy > 0:
+            scale = kernels.inner(pressure, u_bar) / energy
+            if 0 < scale * float(pressure.max()) <= cap:
+                pressure, displacement = scale * pressure, scale * displacement
+        return pressure, displacement - u_bar
+
+    def _multiply(self, pressure: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
+        """B p, counted; written into the result where one is given, because large new arrays are slow."""
+        self.products += 1
+        return self.problem.influence.apply(pressure, result)
 
 
 def _failure(tolerance: float, residual: float, products: int) -> ConvergenceError:
@@ -158,47 +274,6 @@ def _failure(tolerance: float, residual: float, products: int) -> ConvergenceErr
         residual,
         products,
     )
-
-
-def _start(problem: Problem, guess: np.ndarray | None, multiply: _Products) -> tuple[np.ndarray, np.ndarray]:
-    """Pressure and gap: the guess, with neither cap nor force scaled by an exact line search along itself."""
-    u_bar, cap, force = problem.interference, problem.cap, problem.force
-    if guess is None or not guess.any():
-        if force is None:
-            return np.zeros_like(u_bar), -u_bar
-        guess = np.full_like(u_bar, force / u_bar.size)
-    pressure = np.minimum(np.maximum(guess, 0.0), cap)
-    if force is not None:
-        shifted = _shifted(pressure, pressure > 0, cap, force)
-        pressure = _nearest(problem, pressure) if shifted is None else shifted
-    displacement = multiply(pressure)
-    energy = kernels.inner(pressure, displacement)
-    if force is None and energy > 0:
-        scale = kernels.inner(pressure, u_bar) / energy
-        if 0 < scale * float(pressure.max()) <= cap:
-            pressure, displacement = scale * pressure, scale * displacement
-    return pressure, displacement - u_bar
-
-
-def _assess(
-    problem: Problem, pressure: np.ndarray, gap: np.ndarray, misfit: np.ndarray, free: np.ndarray
-) -> tuple[float, float]:
-    """The plane and the relative residual; writes the misfit and which nodes are free."""
-    plane = problem.plane(pressure, gap)
-    square = kernels.assess(pressure, gap, plane, problem.influence.diagonal, problem.cap, misfit, free)
-    reach = problem.reach(pressure, plane)
-    return plane, math.sqrt(square) / reach if reach > 0 else math.nan
-
-
-def _settled(problem: Problem, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray | None:
-    """The pressures, with nodes that are on their way to a bound put on it: they tell what is in contact and yields.
-    None if no node is left between the bounds that could carry the rest of the force."""
-    cap, force = problem.cap, problem.force
-    target = pressure - gap / problem.influence.diagonal
-    settled = np.where(target <= 0, 0.0, np.where(target >= cap, cap, pressure))
-    if force is None:
-        return settled
-    return _shifted(settled, (settled > 0) & (settled < cap), cap, force)
 
 
 def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, force: float) -> np.ndarray | None:
@@ -214,25 +289,3 @@ def _nearest(problem: Problem, trial: np.ndarray) -> np.ndarray:
         nodes = np.ones(trial.shape, dtype=np.bool_)
         shift, _ = kernels.shift_to_sum(trial, 0.0, trial, problem.cap, problem.force, nodes, True)
     return np.minimum(np.maximum(trial + shift, 0.0), problem.cap)
-
-
-def _hold_energy(
-    problem: Problem,
-    now: tuple[np.ndarray, np.ndarray],
-    new: tuple[np.ndarray, np.ndarray],
-    multiply: _Products,
-) -> None:
-    """Change the new pressure and gap where the energy rose: to its least on the way there, or else by a step of
-    gradient projection of length 1 / largest eigenvalue of B, for which it always falls."""
-    pressure, gap = now
-    change, lift = new[0] - pressure, new[1] - gap
-    slope, curvature = -float(kernels.inner(gap, change)), float(kernels.inner(change, lift))
-    if slope >= curvature:
-        return
-    if slope > 0:
-        fraction = slope / curvature
-        new[0][:] = pressure + fraction * change
-        new[1][:] = gap + fraction * lift
-        return
-    new[0][:] = _nearest(problem, pressure - gap / problem.influence.largest_eigenvalue)
-    new[1][:] = multiply(new[0]) - problem.interference

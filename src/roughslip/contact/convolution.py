@@ -1,4 +1,4 @@
-"""Products with matrices that depend on the offset of two nodes alone, by transforms without the needless parts."""
+"""Products with matrices whose entries depend on the offset of two nodes only, by fast Fourier transforms."""
 
 from __future__ import annotations
 
@@ -9,37 +9,37 @@ from ducc0 import fft
 
 from roughslip.compilation import compiled
 
-# A spectrum of more columns is transformed in parts of about so many, which stay in the cache: a third of the time less
-# at 2048 x 2048 nodes, a quarter at 1024 x 1024. From 512 x 512 down it gains nothing.
+# A spectrum of more than MOST_COLUMNS columns is transformed in parts of about PART columns, which stay in the cache.
+# That saves a third of the time at 2048 x 2048 nodes, a quarter at 1024 x 1024, and nothing from 512 x 512 down.
 MOST_COLUMNS = 600
 PART = 64
 
-# Meshes of up to so many columns are transformed along alone, and summed across. Products with 10, 20 and 32 columns
-# then take 0.45, 0.5 and 0.8 times as long, with 64 columns 1.5 times.
+# Meshes of up to NARROW columns are transformed along their length only, and summed across. Products with 10, 20 and 32
+# columns then take 0.45, 0.5 and 0.8 times as long, with 64 columns 1.5 times.
 NARROW = 24
 
-# Wave numbers that are summed across at a time, real and imaginary parts: what they read stays in the nearest cache.
+# Wave numbers that are summed across at a time, real and imaginary parts, so that their data stay in the nearest cache.
 BLOCK = 128
 
-# Rows of a mesh turned at a time.
+# Rows of a mesh that are transposed at a time.
 TILE = 32
 
 
 def convolution(symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int]) -> Convolution | NarrowConvolution:
-    """The faster of the two ways to the product, which differ by rounding; arguments as of Convolution."""
+    """The faster of the two methods for a mesh. They differ by rounding; arguments as of Convolution."""
     return (NarrowConvolution if shape[1] <= NARROW else Convolution)(symbol, shape, torus)
 
 
 class Convolution:
     """u = B p on a mesh of nx by ny nodes, B even in both offsets.
 
-    symbol : (m, n // 2 + 1) eigenvalues of the circulant matrix on a torus of m by n nodes that holds B, in the layout
-        of numpy.fft.rfft2
+    symbol : (m, n // 2 + 1) eigenvalues of the circulant matrix that contains B, on a torus of m by n nodes, in the
+        layout of numpy.fft.rfft2
     shape : (nx, ny)
     torus : (m, n), at least (nx, ny)
 
-    Rows of the torus beyond the mesh are zero before the product and not wanted after it: they are not transformed
-    along the second axis. Holds its own scratch, so that one instance serves one thread.
+    Rows of the torus outside the mesh are zero before the product and not needed after it, so they are not transformed
+    along the second axis. An instance has its own working arrays and serves one thread.
     """
 
     def __init__(self, symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int]) -> None:
@@ -58,7 +58,7 @@ class Convolution:
         self._spectrum = block[: shape[0]] if whole else np.empty((shape[0], columns), dtype=np.complex128)
 
     def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
-        """Writes B applied to a field (nx, ny) into the result (nx, ny)."""
+        """Write B applied to a field (nx, ny) into the result (nx, ny)."""
         (nx, ny), n = self.shape, self.torus[1]
         _padded(field, self._rows)
         fft.r2c(self._rows, axes=(1,), out=self._spectrum)
@@ -78,9 +78,10 @@ class Convolution:
 class NarrowConvolution:
     """The same product on a mesh of few columns, by transforms along it and sums across.
 
-    Transformed along the first axis, B is a symmetric Toeplitz matrix t_|a-b| for every wave number. On the even and
-    odd parts of a field, p_a + p_a' and p_a - p_a' with a' = ny - 1 - a, it acts as t_|a-b| + t_(a'-b) and as
-    t_|a-b| - t_(a'-b): ny^2 / 2 products a wave number instead of transforms across a torus of twice the columns.
+    Transformed along the first axis, B is a symmetric Toeplitz matrix t_|a-b| for every wave number. With
+    a' = ny - 1 - a, it acts on the even part p_a + p_a' of a field as t_|a-b| + t_(a'-b), and on the odd part
+    p_a - p_a' as t_|a-b| - t_(a'-b). That takes ny^2 / 2 products per wave number, and no transforms across a torus
+    of twice the columns.
     """
 
     def __init__(self, symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int]) -> None:
@@ -92,7 +93,7 @@ class NarrowConvolution:
         self._spectrum = np.empty((shape[1], waves), dtype=np.complex128)
 
     def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
-        """Writes B applied to a field (nx, ny) into the result (nx, ny)."""
+        """Write B applied to a field (nx, ny) into the result (nx, ny)."""
         _fold(field, self._columns)
         fft.r2c(self._columns, axes=(1,), out=self._spectrum)
         _sum_across(self._toeplitz, self._spectrum.view(np.float64))
@@ -101,13 +102,13 @@ class NarrowConvolution:
 
 
 def fast_length(nodes: int) -> int:
-    """The least length from `nodes` on whose transform is fast."""
+    """The smallest length of at least `nodes` whose transform is fast."""
     return int(fft.good_size(nodes, True))
 
 
 @compiled()
 def _padded(field: np.ndarray, rows: np.ndarray) -> None:
-    """Writes the field, followed by zeros, into the rows."""
+    """Write the field, followed by zeros, into the rows."""
     nx, ny = field.shape
     for i in range(nx):
         rows[i, :ny] = field[i]
@@ -116,7 +117,7 @@ def _padded(field: np.ndarray, rows: np.ndarray) -> None:
 
 @compiled()
 def _multiply(spectrum: np.ndarray, symbol: np.ndarray) -> None:
-    """Rows k and -k of the spectrum times row k of the symbol."""
+    """Multiply rows k and -k of the spectrum by row k of the symbol."""
     rows, columns = spectrum.shape
     for i in range(rows):
         k = min(i, rows - i)
@@ -126,7 +127,7 @@ def _multiply(spectrum: np.ndarray, symbol: np.ndarray) -> None:
 
 @compiled()
 def _fold(field: np.ndarray, columns: np.ndarray) -> None:
-    """Writes the even and odd parts of the field, one column after the other, followed by zeros."""
+    """Write the even and odd parts of the field, one column after the other, followed by zeros."""
     nx, ny = field.shape
     half = ny // 2
     columns[:, nx:] = 0.0
@@ -143,7 +144,7 @@ def _fold(field: np.ndarray, columns: np.ndarray) -> None:
 
 @compiled()
 def _unfold(columns: np.ndarray, field: np.ndarray) -> None:
-    """Writes the field of these even and odd parts."""
+    """Write the field that has these even and odd parts."""
     nx, ny = field.shape
     half = ny // 2
     for first in range(0, nx, TILE):
@@ -159,8 +160,11 @@ def _unfold(columns: np.ndarray, field: np.ndarray) -> None:
 
 @compiled()
 def _sum_across(toeplitz: np.ndarray, spectrum: np.ndarray) -> None:
-    """The Toeplitz matrix of every wave number applied to even and odd parts. The middle column of an odd number is an
-    even part that counts once. One sum a loop, or the compiler does not vectorise."""
+    """Apply the Toeplitz matrix of every wave number to even and odd parts.
+
+    The middle column of an odd number of columns is an even part that counts once. Each loop has one sum, because the
+    compiler vectorises no others.
+    """
     ny, length = spectrum.shape
     half = ny // 2
     sums = np.empty((ny, BLOCK))

@@ -1,4 +1,4 @@
-"""Contact at up to about a thousand nodes: guess the pressed set, then factorise B on it, as a rule once."""
+"""Contact at up to about a thousand nodes: guess the set of pressed nodes, then factorise B on it."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import numpy as np
 
 from roughslip.compilation import compiled
 from roughslip.contact.influence import Influence, gathered
-from roughslip.contact.residual import relative_residual
+from roughslip.contact.kernels import relative_residual
 from roughslip.errors import ConvergenceError
 
-# Projected Gauss-Seidel sweeps before the first factor. Starting from all nodes instead takes 8 to 20 times as long
-# at 90 to 200 nodes, as the first factors are then of far too many.
+# Projected Gauss-Seidel sweeps before the first factor. Without them the first factors have far too many nodes, which
+# takes 8 to 20 times as long at 90 to 200 nodes.
 SWEEPS = 8
 
-# Exchanges of all violating nodes that may fail to lower their number before they are exchanged one by one.
+# Exchanges of all violating nodes that may fail to reduce their number before nodes are exchanged one by one.
 PATIENCE = 10
 
 
@@ -25,8 +25,8 @@ def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, i
 
     Returns pressure (nx, ny) [Pa] and the number of Cholesky factors. Raises ConvergenceError.
 
-    Only nodes of positive interference enter. B has positive entries, so B p > 0 everywhere once any node is pressed,
-    and where u_bar <= 0 the gap B p - u_bar is positive: there p = 0.
+    Only nodes of positive interference enter. B has positive entries, so B p > 0 once any node is pressed. Where
+    u_bar <= 0 the gap B p - u_bar is then positive, and p = 0.
     """
     pressure, factors, found = _pressures(influence.coefficients, interference)
     if not found:
@@ -62,10 +62,10 @@ def complementary_solution(matrix: np.ndarray, load: np.ndarray) -> tuple[np.nda
 
     Returns x (n,), the number of Cholesky factors, and whether x was found.
 
-    Method: block principal pivoting, Judice and Pires, Comput. Oper. Res. 21 (1994) 587. Every node that violates a
-    sign changes sides at once; when their number has not fallen for a while, only the last of them does (Murty), which
-    cannot cycle. On 60 000 random contacts the first rule took 5 factors at most: the inverse of an influence matrix
-    has (found, not proven) negative off-diagonal entries, and then nodes only leave a set that is too large.
+    Method: block principal pivoting, Judice and Pires, Comput. Oper. Res. 21 (1994) 587. All nodes that violate a sign
+    change sides at once. When their number has not fallen for PATIENCE exchanges, only the last of them does (Murty),
+    which cannot cycle. On 60 000 random contacts the first rule took 5 factors at most. The inverse of an influence
+    matrix has (observed, not proven) negative off-diagonal entries, so nodes only leave a set that is too large.
     """
     n = load.size
     slack = 10 * n * np.finfo(np.float64).eps * np.max(np.abs(load))
@@ -92,7 +92,7 @@ def complementary_solution(matrix: np.ndarray, load: np.ndarray) -> tuple[np.nda
     return np.maximum(x, 0.0), factors, False
 
 
-# In the loops below the inner one runs along a row and carries no sum: it vectorises without reordering arithmetic.
+# In the loops below the inner one runs along a row without a sum, so it vectorises without reordering arithmetic.
 
 
 @compiled()

@@ -1,13 +1,13 @@
-"""How far contacts along a strip change the contact at a place: one step of the fixed point, a column at a time.
+"""Effect of distant contacts along a strip on the contact at a column, by one step of a fixed-point iteration.
 
-What lies within some correlation lengths of a place an expansion in local functionals of the heights sees; beyond, a
-strip that carries more force than the mean presses the surface down as a whole,
+An expansion in local functionals describes contacts within some correlation lengths. Distant columns that carry more
+force than the mean press the surface down by
 
     u(x) = sum over |x' - x| > reach of K(x - x') (F(x') - mean F),
 
-K the displacement averaged across the strip. A place pressed down by u sees the plane higher by u, so that its contact
-area and force are those at the height h_p + u, interpolated between the penetrations that are known anyway. The mean of
-F is left out as the expansion has been trained with it.
+with K the displacement averaged across the strip. For a column pressed down by u the plane is higher by u. Its contact
+area and force are therefore those at the height h_p + u, interpolated between the known penetrations. The mean of F is
+subtracted because the expansion was trained with it.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from roughslip.errors import ParameterError
 
 
 def column_influence(influence: Influence, spacing: int, reach: int) -> np.ndarray:
-    """Mean displacement across a strip under a force spread evenly across another column.
+    """Mean displacement across a strip under a force distributed evenly across another column.
 
     influence : B of the strip
-    spacing : columns of the mesh from one column that is kept to the next
-    reach : number of columns that are kept, the loaded one first, on which nothing is felt; at least 1
+    spacing : columns of the mesh from one selected column to the next
+    reach : number of selected columns, from the loaded one on, that are local and get K = 0; at least 1
 
-    Returns K : (ceil(nx / spacing),) [m/N] by the distance in columns that are kept. Raises ParameterError for a
-    spacing or a reach below 1.
+    Returns K : (ceil(nx / spacing),) [m/N] by the distance in selected columns. Raises ParameterError for a spacing or
+    a reach below 1.
     """
     if spacing < 1 or reach < 1:
         raise ParameterError(f"columns {spacing} apart and a reach of {reach}: both must be at least 1")
@@ -38,9 +38,12 @@ def column_influence(influence: Influence, spacing: int, reach: int) -> np.ndarr
 
 
 def displacement(kernel: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """u : (..., n) [m] under forces on n columns : (..., n) [N], from K : (at least n,) [m/N]; there is no load beyond.
+    """Displacement along a strip under forces on its columns, without load outside.
 
-    Raises ParameterError for a kernel of fewer columns.
+    kernel : (at least n,) [m/N] K
+    force : (..., n) [N]
+
+    Returns u : (..., n) [m]. Raises ParameterError for a kernel of fewer columns.
     """
     n = force.shape[-1]
     if len(kernel) < n:
@@ -51,14 +54,14 @@ def displacement(kernel: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 
 def at_displaced_planes(values: np.ndarray, planes: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Quantities along a strip where the plane stands higher by so much, linear in its height between known heights.
+    """Quantities along a strip at displaced planes, linear between the known heights of the plane.
 
     values : (..., levels, n) not negative, at the known heights of the plane
     planes : (levels,) [m] these heights, in descending order
-    moved : (levels, n) [m] by how much the plane of each level is higher at each column
+    moved : (levels, n) [m] rise of the plane of each level at each column
 
-    Returns (..., levels, n): above the highest plane as there, below the lowest continued, never negative. A single
-    plane tells no change and is returned as it is. Raises ParameterError for planes that do not descend.
+    Returns (..., levels, n), constant above the highest plane, extrapolated below the lowest, never negative. With a
+    single plane the values are returned unchanged. Raises ParameterError for planes that do not descend.
     """
     levels = len(planes)
     if not np.all(np.diff(planes) < 0):

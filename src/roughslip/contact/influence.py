@@ -1,16 +1,22 @@
 """Normal displacement of a free elastic half-space under pressures uniform on the cells of a mesh: u = B p.
 
-B is positive definite for every shape of cell, so that the contact problem has one solution. Since
-1/r = 2/sqrt(pi) int_0^inf exp(-s^2 x^2) exp(-s^2 y^2) ds, B is a sum of Kronecker products of the Toeplitz matrices of
-g_k = int_{k-1/2}^{k+1/2} exp(-(s t)^2) dt. By Poisson's formula the symbol of these, 0 < q <= pi, is a positive factor
-times sin(q/2) sum_m (-1)^m exp(-((q + 2 pi m) / 2 s)^2) / (q/2 + pi m): the terms m >= 0 and those m < 0 are two
-alternating series of decreasing terms, each with a positive first term.
+B is positive definite for every shape of cell, so the contact problem has one solution. The proof:
+
+    1/r = 2/sqrt(pi) int_0^inf exp(-s^2 x^2) exp(-s^2 y^2) ds,
+
+so B is a sum of Kronecker products of the Toeplitz matrices of g_k = int_{k-1/2}^{k+1/2} exp(-(s t)^2) dt. By Poisson's
+formula their symbol, 0 < q <= pi, is a positive factor times
+
+    sin(q/2) sum_m (-1)^m exp(-((q + 2 pi m) / 2 s)^2) / (q/2 + pi m).
+
+The terms m >= 0 and m < 0 are two alternating series of decreasing terms, each with a positive first term.
 """
 
 from __future__ import annotations
 
 import math
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -31,18 +37,45 @@ PATCH_RADIUS = 3
 DIRECT_SUM_LIMIT = 64
 
 
+@dataclass(frozen=True)
+class Material:
+    """An isotropic, linearly elastic material.
+
+    young_modulus_pa : Young's modulus E [Pa], positive
+    poisson_ratio : Poisson's ratio nu, in (-1, 0.5]
+
+    Raises ParameterError outside these ranges.
+    """
+
+    young_modulus_pa: float
+    poisson_ratio: float
+
+    def __post_init__(self) -> None:
+        real("Young's modulus", self.young_modulus_pa)
+        real("Poisson's ratio", self.poisson_ratio)
+        if not (math.isfinite(self.young_modulus_pa) and self.young_modulus_pa > 0):
+            raise ParameterError(f"Young's modulus must be positive and finite, not {self.young_modulus_pa} Pa")
+        if not -1 < self.poisson_ratio <= 0.5:
+            raise ParameterError(f"Poisson's ratio must lie in (-1, 0.5], not {self.poisson_ratio}")
+
+    @property
+    def plane_strain_modulus_pa(self) -> float:
+        """Plane-strain modulus E* = E / (1 - nu^2) [Pa] of contact with a rigid body."""
+        return self.young_modulus_pa / (1 - self.poisson_ratio**2)
+
+
 def love_coefficients(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
     """Displacement at the offset (i dx, j dy) from a cell under unit pressure.
 
     grid : the mesh
     plane_strain_modulus_pa : E* = E / (1 - nu^2) [Pa]
 
-    Returns (nx, ny) [m/Pa] = 1/(pi E*) times the integral of 1/r over the cell, to a few units in the last place near
-    and far; on long cells the nearest lose about the square of the aspect.
-    Raises ParameterError for a modulus that is not positive and finite.
+    Returns (nx, ny) [m/Pa] = 1/(pi E*) times the integral of 1/r over the cell, to a few units in the last place. On
+    long cells the nearest coefficients lose about the square of the aspect ratio in accuracy. Raises ParameterError
+    for a modulus that is not positive and finite.
 
-    Method: Love, Phil. Trans. R. Soc. A 228 (1929) 377. The integral is the sum over the four edges of the distance to
-    the edge times int ds / r = 2 artanh(length / sum of the distances to its ends), Love's logarithms in pairs.
+    Method: Love, Phil. Trans. R. Soc. A 228 (1929) 377. The integral is a sum over the four edges. An edge contributes
+    its distance times int ds / r = 2 artanh(length / sum of the distances to its ends), Love's logarithms in pairs.
     """
     if not (math.isfinite(plane_strain_modulus_pa) and plane_strain_modulus_pa > 0):
         raise ParameterError(f"the plane-strain modulus must be positive and finite, not {plane_strain_modulus_pa} Pa")
@@ -56,9 +89,9 @@ def love_coefficients(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
 def _opposite_edges(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.ndarray:
     """The two edges at x' = -dx/2 and dx/2, each of length dy, of a cell seen from (x, y) >= 0.
 
-    (x + a) T_far - (x - a) T_near with a = dx/2 is written a (T_far + T_near) - x (T_near - T_far), and the difference
-    of the artanh as one artanh: far away the plain form would lose a factor x/dx of the accuracy, and the sum over
-    the four corners r^2 / (dx dy).
+    With a = dx/2, (x + a) T_far - (x - a) T_near is written as a (T_far + T_near) - x (T_near - T_far), and the
+    difference of the artanh as one artanh. Far away the plain form would lose a factor x/dx of the accuracy. The sum
+    over the four corners would lose r^2 / (dx dy).
     """
     a, b = dx / 2, dy / 2
     far = np.hypot(x + a, y + b), np.hypot(x + a, y - b)
@@ -70,16 +103,16 @@ def _opposite_edges(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.nd
 
 
 class Influence:
-    """The influence matrix B of a mesh; never changes once made. Shares its scratch: one instance serves one thread.
+    """The influence matrix B of a mesh. It never changes; its working arrays allow one thread per instance.
 
     grid : the mesh
     periodic : whether the mesh is one cell of a periodic surface; the free half-space otherwise
     coefficients : (nx, ny) [m/Pa] B by the offset of two nodes, along and across
     diagonal : B_00 [m/Pa], the displacement of a cell under its own unit pressure
-    largest_eigenvalue : a bound of those of B [m/Pa], from the circulant matrix that holds it
-    approximate_inverse : (7, 7) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and hold the
-        others still. B^-1 decays as 1/r^3, so that these 49 carry most of it. On cells of all aspects tried those off
-        the centre are negative and as a stencil all are diagonally dominant: positive definite on any set of nodes.
+    largest_eigenvalue : upper bound of the eigenvalues of B [m/Pa], from the circulant matrix that contains it
+    approximate_inverse : (7, 7) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and no other
+        cell. B^-1 decays as 1/r^3, so these 49 values are most of it. For all aspect ratios tried, the values off the
+        centre are negative and the stencil is diagonally dominant, hence positive definite on any set of nodes.
 
     Raises ParameterError for a modulus that is not positive and finite, and for a periodic cell of one node.
     """
@@ -119,7 +152,7 @@ class Influence:
 
     @cached_property
     def coarser(self) -> Influence:
-        """B on cells of twice the edge, or on an axis with a single node, or cells twice as long, of the same edge."""
+        """B on cells of twice the edge. An axis with a single node, or with cells twice as long, keeps its cells."""
         g = self.grid
         halve_x = g.nx > 1 and (g.ny == 1 or g.dx < 2 * g.dy)
         halve_y = g.ny > 1 and (g.nx == 1 or g.dy < 2 * g.dx)
@@ -130,7 +163,7 @@ class Influence:
         return Influence(Grid(nx, ny, dx, dy), self._modulus, self.periodic)
 
     def on(self, shape: tuple[int, int]) -> Influence:
-        """B between the nodes of a part of the mesh of this shape; of the free half-space alone."""
+        """B between the nodes of a part of the mesh with this shape; free half-space only."""
         part = copy(self)
         part.__dict__.pop("coarser", None)
         part._whole = self
@@ -143,7 +176,7 @@ class Influence:
         """Displacement u = B p.
 
         pressure : (nx, ny) [Pa]
-        result : (nx, ny) where to write it; else a new array
+        result : (nx, ny) array to write to; a new array if not given
 
         Returns (nx, ny) [m], by direct summation when few nodes are loaded, else by a convolution.
         Raises ParameterError for a wrong shape.
@@ -181,7 +214,7 @@ def _embedding_symbol(coefficients: np.ndarray, torus: tuple[int, int]) -> np.nd
 
 @compiled()
 def _loaded(pressure: np.ndarray, limit: int) -> tuple[np.ndarray, bool]:
-    """The nodes under pressure, counted along the rows, and True; or False if there are more than the limit."""
+    """The nodes under pressure, numbered along the rows, and whether they are at most the limit."""
     nx, ny = pressure.shape
     nodes, count = np.empty(limit, dtype=np.int64), 0
     for i in range(nx):
@@ -212,7 +245,7 @@ def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray, 
 def gathered(coefficients: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
     """B between the nodes (i_k, j_k) : (n, n) [m/Pa], symmetric, from the coefficients by offset.
 
-    i, j : (n,) positions of the nodes along and across, on the mesh; not checked
+    i, j : (n,) positions of the nodes along and across; not checked
     """
     n = i.size
     matrix = np.empty((n, n))

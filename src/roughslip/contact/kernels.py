@@ -1,10 +1,12 @@
-"""Compiled passes over the fields of a contact solve: each reads and writes every array once.
+"""Compiled passes over the fields of a contact solve, each of which reads and writes every array once.
 
-Sums run down the columns, one partial sum a column: that vectorises without reordering any sum, and its rounding error
-grows with the rows only. All fields are (nx, ny) and contiguous.
+Every sum has one partial sum per column. This vectorises without reordering a sum, and the rounding error grows with
+the number of rows only. All fields are (nx, ny) and contiguous.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -13,7 +15,7 @@ from roughslip.compilation import compiled
 
 @compiled()
 def all_finite(a: np.ndarray) -> bool:
-    """Whether no value is infinite or not a number."""
+    """Whether all values are finite."""
     nx, ny = a.shape
     fine = True
     for i in range(nx):
@@ -69,10 +71,15 @@ def assess(
     misfit: np.ndarray,
     free: np.ndarray,
 ) -> float:
-    """Squared residual; writes which nodes are free, and the misfit, their -gap, zero elsewhere.
+    """Squared residual; also writes which nodes are free and the misfit, -w at free nodes and zero elsewhere.
 
-    A node is free if a step along its misfit stays within 0 <= p <= cap at first. The gap is gap + offset. The residual
-    B_00 p - clip(B_00 p - gap, 0, B_00 cap) is min(B_00 p, gap) without a cap.
+    pressure : (nx, ny) [Pa] p
+    gap, offset : (nx, ny) [m] and [m]; w = gap + offset
+    diagonal, cap : B_00 [m/Pa] and the highest pressure [Pa]
+    misfit, free : (nx, ny) results
+
+    A node is free if a short step along its misfit keeps 0 <= p <= cap. The residual of a node is
+    B_00 p - clip(B_00 p - w, 0, B_00 cap), which is min(B_00 p, w) without a cap.
     """
     nx, ny = pressure.shape
     partial = np.zeros(ny)
@@ -92,7 +99,7 @@ def assess(
 
 @compiled()
 def conjugate(descent: np.ndarray, factor: float, direction: np.ndarray, misfit: np.ndarray, free: np.ndarray) -> float:
-    """direction <- descent + factor direction on the free nodes, zero elsewhere; returns inner(misfit, direction)."""
+    """direction <- descent + factor direction on the free nodes, zero elsewhere. Returns inner(misfit, direction)."""
     nx, ny = descent.shape
     partial = np.zeros(ny)
     for i in range(nx):
@@ -116,18 +123,17 @@ def balance(direction: np.ndarray, lift: np.ndarray) -> None:
 @compiled()
 def advance(
     pressure: np.ndarray,
-    gap: np.ndarray,
     length: float,
     direction: np.ndarray,
-    product: np.ndarray,
     cap: float,
     shift: float,
     free: np.ndarray,
     new_pressure: np.ndarray,
-    new_gap: np.ndarray,
 ) -> int:
-    """Writes p + length d, plus the shift where that is positive and free, clipped to [0, cap]; and gap + length B d.
-    Returns at how many nodes shift and clip changed the pressure."""
+    """Write p + length d, plus the shift where that is positive and free, clipped to [0, cap].
+
+    Returns the number of nodes at which shift and clip changed the pressure.
+    """
     nx, ny = pressure.shape
     count = np.zeros(ny, dtype=np.int64)
     for i in range(nx):
@@ -137,16 +143,23 @@ def advance(
             allowed = min(max(moved, 0.0), cap)
             new_pressure[i, j] = allowed
             count[j] += allowed != trial
-        for j in range(ny):  # apart: a loop over more arrays does not vectorise
-            new_gap[i, j] = gap[i, j] + length * product[i, j]
     return count.sum()
+
+
+@compiled()
+def add_multiple(field: np.ndarray, factor: float, other: np.ndarray, result: np.ndarray) -> None:
+    """Write field + factor other."""
+    nx, ny = field.shape
+    for i in range(nx):
+        for j in range(ny):
+            result[i, j] = field[i, j] + factor * other[i, j]
 
 
 @compiled()
 def clipped(
     pressure: np.ndarray, length: float, direction: np.ndarray, new_pressure: np.ndarray, excess: np.ndarray
 ) -> None:
-    """Writes what shift and clip added: exactly zero where they did nothing."""
+    """Write the part of a new pressure that shift and clip added, exactly zero where they added nothing."""
     nx, ny = pressure.shape
     for i in range(nx):
         for j in range(ny):
@@ -163,10 +176,11 @@ def shift_to_sum(
     free: np.ndarray,
     everywhere: bool,
 ) -> tuple[float, bool]:
-    """The shift for which clip(p + length d + shift, 0, cap) has the sum `force`, and whether there is one. It moves
-    the free nodes of positive p + length d, or all nodes.
+    """The shift for which clip(p + length d + shift, 0, cap) has the sum `force`, and whether there is one.
 
-    The sum is piecewise linear in the shift and never falls: Newton's method, held to a bracket that halves.
+    everywhere : whether all nodes are shifted, or only the free nodes with positive p + length d
+
+    Method: the sum is piecewise linear in the shift and never falls, so Newton's method is used, within a bracket.
     """
     nx, ny = pressure.shape
     shift, low, high = 0.0, -np.inf, np.inf
@@ -218,8 +232,10 @@ def positive_square(interference: np.ndarray, plane: float) -> float:
 
 @compiled()
 def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, result: np.ndarray) -> None:
-    """Writes a stencil of 7 x 7 nodes, even on both axes, applied to a field at the given nodes, and zero elsewhere;
-    there is no field off the mesh."""
+    """Write a stencil of 7 x 7 nodes, even on both axes, applied to a field at the given nodes; zero elsewhere.
+
+    The field is zero outside the mesh.
+    """
     nx, ny = field.shape
     pair = np.zeros(ny + 6)  # a row between three zeros on either side
     for i in range(nx):
@@ -254,3 +270,46 @@ def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, r
                         + w2 * (around[j + 1] + around[j + 5])
                         + w3 * (around[j] + around[j + 6])
                     )
+
+
+def relative_residual(
+    gap: np.ndarray,
+    pressure: np.ndarray,
+    diagonal: float,
+    interference: np.ndarray,
+    hardness_pa: float = math.inf,
+) -> float:
+    """How far pressures and gaps are from the conditions of contact; zero at the solution only.
+
+    gap : (nx, ny) [m] w = B p - u_bar, to which plastic displacement has not been added
+    pressure : (nx, ny) [Pa]
+    diagonal : B_00 [m/Pa]
+    interference : (nx, ny) [m] u_bar
+    hardness_pa : H [Pa], the highest pressure
+
+    Returns ||B_00 p - clip(B_00 p - w, 0, B_00 H)|| / max(||max(u_bar, 0)||, B_00 ||p||) [-]. Without H the numerator
+    is ||min(w, B_00 p)||. The second scale is larger in a periodic cell only, whose mean pressure has no displacement.
+    On a free half-space u_bar = B p + u_plastic >= B_00 p in contact.
+    """
+    return math.sqrt(_square_ratio(gap, pressure, diagonal, interference, hardness_pa))
+
+
+@compiled(error_model="numpy")
+def _square_ratio(
+    gap: np.ndarray, pressure: np.ndarray, diagonal: float, interference: np.ndarray, hardness: float
+) -> float:
+    nx, ny = pressure.shape
+    largest = 0.0  # scaled by it, squares neither overflow nor vanish
+    for i in range(nx):
+        for j in range(ny):
+            largest = max(largest, interference[i, j], diagonal * pressure[i, j])
+    unmet, reach, lifts = np.zeros(ny), np.zeros(ny), np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            lift = diagonal * pressure[i, j]
+            step = (lift - min(max(lift - gap[i, j], 0.0), diagonal * hardness)) / largest
+            height = max(interference[i, j], 0.0) / largest
+            unmet[j] += step * step
+            reach[j] += height * height
+            lifts[j] += (lift / largest) ** 2
+    return unmet.sum() / max(reach.sum(), lifts.sum())

@@ -1,4 +1,4 @@
-"""A start for the contact on a large mesh: the solution on cells of twice the edge, itself started so."""
+"""Initial pressures on a large mesh: the solution on cells of twice the edge, which starts in the same way."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy as np
 from roughslip.contact.conjugate_gradients import Problem, solve
 from roughslip.errors import ConvergenceError
 
-# Meshes up to so many nodes start from nothing: there coarser ones cost more than they save.
+# Meshes up to COARSEST nodes start from zero, because coarser meshes would cost more than they save.
 COARSEST = 64 * 64
 
-# Residual on the coarser meshes. The error of the mesh rules below it.
+# Residual on the coarser meshes. A smaller one gains nothing, because the error of the mesh dominates.
 TOLERANCE = 1e-3
 
 
 def guess(problem: Problem) -> np.ndarray | None:
-    """Pressures (nx, ny) [Pa] to start from, or None where nothing is better."""
+    """Pressures (nx, ny) [Pa] to start from, or None where zero is the better start."""
     u_bar, influence = problem.interference, problem.influence
     if u_bar.size <= COARSEST:
         return None
@@ -30,7 +30,7 @@ def guess(problem: Problem) -> np.ndarray | None:
     coarse = Problem(coarser, coarse_u_bar, problem.cap, force)
     try:
         pressure = solve(coarse, TOLERANCE, guess(coarse)).pressure
-    except ConvergenceError:  # a poor start is no reason to fail
+    except ConvergenceError:  # the solve on the fine mesh may still succeed
         return None
     for axis in (0, 1):
         if coarser.grid.shape[axis] < u_bar.shape[axis]:

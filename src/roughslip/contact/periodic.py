@@ -1,23 +1,24 @@
 """Normal displacement of a periodic elastic half-space under pressures uniform on the cells of a mesh, mode by mode.
 
-A plane wave of pressure lifts the surface by u = 2 p / (E* |q|). Uniform on the cells, it also carries the waves q + G,
-G the reciprocal vectors of the mesh, which the nodes cannot tell from q:
+A plane wave of pressure displaces the surface by u = 2 p / (E* |q|). A pressure that is uniform on the cells also
+contains the waves q + G, which agree with q at the nodes; G are the reciprocal vectors of the mesh:
 
     Lambda(q) = 2/E* sum_G sinc((q_x + G_x) dx/2) sinc((q_y + G_y) dy/2) / |q + G|,   sinc t = sin(t) / t.
 
-This is the influence matrix of the free half-space summed over all images of a cell of the surface. A mean pressure has
-no finite displacement on a half-space; Lambda(0) = 0 counts displacements from their mean.
+This is the influence matrix of the free half-space, summed over all images of a cell of the surface. A mean pressure
+has no finite displacement on a half-space. Lambda(0) = 0, so displacements are relative to their mean.
 
-The usual symbol is the term G = 0 without its sinc, 2/(E* |q|) (Stanley and Kato, J. Tribol. 119 (1997) 481). Measured:
+The usual symbol is the term G = 0 without its sinc, 2/(E* |q|) (Stanley and Kato, J. Tribol. 119 (1997) 481). Compared,
+this symbol first:
 
-    - sine wave at half of p*, 256 cells, mean over shifts of the mesh: L2 error of the pressure 1.32e-3, usual symbol
-      1.23e-3; height of the plane off by 7e-6 and 3e-7 of the amplitude;
-    - from the edge of a flat punch inwards: errors 35, 0, 3, 2, 2, 2 %, usual symbol 34, -3, 8, 0, 4, 1 %;
-    - off-diagonal entries of the inverse: all negative, as on the free half-space, usual symbol up to 2 % of the
-      diagonal positive; least eigenvalue 0.54 B_00 and 0.42 B_00 (32 x 32 square cells).
+    - sine wave at half of p*, 256 cells, mean over shifts of the mesh: L2 error of the pressure 1.32e-3 and 1.23e-3,
+      error of the plane 7e-6 and 3e-7 of the amplitude;
+    - errors from the edge of a flat punch inwards: 35, 0, 3, 2, 2, 2 % and 34, -3, 8, 0, 4, 1 %;
+    - off-diagonal entries of the inverse: all negative as on the free half-space, and up to 2 % of the diagonal;
+    - least eigenvalue on 32 x 32 square cells: 0.54 B_00 and 0.42 B_00.
 
-Smooth surfaces prefer the usual symbol by little. Steps, a capped pressure and solvers that exchange nodes prefer this
-one, and with it a large periodic cell tends to the free half-space on the same mesh.
+The usual symbol is slightly better for smooth surfaces. This one is better for steps, for limited pressures and for
+solvers that exchange nodes. With it a large periodic cell tends to the free half-space on the same mesh.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from roughslip.grid import Grid
 # erf(6) = 1 to rounding, and so is 1 - exp(-6^2).
 REACH = 6.0
 
-# Nodes of Gauss and Legendre a panel of unit length in ln s: 12 leave 1e-11, 14 rounding.
+# Gauss-Legendre nodes per panel of unit length in ln s. With 12 the error is 1e-11, with 14 it is rounding.
 PANEL_NODES = 16
 
 
@@ -47,13 +48,16 @@ def periodic_symbol(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
     the mean, positive otherwise, to a few units in the last place on cells of any aspect.
     Raises ParameterError for a modulus that is not positive and finite.
 
-    Method: 1/r = 2/sqrt(pi) int_0^inf exp(-s^2 x^2) exp(-s^2 y^2) ds turns the sum over images into products of two
-    sums along the axes, Lambda = 2/(sqrt(pi) E*) int_0^inf X(s, q_x) Y(s, q_y) ds / s^2, which spares the slow,
-    alternating sum over G. X and Y are positive (see influence), so that Lambda is, term by term of the quadrature.
+    Method: with 1/r = 2/sqrt(pi) int_0^inf exp(-s^2 x^2) exp(-s^2 y^2) ds the sum over images becomes
+
+        Lambda = 2/(sqrt(pi) E*) int_0^inf X(s, q_x) Y(s, q_y) ds / s^2,
+
+    a product of two sums along the axes, in place of the slowly converging, alternating sum over G. X and Y are
+    positive (see influence), so every term of the quadrature is.
     """
     if not (math.isfinite(plane_strain_modulus_pa) and plane_strain_modulus_pa > 0):
         raise ParameterError(f"the plane-strain modulus must be positive and finite, not {plane_strain_modulus_pa} Pa")
-    # Below the first s every mode but the mean has X Y < exp(-REACH^2); beyond the last X = Y = 1, and 1/s is left.
+    # Below the first s every mode but the mean has X Y < exp(-REACH^2). Above the last X = Y = 1, and 1/s remains.
     lowest = math.pi / max(grid.nx * grid.dx, grid.ny * grid.dy) / REACH
     highest = 2 * REACH / min(grid.dx, grid.dy)
     s, weight = _logarithmic_panels(lowest, highest)
@@ -67,7 +71,7 @@ def periodic_symbol(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
 
 
 def _logarithmic_panels(lowest: float, highest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes s and weights of int f d(ln s) from the lowest to the highest s."""
+    """Nodes s and weights of the integral of f over ln s, from the lowest to the highest s."""
     panels = math.ceil(math.log(highest / lowest))
     edges = np.linspace(math.log(lowest), math.log(highest), panels + 1)
     node, weight = np.polynomial.legendre.leggauss(PANEL_NODES)
@@ -76,14 +80,14 @@ def _logarithmic_panels(lowest: float, highest: float) -> tuple[np.ndarray, np.n
 
 
 def _lattice_sum(a: np.ndarray, n: int) -> np.ndarray:
-    """s/sqrt(pi) sum_k exp(i k theta) int exp(-s^2 t^2) dt over the cell k of an infinite row, a = s times the cell.
+    """Sum over an infinite row of cells, s/sqrt(pi) sum_k exp(i k theta) int_k exp(-s^2 t^2) dt; a = s times the cell.
 
     a : (m,) positive
     n : number of cells in a period
 
-    Returns (m, n // 2 + 1), theta = 2 pi j / n. Where the Gaussian is wider than a cell by Poisson's formula as
-    sum_l exp(-(w_l / a)^2) sinc w_l with w_l = theta/2 + pi l, else as it stands, k and -k together. At a = 1, where
-    both converge slowest, the terms left out are below 1e-19.
+    Returns (m, n // 2 + 1), theta = 2 pi j / n. Where the Gaussian is wider than a cell, Poisson's formula gives
+    sum_l exp(-(w_l / a)^2) sinc w_l with w_l = theta/2 + pi l. Elsewhere the sum is taken directly, k and -k together.
+    At a = 1, where both converge slowest, the omitted terms are below 1e-19.
     """
     theta = 2 * np.pi * np.arange(n // 2 + 1) / n
     result = np.empty((a.size, theta.size))

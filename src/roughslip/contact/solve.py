@@ -12,16 +12,15 @@ import numpy as np
 from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
-from roughslip.contact.kernels import all_finite
-from roughslip.contact.residual import relative_residual
+from roughslip.contact.kernels import all_finite, relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
 
-# The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.8 us a node of the
-# mesh: they cost the same at k^3 = 2e5 nodes of the mesh, k = 930 on 64 x 64. Memory bounds k besides.
+# The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.8 us per node of the
+# mesh. They cost the same at k^3 = 2e5 nodes of the mesh, k = 930 on 64 x 64. DENSE_LIMIT bounds the memory.
 DENSE_SHARE = 200_000
 DENSE_LIMIT = 2000
 
-# Conjugate gradients run on the part of the mesh that can touch if it has less than this share of the nodes.
+# Conjugate gradients run on the rows and columns that can touch if these have less than this share of the nodes.
 CROPPED_SHARE = 0.7
 
 
@@ -31,13 +30,13 @@ class ContactSolution:
 
     pressure : (nx, ny) [Pa] never negative nor above the hardness, exactly zero off contact
     gap : (nx, ny) [m] between the deformed surface and the plane, zero in contact up to the residual
-    plastic_displacement : (nx, ny) [m] u_plastic, by which the surface sank for good; zero below the hardness
-    plane : [m] height of the plane in the heights of the surface; zero where interferences were given
-    residual : relative_residual of these very fields, gap - u_plastic = B p - u_bar taken afresh
+    plastic_displacement : (nx, ny) [m] u_plastic, the permanent displacement; zero below the hardness
+    plane : [m] height of the plane relative to the heights of the surface; zero where interferences were given
+    residual : [-] relative_residual of these fields, with gap - u_plastic = B p - u_bar computed anew
     work : Cholesky factors ("dense") or products with B ("fft")
     method : "none" (no contact), "dense" or "fft"
-    nodes : of the mesh that it was solved on: none, those of positive interference, or all on their rows and columns
-    start : of the iteration: "given" pressures, "nested" from coarser meshes, "zero"; "none" without one
+    nodes : number of nodes solved for: none, those of positive interference, or all on their rows and columns
+    start : initial pressures of the iteration: "given", "nested" from coarser meshes, or "zero"; "none" without one
     """
 
     pressure: np.ndarray
@@ -52,7 +51,7 @@ class ContactSolution:
 
     @property
     def signed_gap(self) -> np.ndarray:
-        """(nx, ny) [m] B p - u_bar: the gap, or less than zero by the plastic displacement."""
+        """(nx, ny) [m] B p - u_bar: the gap, and where the surface yields minus the plastic displacement."""
         return self.gap - self.plastic_displacement
 
     @property
@@ -62,7 +61,7 @@ class ContactSolution:
 
     @property
     def area_fraction(self) -> float:
-        """Nodes in contact per node."""
+        """Share of the nodes in contact [-]."""
         return np.count_nonzero(self.pressure) / self.pressure.size
 
     @property
@@ -78,17 +77,19 @@ def solve(
     initial_pressure: np.ndarray | None = None,
     hardness_pa: float = math.inf,
 ) -> ContactSolution:
-    """Find 0 <= p <= H and u_plastic >= 0 with gap = B p + u_plastic - u_bar >= 0, p gap = 0, (H - p) u_plastic = 0.
+    """Solve the contact of a surface with a plane at a given height.
+
+    Find 0 <= p <= H and u_plastic >= 0 such that gap = B p + u_plastic - u_bar >= 0, p gap = 0, (H - p) u_plastic = 0.
 
     influence : B of the mesh, a free half-space
     interference : (nx, ny) [m] u_bar, height of the surface over the plane
-    tolerance : largest residual accepted, relative to the interference
+    tolerance : [-] largest residual accepted, relative to the interference
     initial_pressure : (nx, ny) [Pa] a guess, not negative; used on large meshes only
     hardness_pa : H, the highest pressure [Pa]; infinite for elastic contact
 
-    Returns the solution; a surface that does not reach the plane costs nothing. Raises ParameterError for input that is
-    not finite or has the wrong shape, and for a periodic cell (at a fixed plane its energy has no least value once the
-    mean interference is positive: use solve_load); ConvergenceError where the residual stays above the tolerance.
+    Returns the solution. Raises ParameterError for input that is not finite or has the wrong shape, and for a periodic
+    cell, whose energy at a fixed plane may have no minimum: use solve_load. Raises ConvergenceError where the residual
+    stays above the tolerance.
     """
     if influence.periodic:
         raise ParameterError(
@@ -134,13 +135,13 @@ def solve_load(
     initial_pressure: np.ndarray | None = None,
     hardness_pa: float = math.inf,
 ) -> ContactSolution:
-    """The contact under a given load: also finds the height of the plane.
+    """Solve the contact of a surface under a given load, and find the height of the plane.
 
     influence : B of the mesh, a free half-space or a periodic cell
     heights : (nx, ny) [m] z
     mean_pressure_pa : force per nominal area [Pa], positive and below the hardness
 
-    The others, and what is raised, as in solve. In a periodic cell the height of the plane is over the mean of the
+    Other arguments and errors as in solve. In a periodic cell the height of the plane is relative to the mean of the
     deformed surface.
     """
     heights = _field("heights", heights, influence)
@@ -174,9 +175,9 @@ def sweep(
 
     Returns the k solutions in the order of the planes; they agree with single solves to the tolerance. Raises as solve.
 
-    The start is extrapolated from two planes above. Over nine planes, pressures extrapolated from one plane take a
-    tenth more products; from three, in p^2 or in p - gap / B_00, with the change of the coarser mesh's solution added,
-    or interpolated in halving order, as many: what is left is the linear convergence once the contact is known.
+    The start is extrapolated from two planes above. Over nine planes, extrapolation from one plane takes a tenth more
+    products. Extrapolation from three planes, or in p^2 or p - gap / B_00, takes as many. What remains is the linear
+    convergence after the contact has been found.
     """
     heights = _field("heights", heights, influence)
     if not all(math.isfinite(real("the height of a plane", plane)) for plane in planes):
@@ -196,7 +197,7 @@ def sweep(
 
 
 def _iterate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> tuple[conjugate_gradients.Solution, str]:
-    """The solution, and what it started from."""
+    """Solve by conjugate gradients. Returns the solution and the kind of start."""
     start = "given"
     if guess is None or not guess.any():
         guess = nested.guess(problem)
@@ -205,7 +206,7 @@ def _iterate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> tu
 
 
 class _Solved(NamedTuple):
-    """What a solver leaves; the gap is B p - u_bar."""
+    """Result of either method; the gap is B p - u_bar."""
 
     pressure: np.ndarray
     gap: np.ndarray
@@ -223,7 +224,7 @@ def _solution(
     hardness_pa: float,
     tolerance: float,
 ) -> ContactSolution:
-    """The solution with its residual."""
+    """Check the residual and split the gap into gap and plastic displacement."""
     pressure, gap, work, method, nodes, start = solved
     residual = relative_residual(gap, pressure, influence.diagonal, interference, hardness_pa)
     if not residual <= tolerance:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from roughslip.contact.influence import Influence
-from roughslip.contact.material import Material
+from roughslip.contact.influence import Influence, Material
 from roughslip.grid import Grid
 from roughslip.stages.from_scene.geometry import Configuration
 

@@ -1,91 +1,66 @@
-"""Benchmarks and stress campaigns as targets: what is planned, what re-runs, and what is said without the peers."""
+"""Benchmarks and stress campaigns: their plans, what measures them again, missing peers, and what git keeps of them."""
 
 from __future__ import annotations
 
-import os
-import subprocess
+import json
 import sys
 from pathlib import Path
 
 import pytest
 
-from workflow.keys.evidence_keys import evidence_key
+from roughslip.report.evidence import MEASURED
+from roughslip.stages.report import read_evidence
+from workflow.benchmarks.plot import FIGURES
+from workflow.benchmarks.runner import run_command
+from workflow.evidence import keep
+from workflow.keys.evidence_keys import evidence_key, measured_scenes
 from workflow.study.scenes import BENCHMARKS, STRESSED
 
 ROOT = Path(__file__).resolve().parents[2]
+KEPT = ROOT / "results" / "reference" / "evidence"
 STAGES = tuple(f"{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure"))
 PLANS = {
     "benchmark": {"benchmark": 1, **{f"benchmark_{stage}": 1 for stage in STAGES}},
     "stress": {"stress": 1, **{f"stress_{stage}": 1 for stage in STRESSED}},
 }
 
-# Edited files by what they belong to, and whether that is measured anew.
-MEASURED = {
+# Files that are edited, and whether the key changes. Modules imported as `from package import module` count too.
+EDITED = {
     ("benchmarks", "contact"): {
         "src/roughslip/friction/statistics.py": False,
         "src/roughslip/contact/dense_solver.py": True,
-        "workflow/benchmarks/contact_figure.py": False,
-        "workflow/benchmarks/measure.py": True,
+        "workflow/benchmarks/plot.py": False,
+        "workflow/benchmarks/runner.py": True,
+        "workflow/benchmarks/contact_peers.py": True,
         "requirements.lock": True,
     },
-    ("benchmarks", "surface"): {
-        "src/roughslip/surface/lanczos.py": True,
-        "src/roughslip/contact/dense_solver.py": False,
-        "workflow/benchmarks/surface_peers.py": True,
-        "workflow/benchmarks/surface_figure.py": False,
-    },
-    ("benchmarks", "friction"): {
-        "src/roughslip/friction/recursion.py": True,
-        "src/roughslip/friction/statistics.py": False,
-        "workflow/benchmarks/friction_figure.py": False,
+    ("benchmarks", "chaos"): {
+        "src/roughslip/chaos/local.py": True,
+        "src/roughslip/stages/from_scene/elastic.py": True,
+        "src/roughslip/friction/recursion.py": False,
+        "workflow/benchmarks/contact.py": False,
     },
     ("stress", "contact"): {
         "src/roughslip/friction/statistics.py": False,
         "src/roughslip/contact/dense_solver.py": True,
-        "workflow/stress/contact_judge.py": True,
-        "workflow/stress/chaos_judge.py": False,
-    },
-    ("stress", "chaos"): {
-        "src/roughslip/contact/dense_solver.py": False,
-        "src/roughslip/chaos/local.py": True,
-        "workflow/stress/chaos_contact_problem.py": True,
-        "workflow/stress/contact_judge.py": False,
+        "workflow/stress/contact_problem.py": True,
+        "workflow/stress/friction.py": False,
     },
     ("stress", "oscillator"): {
         "src/roughslip/oscillator/slip.py": True,
         "src/roughslip/oscillator/cycles.py": False,
-        "workflow/stress/oscillator_judge.py": True,
-        "workflow/stress/chaos_judge.py": False,
-    },
-    ("stress", "surface"): {
-        "src/roughslip/probability/translation.py": True,
-        "src/roughslip/surface/corrected_covariance.py": True,
-        "src/roughslip/scan/covariance_fit.py": True,
-        "src/roughslip/friction/recursion.py": False,
-        "workflow/stress/kernels.py": True,
-        "workflow/stress/friction_judge.py": False,
-    },
-    ("stress", "friction"): {
-        "src/roughslip/friction/penetration_law.py": True,
-        "src/roughslip/probability/translation.py": True,
-        "src/roughslip/surface/corrected_covariance.py": False,
-        "workflow/stress/friction_lengths.py": True,
-        "workflow/stress/kernels.py": False,
+        "workflow/stress/oscillator_problem.py": True,
     },
 }
 
 
-@pytest.fixture(scope="module")
-def fresh(empty, tmp_path_factory):
-    return empty.copy(tmp_path_factory.mktemp("evidence") / "copy")
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("target", PLANS)
-def test_the_target_plans_the_evidence(fresh, target):
-    assert fresh.plan(target) == PLANS[target]
+def test_the_target_plans_the_evidence(empty, target):
+    assert empty.plan(target) == PLANS[target]
 
 
-@pytest.mark.parametrize(("kind", "name"), MEASURED)
+@pytest.mark.parametrize(("kind", "name"), EDITED)
 def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch, kind, name):
     project = empty.copy(tmp_path / "copy")
     monkeypatch.chdir(project.folder)
@@ -96,19 +71,81 @@ def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch, kind, name
 
     first = key(options=[])
     assert key(options=["other"]) != first
-    for file, changes in MEASURED[kind, name].items():
+    for file, changes in EDITED[kind, name].items():
         with project.path(file).open("a") as source:
             source.write("\n_edited = 1\n")
         assert (key(options=[]) != first) is changes, file
         first = key(options=[])
 
 
-@pytest.mark.parametrize(("name", "peer"), [("contact", "tamaas"), ("surface", "gstools")])
-def test_without_the_peers_their_benchmark_says_what_to_do(name, peer):
-    program = f"import sys; sys.modules[{peer!r}] = None; from workflow.benchmarks.{name} import main; main()"
-    command = [sys.executable, "-c", program, "--output", "never.json", "--quick", "--peers"]
-    environment = {**os.environ, "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}"}
-    run = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-    assert run.returncode == 2
-    assert f"not installed: {peer}" in run.stderr
-    assert "make benchmark PEERS=1" in run.stderr
+def test_scenes_with_a_reference_and_their_kept_files_are_in_the_key(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scenes = {"paper": {"seed": 1}, "mine": {"seed": 1}}
+    assert measured_scenes("contact", scenes) == {}
+    missing = measured_scenes("chaos", scenes)
+    assert missing == {"scenes": {"paper": {"scene": {"seed": 1}, "reference": "missing"}}}
+    (tmp_path / "results/reference/paper").mkdir(parents=True)
+    (tmp_path / "results/reference/paper/pressure.nc").write_bytes(b"new")
+    assert measured_scenes("chaos", scenes)["scenes"]["paper"]["reference"] != "missing"
+
+
+def test_without_the_peers_a_benchmark_says_what_to_do(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["contact", "--output", "never.json", "--peers"])
+    with pytest.raises(SystemExit, match="2"):
+        run_command(None, lambda quick, peers: {}, (), ("no_such_solver",))
+    message = capsys.readouterr().err
+    assert "not installed: no_such_solver" in message
+    assert "make benchmark PEERS=1" in message
+
+
+# What git keeps.
+
+
+def part(stage, outcomes, worst):
+    return {
+        "stage": stage,
+        "problems": sum(outcomes.values()),
+        "outcomes": outcomes,
+        "worst_residual_over_tolerance": worst,
+        "failures": 0,
+    }
+
+
+def test_a_stage_is_the_sum_of_its_classes():
+    parts = [part("a", {"converged": 3}, 0.5), part("b", {"InputError": 2}, None), part("a", {"converged": 1}, 0.7)]
+    found = keep.stress_by_stage({"summary": [*parts, part("a", {"InputError": 4}, None)]})
+    assert found == [part("a", {"converged": 4, "InputError": 4}, 0.7), part("b", {"InputError": 2}, None)]
+
+
+def test_new_results_are_kept_and_others_stay(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    kept = tmp_path / keep.KEPT
+    for folder in (kept, tmp_path / "results/benchmarks"):
+        folder.mkdir(parents=True)
+    (kept / "surface.json").write_text("old")
+    (kept / "contact.json").write_text("old")
+    (tmp_path / "results/benchmarks/surface.json").write_text('{\n "rows": [1, 2]\n}')
+    (tmp_path / "results/stress.json").write_text(json.dumps({"seeds": {"a": 1}, "summary": [], "rows": []}))
+    keep.main()
+    assert {path.name: path.read_text() for path in kept.iterdir() if path.name != "stress.json"} == {
+        "surface.json": '{"rows":[1,2]}\n',
+        "contact.json": "old",
+    }
+    assert json.loads((kept / "stress.json").read_text()) == {"seeds": {"a": 1}, "stages": []}
+
+
+def test_the_kept_files_can_be_drawn_and_shown(tmp_path):
+    """No stress problem failed."""
+    assert set(BENCHMARKS) == set(FIGURES)
+    assert set(BENCHMARKS) <= set(MEASURED)
+    names = {path.stem for path in KEPT.glob("*.json")}
+    assert names <= {*BENCHMARKS, "stress"}
+    for name in names - {"stress"}:
+        rows = json.loads((KEPT / f"{name}.json").read_text())["rows"]
+        assert all({"case", "method", "error", "seconds", "work"} < row.keys() for row in rows)
+        assert FIGURES[name](rows).axes
+        (tmp_path / f"{name}.png").write_bytes(b"drawn")
+    shown = read_evidence(KEPT, tmp_path)
+    assert set(shown.pictures) == names - {"stress"}
+    assert {row["stage"] for row in shown.stress} <= set(STRESSED)
+    assert all(row["failures"] == 0 for row in shown.stress)

@@ -1,13 +1,11 @@
-"""The stages of the chain as textbooks have them: independent solves of every contact, motions by scipy with events.
+"""Textbook methods for the stages of the chain, correct and public, without what this project adds.
 
-Each is a method that is right, public and without what this project adds: conjugate gradients of Polonsky and Keer from
-a cold start in plain numpy, and scipy's Runge-Kutta pair with an event at the velocity of the belt.
+Contact: conjugate gradients of Polonsky and Keer in numpy, each solve from a cold start. Motion: scipy's Runge-Kutta
+pair with an event at the velocity of the belt.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -18,13 +16,12 @@ from scipy.interpolate import CubicHermiteSpline
 from roughslip.grid import Grid
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.system import Oscillator
-from workflow.benchmarks.contact_peers import PolonskyKeer
+from workflow.benchmarks.contact_peers import PolonskyKeer, tune
 from workflow.benchmarks.contact_problem import MODULUS, Judge, Problem
-from workflow.benchmarks.oscillator import ours, slips, theirs
-from workflow.benchmarks.tuning import tune
+from workflow.benchmarks.oscillator import choose_slips, slip_by_roughslip, slip_by_scipy
 
 METHOD = "RK45"  # solve_ivp's own choice
-DEPARTED = 1e-3  # of tau, by a Taylor step from the belt, on which the event would be met at once
+DEPARTED = 1e-3  # of tau: a Taylor step leaves the belt, where the event would occur at once
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 
 
@@ -32,7 +29,7 @@ TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 class PlainContact:
     """Cold starts of conjugate gradients on one mesh, to a residual.
 
-    setting : of the solver, the loosest at which a first problem met the tolerance
+    setting : the loosest tolerance of the solver at which a first problem met the residual
     """
 
     solver: PolonskyKeer
@@ -40,13 +37,13 @@ class PlainContact:
 
     @classmethod
     def of(cls, grid: Grid, interference: np.ndarray, tolerance: float) -> PlainContact:
-        """interference : (nx, ny) [m] of the first problem"""
+        """Tune the solver on a first problem. interference : (nx, ny) [m]"""
         solver = PolonskyKeer(grid)
         found = tune(solver, Problem(grid, interference, 0.0), 0.0, tolerance, 5 * tolerance, Judge(grid))
         return cls(solver, found.setting)
 
     def solve(self, grid: Grid, interference: np.ndarray, plane_strain_modulus_pa: float) -> tuple[np.ndarray, int]:
-        """Pressure (nx, ny) [Pa] and products with B."""
+        """Return the pressure (nx, ny) [Pa] and the number of products with B."""
         pressure, products = self.solver.solve(Problem(grid, interference, 0.0), 0.0, self.setting)
         return pressure * (plane_strain_modulus_pa / MODULUS), products
 
@@ -59,7 +56,7 @@ class Plain(NamedTuple):
     stuck_m: float
 
 
-def motion(
+def simulate(
     belt: Oscillator,
     law: StribeckLaw,
     path: np.ndarray,
@@ -68,12 +65,12 @@ def motion(
     tolerance: float,
     start_position_m: float = 0.0,
 ) -> Plain:
-    """Cycles from rest on the belt, without excitation.
+    """Simulate a motion by scipy from rest on the belt, without excitation.
 
-    path, spacing : (nodes,) mu_S at the slipped distances 0, spacing, ... [m]
+    path : (nodes,) mu_S at the slipped distances 0, spacing, ...
+    spacing : [m]
 
-    Stick lasts until its force V tau meets the static limit; slip is integrated until X' = V. The same motion as
-    `simulate`, by other means.
+    Stick lasts until the force reaches the static limit; slip is integrated until X' = V.
     """
     F, V, D, omega = belt.F, belt.V, belt.damping_ratio, belt.natural_frequency_rad_per_s
     scatter = CubicHermiteSpline(spacing * np.arange(len(path)), path, np.gradient(path, spacing))
@@ -105,25 +102,16 @@ def motion(
         tau, (x, _, s) = float(found.t_events[0][0]), found.y_events[0][0]
 
 
-def tolerance_of_the_same_error(tolerance: float, nodes: int) -> tuple[float, float, float]:
-    """The loosest of scipy's TOLERANCES at which a slip on a path errs by no more than ours at its tolerance.
+def find_equal_tolerance(tolerance: float, nodes: int) -> tuple[float, float, float]:
+    """Return the loosest of TOLERANCES where scipy's error of a slip on a path is at most ours at our tolerance.
 
     Returns it, our error and scipy's, relative to X of the reattachment by our pair of order 8 at 1e-13.
     """
-    slip = slips(nodes)[1]
-    exact, *_ = ours(slip, "dormand_prince853", 1e-13)
-    error = abs(ours(slip, "fehlberg45", tolerance)[0] / exact - 1.0)
+    slip = choose_slips(nodes)[1]
+    exact, *_ = slip_by_roughslip(slip, "dormand_prince853", 1e-13)
+    error = abs(slip_by_roughslip(slip, "fehlberg45", tolerance)[0] / exact - 1.0)
     for one in TOLERANCES:
-        plain = abs(theirs(slip, METHOD, one)[0] / exact - 1.0)
+        plain = abs(slip_by_scipy(slip, METHOD, one)[0] / exact - 1.0)
         if plain <= error:
             break
     return one, error, plain
-
-
-def seconds_each(calls: Iterable[Callable[[], object]]) -> float:
-    """CPU seconds of a call, the mean."""
-    start, count = time.process_time(), 0
-    for call in calls:
-        call()
-        count += 1
-    return (time.process_time() - start) / count

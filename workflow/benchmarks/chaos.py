@@ -1,33 +1,80 @@
-"""Polynomial chaos measured: the pressure at the centre of the square against its reference.
+"""Measure polynomial chaos: the distribution of the pressure at the centre of the square against its reference.
 
-Direct sampling, the paper's eqs. (8) and (9) and ours get the same numbers of contact solves, in designs drawn several
-times; each distribution is judged by a Monte Carlo reference of its own random numbers. The seconds of a row are those
-of its solves at that penetration alone, which are timed apart, and of its fit and draws. Multilevel Monte Carlo over
-meshes is measured too.
+Direct sampling, the paper's eqs. (8) and (9), and our expansion get the same numbers of contact solves, in several
+designs. A Monte Carlo reference with its own random numbers judges each distribution. The seconds of a row are those of
+its solves at that penetration alone, which are timed separately, and of its fit and draws.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 import statistics
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.local import Samples, fit_local
 from roughslip.errors import IllPosedError
-from workflow.benchmarks import chaos_multilevel, measure
-from workflow.benchmarks.chaos_methods import DIRECT, EQUATIONS, METHODS
-from workflow.benchmarks.chaos_problem import PERCENTILES, Difference, Reference, Solved, Square, references
-from workflow.benchmarks.chaos_summary import DECISIVE, summary
-from workflow.benchmarks.measure import Row, case, row
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.result_tables.centre_distribution import Expansion, draw
+from workflow.benchmarks.chaos_problem import (
+    KEPT_RESULTS,
+    PERCENTILES,
+    Difference,
+    MonteCarloReference,
+    Solved,
+    Square,
+    read_references,
+)
+from workflow.benchmarks.runner import OURS, make_row, report_progress, run_command, timed
+from workflow.evidence.rows import Row, case
 
-PACKAGES = ("numpy", "scipy", "numba")
-REFERENCES = Path("results/reference")
+Drawn = Callable[[int, int], np.ndarray]  # number of draws, and of their stream -> pressures (n,) [Pa]
+Method = Callable[[Square, Solved, int], Drawn]  # the last argument is the index of the penetration
 
-Judged = tuple[float, dict[str, Difference]]  # seconds of a design and its differences from the reference
+EQUATIONS = ("equation_8", "equation_9")
+
+
+def sample_directly(square: Square, solved: Solved, level: int) -> Drawn:
+    """Take the pressures themselves, at the central nodes."""
+    pressure = solved.pressure[:, level, : square.central].ravel()
+    return lambda count, stream: pressure
+
+
+def fit_equation(method: str) -> Method:
+    """Return a fit of eq. (8) or (9) to the samples in contact alone, as in stage chaos_square."""
+
+    def fit(square: Square, solved: Solved, level: int) -> Drawn:
+        basis = hermite_basis(solved.xi @ square.directions[0].T, square.indices)
+        one = Expansion(method, basis, solved.pressure[:, level, 0], square.indices)
+        coefficients = one.fit().coefficients
+        return lambda count, stream: draw(one, coefficients, count, [square.seed, geometry.STREAM_DRAWS, stream])
+
+    return fit
+
+
+def fit_local_expansion(square: Square, solved: Solved, level: int) -> Drawn:
+    """Fit our local expansion to all samples at all training nodes."""
+    variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
+    samples = Samples(variables, square.nodes.distance2, solved.pressure[:, level], solved.gap[:, level], square.odd)
+    found = fit_local(samples, int(square.indices.sum(axis=1).max()), square.target)
+    return lambda count, stream: found.draw(np.random.default_rng([square.seed, geometry.STREAM_DRAWS, stream]), count)
+
+
+# By the design of the solves: fits get Latin hypercubes, as in the study.
+METHODS: dict[str, dict[str, Method]] = {
+    "monte_carlo": {"monte_carlo": sample_directly},
+    "sobol": {"sobol": sample_directly},
+    "latin_hypercube": {
+        "latin_hypercube": sample_directly,
+        **{method: fit_equation(method) for method in EQUATIONS},
+        OURS: fit_local_expansion,
+    },
+}
 
 
 @dataclass(frozen=True)
@@ -36,7 +83,7 @@ class Plan:
 
     latin_hypercube : designs of each number of samples
     monte_carlo, sobol : designs of the largest number; fewer samples are parts of these, of Sobol points the first
-    equations : designs of each number that the paper's fits get
+    equations : designs of each number to which the paper's equations are fitted
     """
 
     latin_hypercube: Mapping[int, int]
@@ -45,18 +92,18 @@ class Plan:
     equations: int
 
     def designs(self, square: Square) -> Iterator[tuple[str, int, Solved]]:
-        """Kind of design, its number, and its solves: each is solved once."""
+        """Yield the kind of a design, its number, and its solves; each surface is solved once."""
         most = max(self.latin_hypercube)
         for kind, count in (("monte_carlo", self.monte_carlo), ("sobol", self.sobol)):
             for number in range(count):
-                whole = square.solved(square.design(kind, most, number))
+                whole = square.solve(square.design(kind, most, number))
                 for samples in self.latin_hypercube:
                     parts = most // samples if kind == "monte_carlo" else 1
                     for part in range(min(parts, MOST_DESIGNS - number * parts)):
                         yield kind, number * parts + part, whole.part(part * samples, (part + 1) * samples)
         for samples, count in self.latin_hypercube.items():
             for number in range(count):
-                yield "latin_hypercube", number, square.solved(square.design("latin_hypercube", samples, number))
+                yield "latin_hypercube", number, square.solve(square.design("latin_hypercube", samples, number))
 
 
 MOST_DESIGNS = 20
@@ -68,108 +115,83 @@ PLANS = {
 
 
 @dataclass(frozen=True)
-class Campaign:
+class Sizes:
     """What is measured.
 
-    draws : from each expansion, as many as in the study; a contact probability of 0.05 is then known to 0.7 %
+    draws : from each expansion, as in the study; a contact probability of 0.05 is then known to 0.7 %
     timed : solves that are timed at each penetration
-    multilevel : surfaces a level
     """
 
     plans: Mapping[str, Plan] = field(default_factory=lambda: PLANS)
     draws: int = 400_000
     timed: int = 100
-    multilevel: int = 400
 
 
-QUICK = Campaign({"paper": Plan({250: 1, 500: 1}, 1, 1, 1)}, 20_000, 5, 10)
+QUICK = Sizes({"paper": Plan({250: 1, 500: 1}, 1, 1, 1)}, 20_000, 5)
 
 
-def centre(
-    square: Square, references: Sequence[Reference], plan: Plan, campaign: Campaign
+def compare_methods(
+    square: Square, references: Sequence[MonteCarloReference], plan: Plan, sizes: Sizes
 ) -> tuple[list[Row], dict[str, str]]:
-    """A row a penetration, method and number of solves, with the errors of every design; why designs were refused."""
-    solve_seconds = square.seconds(campaign.timed)
-    found: dict[tuple[int, str, int], list[Judged]] = defaultdict(list)
+    """Return a row for each penetration, method and number of solves, and why designs were refused."""
+    solve_seconds = square.solve_seconds(sizes.timed)
+    found: dict[tuple[int, str, int], list[tuple[float, dict[str, Difference]]]] = defaultdict(list)
     refused = {}
     for kind, number, solved in plan.designs(square):
         samples = len(solved.xi)
-        for method, way in METHODS[kind].items():
+        for method, prepare in METHODS[kind].items():
             if method in EQUATIONS and number >= plan.equations:
                 continue
             for level, reference in enumerate(references):
                 try:
-                    seconds, pressure = measure.timed(
-                        lambda w=way, s=solved, at=level, n=number: w(square, s, at)(campaign.draws, n)
+                    seconds, pressure = timed(
+                        lambda p=prepare, s=solved, at=level, n=number: p(square, s, at)(sizes.draws, n)
                     )
                 except IllPosedError as error:
-                    refused[f"{label(square.name, level)} {method} {samples} {number}"] = str(error)
+                    refused[f"{case_of(square.name, level)} {method} {samples} {number}"] = str(error)
                     continue
                 whole = samples * solve_seconds[level] + seconds
                 found[level, method, samples].append((whole, reference.differences(pressure)))
-        if kind not in DIRECT or number == 0:
-            measure.say(f"{square.name}: {kind} of {samples} solves")
+        if kind == "latin_hypercube" or number == 0:
+            report_progress(f"{square.name}: {kind} of {samples} solves")
     rows = [
-        as_row(label(square.name, level), method, samples, results)
+        row_of_designs(case_of(square.name, level), method, samples, results)
         for (level, method, samples), results in sorted(found.items())
     ]
     return rows, refused
 
 
-def label(scene: str, level: int) -> str:
-    """The case of a scene at a penetration."""
+def case_of(scene: str, level: int) -> str:
+    """Return the case of a scene at a penetration."""
     return case(scene=scene, percentile=f"{PERCENTILES[level]:g}", quantity="pressure")
 
 
-def as_row(name: str, method: str, samples: int, results: Sequence[Judged]) -> Row:
-    """The median distance over designs as the error, net of that of the reference.
+def row_of_designs(name: str, method: str, samples: int, results: Sequence[tuple[float, dict[str, Difference]]]) -> Row:
+    """Return the row of several designs, each with its seconds and its differences from the reference.
 
-    errors, seen : quantity -> net and seen error of every design, None for NaN
-    reference_errors : quantity -> standard error of the reference, the median over designs
+    error : the median Kolmogorov distance, net of the error of the reference
+    errors : by quantity, the net errors of every design; None where there is no value
     """
-    found = {quantity: [one[quantity] for _, one in results] for quantity in results[0][1]}
-    more = {
-        "errors": {quantity: _finite(one.net for one in all_) for quantity, all_ in found.items()},
-        "seen": {quantity: _finite(one.seen for one in all_) for quantity, all_ in found.items()},
-        "reference_errors": {q: statistics.median(one.reference_error for one in all_) for q, all_ in found.items()},
-    }
-    median = statistics.median(more["errors"]["distance"])
-    return row(name, method, median, [seconds for seconds, _ in results], samples, **more)
+    errors = {}
+    for quantity in results[0][1]:
+        net = [differences[quantity].net for _, differences in results]
+        errors[quantity] = [value if math.isfinite(value) else None for value in net]
+    median = statistics.median(errors["distance"])
+    return make_row(name, method, median, [seconds for seconds, _ in results], samples, errors=errors)
 
 
-def _finite(values: Iterable[float]) -> list[float | None]:
-    return [value if math.isfinite(value) else None for value in values]
-
-
-def run(campaign: Campaign, kept: Path) -> dict[str, Any]:
-    """The whole benchmark as it stands in the file."""
+def measure(quick: bool, _: bool) -> dict[str, Any]:
+    """Return the summary and the rows."""
+    sizes = QUICK if quick else Sizes()
     rows: list[Row] = []
     refused: dict[str, str] = {}
-    for name, plan in campaign.plans.items():
-        square, judges = Square.of(name), references(kept / name / "pressure.nc")
-        of_centre, why = centre(square, judges, plan, campaign)
-        rows += of_centre
-        refused |= why
-    rows += chaos_multilevel.rows_of(campaign.multilevel)
-    return {
-        "machine": measure.machine(),
-        "versions": measure.versions(PACKAGES),
-        "checks": {"draws": campaign.draws, "decisive": DECISIVE},
-        "summary": {**summary(rows), "refused": refused},
-        "rows": rows,
-    }
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--output", type=Path, required=True, help="the JSON file")
-    parser.add_argument("--references", type=Path, default=REFERENCES, help="the folder with <scene>/pressure.nc")
-    parser.add_argument("--peers", action="store_true", help="no public program takes part")
-    parser.add_argument("--quick", action="store_true", help="few solves, one scene")
-    arguments = parser.parse_args()
-    campaign = QUICK if arguments.quick else Campaign()
-    measure.write(arguments.output, run(campaign, arguments.references))
+    for name, plan in sizes.plans.items():
+        references = read_references(KEPT_RESULTS / name / "pressure.nc")
+        of_scene, reasons = compare_methods(Square.of(name), references, plan, sizes)
+        rows += of_scene
+        refused |= reasons
+    return {"summary": {"refused": refused}, "rows": rows}
 
 
 if __name__ == "__main__":
-    main()
+    run_command(__doc__, measure)

@@ -1,7 +1,7 @@
-"""The pressure at the centre of a scene's square: its solves in several designs, and its judge, the reference.
+"""The pressure at the centre of a scene's square: solves in several designs, and the kept Monte Carlo reference.
 
-Every error is told net of what the reference itself may be off: sqrt(max(0, e^2 - s^2)) with its standard error s, for
-the largest difference of two distributions that at the pressure where it is found. What was seen is kept beside it.
+Errors are net of the standard error s of the reference: sqrt(max(0, e^2 - s^2)). For the largest difference of two
+distributions, s is the one at the pressure of that difference.
 """
 
 from __future__ import annotations
@@ -27,35 +27,37 @@ from roughslip.stages.from_scene import elastic, expansion, geometry, surface_mo
 from roughslip.stages.from_scene.nodes import Nodes, central_nodes, training_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from roughslip.surface.model import GaussianModel
-from workflow.references.pressure_solves import PERCENTILES, TOLERANCE
+from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE
 
 ROOT = Path(__file__).parents[2]
-# The second entry of every seed, after the scene's: apart from the streams of the study and of the reference.
+KEPT_RESULTS = ROOT / "results" / "reference"  # folders of scenes whose results git keeps
+# The second entry of every seed; the study and the reference use other streams.
 STREAMS = {"monte_carlo": 21, "latin_hypercube": 22, "sobol": 23}
+MEDIAN = 1  # index of the median penetration in PERCENTILES
 JUDGED = (0.5, 0.9, 0.99)  # quantiles given contact
 QUANTILES = {f"quantile_{100 * probability:.0f}": probability for probability in JUDGED}
 
 
 class Difference(NamedTuple):
-    """What was seen, and the standard error of the reference in the same unit."""
+    """An observed difference, and the standard error of the reference in the same unit."""
 
     seen: float
     reference_error: float
 
     @property
     def net(self) -> float:
-        """What is left when the error of the reference is taken out, with the sign of what was seen."""
+        """The difference without the error of the reference, with the sign of the observed one."""
         if not math.isfinite(self.seen):
             return self.seen
         return math.copysign(math.sqrt(max(0.0, self.seen**2 - self.reference_error**2)), self.seen)
 
 
 @dataclass(frozen=True)
-class Reference:
-    """The kept reference of a scene at one penetration.
+class MonteCarloReference:
+    """The kept Monte Carlo reference of a scene at one penetration.
 
-    level, cumulative, error : (n,) [Pa], [-] its distribution with standard errors; level 0 is no contact
-    numbers : name -> value and standard error of contact probability, mean pressure and quantiles given contact
+    level, cumulative, error : (n,) [Pa], [-] the distribution with standard errors; level 0 is no contact
+    numbers : value and standard error of contact probability, mean pressure and quantiles given contact
     """
 
     level: np.ndarray
@@ -64,9 +66,9 @@ class Reference:
     numbers: dict[str, tuple[float, float]]
 
     def distance(self, pressure: np.ndarray) -> Difference:
-        """Largest difference of the distribution of pressures : (n,) [Pa], the atom at zero included.
+        """Return the largest difference of the distribution of pressures (n,) [Pa], including the atom at zero.
 
-        Between levels the reference is a straight line, which errs by less than 1e-4.
+        Linear interpolation of the reference between levels errs by less than 1e-4.
         """
         ascending = np.sort(pressure)
         points = np.concatenate([self.level, ascending[ascending > 0]])
@@ -78,7 +80,7 @@ class Reference:
         return Difference(float(off[worst]), float(np.interp(points[worst], self.level, self.error)))
 
     def differences(self, pressure: np.ndarray) -> dict[str, Difference]:
-        """The distance, and relative errors with their signs; NaN for the quantiles of pressures without contact."""
+        """Return the distance, and signed relative errors of numbers; quantiles without contact are NaN."""
         positive = pressure[pressure > 0]
         found = {"contact_probability": len(positive) / len(pressure), "mean_pressure": float(pressure.mean())}
         of_contact = np.quantile(positive, JUDGED) if len(positive) else np.full(len(JUDGED), np.nan)
@@ -90,8 +92,8 @@ class Reference:
         return {"distance": self.distance(pressure), **relative}
 
 
-def references(path: Path) -> list[Reference]:
-    """A reference a penetration, in the order of PERCENTILES. Raises StoreError where the file is missing."""
+def read_references(path: Path) -> list[MonteCarloReference]:
+    """Read the references of a scene in the order of PERCENTILES. Raises StoreError if the file is missing."""
     kept = store.read(path)
     places = [int(np.flatnonzero(np.isclose(kept["probability"], probability))[0]) for probability in JUDGED]
     found = []
@@ -103,18 +105,20 @@ def references(path: Path) -> list[Reference]:
         for name, place in zip(QUANTILES, places, strict=True):
             numbers[name] = float(kept["quantile"][row, place]), float(kept["quantile_standard_error"][row, place])
         found.append(
-            Reference(kept["level"][row], kept["cumulative"][row], kept["cumulative_standard_error"][row], numbers)
+            MonteCarloReference(
+                kept["level"][row], kept["cumulative"][row], kept["cumulative_standard_error"][row], numbers
+            )
         )
     return found
 
 
 @dataclass(frozen=True)
 class Square:
-    """What the solves and expansions of a scene's square need.
+    """The square of a scene, with what solves and expansions need.
 
     modes : (M, nx, ny) [m]
-    nodes : at which the pressure is kept, the `central` ones first
-    directions, odd : (nodes, variables, M), and what the symmetries of the surface do to the variables
+    nodes : nodes whose pressure is kept; the first `central` ones are at the centre
+    directions, odd : (nodes, variables, M), and how the symmetries of the surface act on the variables
     indices : (P, variables) exponents
     planes : (penetrations,) [m]
     """
@@ -135,7 +139,7 @@ class Square:
 
     @classmethod
     def of(cls, name: str) -> Square:
-        """The square of a scene of the project."""
+        """Return the square of a scene of the project."""
         configuration = load(name, ROOT / "config" / "scenes")
         model, grid = surface_model.gaussian_model(configuration), geometry.square_grid(configuration)
         order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
@@ -158,11 +162,11 @@ class Square:
 
     @property
     def seed(self) -> int:
-        """Of the scene."""
+        """The seed of the scene."""
         return int(self.configuration["seed"])
 
     def design(self, name: str, count: int, number: int) -> np.ndarray:
-        """xi : (count, M), the `number`-th design of its name and size; of Sobol points the first of a power of two."""
+        """Return xi (count, M) of the design of this name, size and number; Sobol points are the first of 2^n."""
         seed, modes = [self.seed, STREAMS[name]], len(self.modes)
         if name == "monte_carlo":
             return np.array([monte_carlo([*seed, count * number + sample], modes) for sample in range(count)])
@@ -171,11 +175,11 @@ class Square:
         return ndtri(sobol_places(np.random.default_rng([*seed, number]), count, modes))
 
     def surface(self, xi: np.ndarray) -> np.ndarray:
-        """Heights : (nx, ny) [m] of one sample."""
+        """Return heights (nx, ny) [m] of one sample."""
         return self.model.heights(heights(self.modes, xi))
 
-    def solved(self, xi: np.ndarray) -> Solved:
-        """All penetrations of every sample of a design : (K, M)."""
+    def solve(self, xi: np.ndarray) -> Solved:
+        """Solve every sample of a design (K, M) at all penetrations."""
         shape = len(xi), len(self.planes), len(self.nodes.x)
         pressure, gap = np.empty(shape), np.empty(shape)
         for row, sample in enumerate(xi):
@@ -184,12 +188,12 @@ class Square:
                 gap[row, level] = solution.gap[self.nodes.x, self.nodes.y]
         return Solved(xi, pressure, gap)
 
-    def seconds(self, samples: int) -> list[float]:
-        """Of a solve at each penetration alone, its surface included: the mean, as work varies with the samples."""
+    def solve_seconds(self, samples: int) -> list[float]:
+        """Return the mean seconds of a solve at each penetration alone, including its surface."""
         xi = self.design("monte_carlo", samples, 0)
         found = []
         for plane in self.planes:
-            solve(self.influence, self.surface(xi[0]) - plane, TOLERANCE)  # what is compiled at the first one
+            solve(self.influence, self.surface(xi[0]) - plane, TOLERANCE)  # compiles at the first call
             start = time.perf_counter()
             for sample in xi:
                 solve(self.influence, self.surface(sample) - plane, TOLERANCE)
@@ -199,12 +203,12 @@ class Square:
 
 @dataclass(frozen=True)
 class Solved:
-    """A design and its solves: xi : (K, M), pressure and gap : (K, penetrations, nodes)."""
+    """A design xi (K, M) and its solves: pressure and gap (K, penetrations, nodes)."""
 
     xi: np.ndarray
     pressure: np.ndarray
     gap: np.ndarray
 
     def part(self, first: int, last: int) -> Solved:
-        """Some of its samples."""
+        """Return samples first ... last - 1."""
         return Solved(self.xi[first:last], self.pressure[first:last], self.gap[first:last])

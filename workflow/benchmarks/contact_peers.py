@@ -1,22 +1,29 @@
-"""Public solvers of the contact problem, each as its documentation says and with its tolerance as the one knob.
+"""Public solvers of the contact problem, used as documented, with their tolerance as the only setting.
 
-A peer is made once for a mesh, with its operator and plans; what then solves one surface is timed. All start cold.
+The operator and the transforms of a peer are set up once for a mesh. Solving one surface, from a cold start, is timed.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
+import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from roughslip.grid import Grid
-from workflow.benchmarks.contact_problem import MODULUS, Convolution, Problem
+from workflow.benchmarks.contact_problem import MODULUS, Convolution, Judge, Problem
+from workflow.benchmarks.runner import timed
 
 MOST_ITERATIONS = 2000
-MOST_LOADS = 40
+
+# Tuning accepts a residual below the tolerance by up to this factor: one or two iterations.
+BAND = 4.0
+MOST_TRIALS = 10
+SETTINGS = (1e-15, 1.0)
 
 
 class Peer(Protocol):
@@ -25,28 +32,25 @@ class Peer(Protocol):
     def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> tuple[np.ndarray, int]:
         """Solve one problem from a cold start.
 
-        load : the mean pressure at the solution [Pa], for methods that take it
+        load : [Pa] mean pressure at the solution, for methods whose input it is
         setting : the method's own tolerance
-        counting : whether the count must be right; where counting costs time it is not done otherwise
+        counting : whether the count must be right; counting may cost time
 
-        Returns pressure (nx, ny) [Pa], zero where the method gave up with an error, and applications of B.
+        Returns pressure (nx, ny) [Pa], zero if the method failed, and applications of B.
         """
-
-    def displacement(self, pressure: np.ndarray) -> np.ndarray:
-        """(nx, ny) [m] B p as the method computes it."""
 
 
 class PolonskyKeer:
-    """Conjugate gradients restarted at every node that comes into contact, in plain numpy.
+    """Conjugate gradients in plain numpy, restarted at every node that comes into contact.
 
-    Polonsky and Keer, Wear 231 (1999) 206, at fixed penetration: the gap is not shifted, the load not scaled.
+    Polonsky and Keer, Wear 231 (1999) 206, at fixed penetration: the gap is not shifted and the load is not scaled.
     """
 
     def __init__(self, grid: Grid) -> None:
         self.displacement = Convolution(grid, MODULUS)
 
     def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> tuple[np.ndarray, int]:
-        """Stops when the pressures change by less than `setting` of their sum, as the paper does."""
+        """Stop, as the paper does, when the pressures change by less than `setting` times their sum."""
         interference = problem.interference
         pressure = np.maximum(interference, 0.0) / self.displacement.coefficients[0, 0]
         direction, length, conjugate, before = np.zeros_like(pressure), 0.0, False, 1.0
@@ -67,9 +71,9 @@ class PolonskyKeer:
 
 
 class Tamaas:
-    """Tamaas' PolonskyKeerRey on the free half-space (`registerNonPeriodic`), handed the exact load: its best case.
+    """Tamaas' PolonskyKeerRey on the free half-space (`registerNonPeriodic`) at the exact load, its best case.
 
-    The solver object and its array of heights are made once; a problem overwrites the heights.
+    The solver and its array of heights are made once; each problem overwrites the heights.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -91,60 +95,22 @@ class Tamaas:
             self.solvers[operator].setIntegralOperator(operator)
             self.solvers[operator].max_iter = MOST_ITERATIONS
 
-    def displacement(self, pressure: np.ndarray) -> np.ndarray:
-        """(nx, ny) [m] B p by its operator."""
-        self.model.traction[...] = pressure
-        self.free(self.model.traction, self.model.displacement)
-        return np.array(self.model.displacement)
-
     def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> tuple[np.ndarray, int]:
-        """Hands over the load; `setting` is the solver's own tolerance."""
-        solver = self._start(problem, setting, counting)
-        try:
-            self._find(solver, problem, load, setting)
-        except (ArithmeticError, RuntimeError):  # such as "a contact area of a single node"
-            self.model.traction[...] = 0.0
-        return np.nan_to_num(np.array(self.model.traction)), self.counted.count
-
-    def _start(self, problem: Problem, setting: float, counting: bool) -> object:
+        """Solve at the given load; `setting` is the solver's own tolerance."""
         solver = self.solvers["counted" if counting else "free"]
         solver.tolerance = setting
         self.counted.count = 0
         self.heights[...] = problem.heights
         self.model.traction[...] = 0.0
-        return solver
-
-    def _find(self, solver: object, problem: Problem, load: float, setting: float) -> None:
-        solver.solve(load)
-
-
-class TamaasAtPenetration(Tamaas):
-    """Tamaas where the plane is given and the load is not.
-
-    Its constraint on the mean gap ends in NaN with the operator of the free half-space (2.9), and the mean gap of a
-    penetration is not known anyway. So its user searches the load: secants on the height of the plane, which follows
-    from the displacement as its documentation says; each solve starts from the pressures of the last.
-    """
-
-    def _find(self, solver: object, problem: Problem, load: float, setting: float) -> None:
-        overlap = np.maximum(problem.interference, 0.0)
-        reach, edge = overlap.max(), problem.grid.nx * problem.grid.dx
-        last, load = 0.0, 3 * MODULUS * overlap.mean() / edge  # of a punch as large as the mesh about a third of it
-        last_excess = float(problem.heights.max()) - problem.plane
-        for _ in range(MOST_LOADS):
+        try:
             solver.solve(load)
-            operator = self.counted if solver is self.solvers["counted"] else self.free
-            operator(self.model.traction, self.model.displacement)
-            contact = self.model.traction > 0
-            excess = float((problem.heights - self.model.displacement)[contact].mean()) - problem.plane
-            if abs(excess) <= setting * reach or excess == last_excess:
-                return
-            slope = (excess - last_excess) / (load - last)
-            last, load, last_excess = load, max(load - excess / slope, load / 10), excess
+        except (ArithmeticError, RuntimeError):  # for example, a contact area of a single node
+            self.model.traction[...] = 0.0
+        return np.nan_to_num(np.array(self.model.traction)), self.counted.count
 
 
 def _counting_operator(tamaas: object, model: object, inner: Callable) -> object:
-    """The operator as one that counts how often it is applied; it costs some microseconds a time."""
+    """Wrap the operator to count its applications, which costs some microseconds each."""
 
     class Counting(tamaas.IntegralOperator):  # type: ignore[name-defined, misc]
         def __init__(self) -> None:
@@ -171,7 +137,7 @@ def _counting_operator(tamaas: object, model: object, inner: Callable) -> object
 
 
 class ContactMechanics:
-    """ContactMechanics' dual problem at the given offset by Bugnicourt's conjugate gradients without restart."""
+    """ContactMechanics: the dual problem at a given offset, by Bugnicourt's conjugate gradients without restart."""
 
     def __init__(self, grid: Grid) -> None:
         import ContactMechanics
@@ -187,54 +153,24 @@ class ContactMechanics:
         self.count += 1
         return self.apply(forces)
 
-    def displacement(self, pressure: np.ndarray) -> np.ndarray:
-        """(nx, ny) [m] B p by its substrate, which takes forces."""
-        return np.array(self.apply(-pressure * self.grid.cell_area))
-
     def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> tuple[np.ndarray, int]:
-        """`setting` is the bound of the gap in contact, relative to the largest interference."""
+        """Solve at the given plane; `setting` bounds the gap in contact over the largest interference."""
         self.count = 0
         with _silence():
             system = self.make_system(self.topography(problem.heights, self.sizes), self.substrate)
-            forces = self._forces(system, problem, setting)
-        return np.nan_to_num(np.asarray(forces).reshape(self.grid.shape)) / self.grid.cell_area, self.count
-
-    def _forces(self, system: object, problem: Problem, setting: float) -> np.ndarray:
-        start = np.zeros(self.grid.shape)
-        bound = setting * float(problem.interference.max())
-        found = system.dual_minimize_proxy(
-            -problem.plane, start, solver="ccg-without-restart", gtol=bound, maxiter=MOST_ITERATIONS
-        )
-        return found.x
-
-
-class ContactMechanicsPolonskyKeer(ContactMechanics):
-    """Its default solver, `minimize_proxy`, at the given offset.
-
-    Started from the overlap pressed cell by cell: from its own start it stalls on some meshes (128 x 128, median).
-    """
-
-    def _forces(self, system: object, problem: Problem, setting: float) -> np.ndarray:
-        nx, ny = self.grid.shape
-        overlap = np.maximum(problem.interference, 0.0)
-        stiffness = self.grid.cell_area * MODULUS / np.sqrt(self.grid.cell_area)  # of a cell, in order of magnitude
-        start = np.zeros((2 * nx, 2 * ny))
-        start[:nx, :ny] = -stiffness * overlap
-        bound = setting * float(overlap.max())
-        found = system.minimize_proxy(
-            offset=-problem.plane,
-            initial_forces=start,
-            pentol=bound,
-            forcetol=stiffness * bound,
-            thermotol=setting,
-            maxiter=MOST_ITERATIONS,
-        )
-        return found.jac
+            found = system.dual_minimize_proxy(
+                -problem.plane,
+                np.zeros(self.grid.shape),
+                solver="ccg-without-restart",
+                gtol=setting * float(problem.interference.max()),
+                maxiter=MOST_ITERATIONS,
+            )
+        return np.nan_to_num(np.asarray(found.x).reshape(self.grid.shape)) / self.grid.cell_area, self.count
 
 
 @contextlib.contextmanager
 def _silence() -> Iterator[None]:
-    """Their messages on the way are no news."""
+    """Discard messages and floating-point warnings of a peer."""
     with contextlib.redirect_stdout(io.StringIO()), np.errstate(all="ignore"):
         yield
 
@@ -242,7 +178,42 @@ def _silence() -> Iterator[None]:
 PEERS: dict[str, Callable[[Grid], Peer]] = {
     "tamaas/load": Tamaas,
     "contactmechanics/bugnicourt": ContactMechanics,
-    "tamaas/penetration": TamaasAtPenetration,
-    "contactmechanics/polonsky-keer": ContactMechanicsPolonskyKeer,
     "polonsky-keer": PolonskyKeer,
 }
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A solve at a setting: the residual that it reached, its seconds, and its applications of B."""
+
+    setting: float
+    residual: float
+    seconds: float
+    work: int
+
+
+def tune(peer: Peer, problem: Problem, load: float, tolerance: float, first: float, judge: Judge) -> Trial:
+    """Return the loosest setting of a peer that meets the tolerance, to BAND; if none does, that of least residual.
+
+    first : the setting to start from; a loose one costs less than a tight one
+
+    Method: steps in proportion to the residual; between settings that miss and meet the tolerance, bisection on a
+    logarithmic scale.
+    """
+    trials: list[Trial] = []
+    setting = first
+    for _ in range(MOST_TRIALS):
+        seconds, (pressure, work) = timed(lambda at=setting: peer.solve(problem, load, at, counting=True))
+        trials.append(Trial(setting, judge.residual(problem, pressure), seconds, work))
+        met = max((t for t in trials if t.residual <= tolerance), key=lambda t: t.setting, default=None)
+        loose = min((t.setting for t in trials if t.residual > tolerance), default=math.inf)
+        tight = met.setting if met else 0.0
+        if met and (met.residual >= tolerance / BAND or loose <= 2 * tight):
+            break
+        aim = tolerance / BAND**0.5
+        setting *= min(max(aim / max(trials[-1].residual, 1e-300), 1e-3), 1e3)
+        if not tight < setting < loose:
+            setting = (tight * loose) ** 0.5 if met and loose < math.inf else 10 * tight if met else loose / 10
+        if not SETTINGS[0] <= setting <= SETTINGS[1]:
+            break
+    return met or min(trials, key=lambda t: t.residual)

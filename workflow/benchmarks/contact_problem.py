@@ -1,6 +1,6 @@
-"""The contact problems of the benchmark, and a judge of their solutions that shares no code with any solver.
+"""Contact problems of the benchmark, and a judge that shares no code with any solver except Love's coefficients.
 
-Pressures and gaps are proportional to the heights, pressures to E* as well: Sq, E* and the edge only set units.
+Pressures and gaps scale with the heights, and pressures with E*, so Sq, E* and the edge only set units.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from roughslip.surface.embedding import embed
 EDGE = 100e-6  # m
 RMS_HEIGHT = 0.5e-6  # m
 MODULUS = 2.3e11  # Pa, E* of steel against a rigid plane
-STRIP = Grid(960, 10, 2.5e-6, 2.5e-6)
 
 SURFACES = {
     "gauss": Covariance(kind="gaussian", rms_height_m=RMS_HEIGHT, correlation_length_m=EDGE / 16),
@@ -50,12 +49,12 @@ class Problem:
 
 
 def square(n: int) -> Grid:
-    """The mesh of n x n cells."""
+    """Return the mesh of n x n cells."""
     return Grid(n, n, EDGE / n, EDGE / n)
 
 
 def surface(kind: str, grid: Grid) -> np.ndarray:
-    """(nx, ny) [m] heights, the same at every call."""
+    """Return heights (nx, ny) [m], the same at every call."""
     generator = np.random.default_rng([SEED, list(SURFACES).index(kind), *grid.shape])
     covariance = SURFACES[kind]
     if covariance is None:
@@ -64,14 +63,14 @@ def surface(kind: str, grid: Grid) -> np.ndarray:
 
 
 def plane_height(level: str, heights: np.ndarray, influence: Influence) -> float:
-    """The plane that so many per cent of the heights lie above, or at which 90 % of the nodes are in contact [m]."""
+    """Return the plane [m] below so many per cent of the heights, or for 90 % of the nodes in contact."""
     if level == "contact90":
         return plane_for_area(0.9, heights, influence)
     return float(np.percentile(heights, 100 - float(level)))
 
 
 def plane_for_area(area: float, heights: np.ndarray, influence: Influence) -> float:
-    """The plane for an area fraction, to a fiftieth of what is out of contact, by bisection [m]."""
+    """Return the plane [m] for an area fraction, to 2 % of the fraction out of contact, by bisection."""
 
     def contact(plane: float) -> float:
         return solve(influence, heights - plane, 1e-5).area_fraction
@@ -90,9 +89,9 @@ def plane_for_area(area: float, heights: np.ndarray, influence: Influence) -> fl
 
 
 class Convolution:
-    """u = B p by transforms padded to twice the mesh: Hockney's method, as everyone writes it.
+    """u = B p by transforms padded to twice the mesh (Hockney's method).
 
-    grid, modulus : as for Love's coefficients
+    grid, modulus : as of `love_coefficients`
     """
 
     def __init__(self, grid: Grid, modulus: float) -> None:
@@ -104,12 +103,12 @@ class Convolution:
         self.symbol = fft.rfft2(kernel)
 
     def __call__(self, pressure: np.ndarray) -> np.ndarray:
-        """(nx, ny) [m] displacement under pressures (nx, ny) [Pa]."""
+        """Return displacements (nx, ny) [m] under pressures (nx, ny) [Pa]."""
         nx, ny = self.shape
         return fft.irfft2(fft.rfft2(pressure, self.padded) * self.symbol, self.padded)[:nx, :ny]
 
     def direct_sum(self, pressure: np.ndarray) -> np.ndarray:
-        """The same without a transform, for small meshes."""
+        """Return the same without a transform, for small meshes."""
         i, j = (np.abs(np.subtract.outer(np.arange(n), np.arange(n))) for n in self.shape)
         return np.einsum("ikjm,km->ij", self.coefficients[i[:, :, None, None], j[None, None, :, :]], pressure)
 
@@ -121,7 +120,7 @@ class Judge:
         self.convolution = Convolution(grid, MODULUS)
 
     def residual(self, problem: Problem, pressure: np.ndarray) -> float:
-        """1 for no pressure at all, 0 for the solution."""
+        """Return the residual: 1 without pressure, 0 at the solution."""
         interference = problem.interference
         gap = self.convolution(pressure) - interference
         unmet = np.minimum(gap, self.convolution.coefficients[0, 0] * pressure)

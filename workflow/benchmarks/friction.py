@@ -1,19 +1,15 @@
-"""Friction paths measured: points per second of every way of drawing them, and the error of their correlation.
+"""Measure friction paths: points a second of every method, and the error of their autocorrelation.
 
-All in one process and one thread, by turns. Paths are judged by their sample autocorrelation about the known mean up to
-four correlation lengths, and by the Kolmogorov distance of their marginal, apart from the code that made them. What is
-set up once for a process is told as `setup_seconds`.
+One process, one thread, in turns. The sample autocorrelation about the known mean, up to four correlation lengths, and
+the Kolmogorov distance of the marginal judge the paths. What a process needs once is listed as `setup_seconds`.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 from scipy.special import betaincinv
@@ -22,39 +18,35 @@ from roughslip.friction.paths import METHODS, Paths, prepare
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import PIECE_NODES
 from roughslip.probability import BetaDistribution
-from workflow.benchmarks import measure
-from workflow.benchmarks.measure import Contender, Row, case, row
+from workflow.benchmarks.runner import make_row, race, report_rows, run_command, timed
+from workflow.evidence.rows import Row, case
 
-PACKAGES = ("numpy", "scipy", "numba")
 SEED = 20110914
 LENGTHS = 4  # correlation lengths up to which the autocorrelation is judged
-QUANTILES = 2000  # at which the marginal is: the distance is too small by 1 / 2000 at most
-POINTS_PER_SECOND = 1e7  # what the project promises of the default
+QUANTILES = 2000  # at which the marginal is judged; the distance is too small by 1 / 2000 at most
 
 
 @dataclass(frozen=True)
-class Campaign:
+class Sizes:
     """What is measured.
 
     shapes : of the Beta marginals
     nodes : of a correlation length
     lengths : correlation lengths of a path
     paths : sizes of the ensembles
-    quick : one turn each, to show that everything works
     """
 
     shapes: tuple[tuple[float, float], ...] = ((2.1, 5.0), (0.5, 0.5), (0.3, 3.0))
     nodes: int = 16
     lengths: int = 256
     paths: tuple[int, ...] = (20, 200, 2000)
-    quick: bool = False
 
 
-QUICK = Campaign(((2.1, 5.0),), 4, 16, (4, 16), True)
+QUICK = Sizes(((2.1, 5.0),), 4, 16, (4, 16))
 
 
 def ensemble(paths: Paths, nodes: int, count: int) -> np.ndarray:
-    """mu_S : (count, nodes) of the first so many realisations."""
+    """Return mu_S (count, nodes) of the first so many realisations."""
     found = np.empty((count, nodes))
     for number in range(count):
         pieces = paths.realisation([SEED, number])
@@ -63,7 +55,10 @@ def ensemble(paths: Paths, nodes: int, count: int) -> np.ndarray:
 
 
 def correlation_error(values: np.ndarray, nodes: int) -> float:
-    """Largest deviation of the autocorrelation of values : (paths, nodes) of unit variance from exp(-lag / nodes)."""
+    """Return the largest deviation of the autocorrelation of values (paths, nodes), of unit variance, from the model.
+
+    The model is exp(-lag / nodes).
+    """
     worst = 0.0
     for lag in range(LENGTHS * nodes + 1):
         found = np.einsum("ps,ps->", values[:, : values.shape[1] - lag], values[:, lag:])
@@ -72,80 +67,49 @@ def correlation_error(values: np.ndarray, nodes: int) -> float:
 
 
 def marginal_distance(values: np.ndarray, a: float, b: float) -> float:
-    """Kolmogorov distance of values of zero mean and unit variance from Beta(a, b), at QUANTILES of it."""
+    """Return the Kolmogorov distance, at QUANTILES, of values of zero mean and unit variance from Beta(a, b)."""
     probability = np.arange(1, QUANTILES) / QUANTILES
-    law = BetaDistribution(a, b, 0.0, 1.0)
-    ends = (betaincinv(a, b, probability) - law.mean) / law.standard_deviation
+    marginal = BetaDistribution(a, b, 0.0, 1.0)
+    ends = (betaincinv(a, b, probability) - marginal.mean) / marginal.standard_deviation
     shares = np.searchsorted(np.sort(values, axis=None), ends) / values.size
     return float(np.max(np.abs(shares - probability)))
 
 
-def drawn(campaign: Campaign) -> list[Row]:
-    """Time and error of ensembles of every size, by every method."""
-    rows: list[Row] = []
-    nodes = campaign.nodes * campaign.lengths
-    for a, b in campaign.shapes:
+def measure(quick: bool, _: bool) -> dict[str, object]:
+    """Return rows of ensembles of every size, by every method."""
+    sizes, rows = QUICK if quick else Sizes(), []
+    nodes = sizes.nodes * sizes.lengths
+    for a, b in sizes.shapes:
         process = FrictionProcess(BetaDistribution.of_moments(a, b, 0.0, 1.0), 1.0)
-        spacing = 1.0 / campaign.nodes
         prepared, setup = {}, {}
         for method in METHODS:
-            setup[method], prepared[method] = measure.timed(
-                partial(prepare, process, spacing, campaign.lengths, method)
-            )
-            ensemble(prepared[method], nodes, 1)  # what is compiled or planned at the first call
-        for count in campaign.paths:
-            calls, values = {}, {}
-            for method, paths in prepared.items():
-                call = partial(ensemble, paths, nodes, count)
-                seconds, values[method] = measure.timed(call)
-                calls[method] = Contender(call, seconds, 1 if campaign.quick else measure.turns(seconds))
-            times = measure.race(calls)
-            for method, found in values.items():
-                rows.append(
-                    row(
-                        case(a=a, b=b, nodes=campaign.nodes, lengths=campaign.lengths, paths=count),
-                        f"roughslip/{method}",
-                        correlation_error(found, campaign.nodes),
-                        times[method],
-                        found.size,
-                        marginal_distance=marginal_distance(found, a, b),
-                        told_error=prepared[method].correlation_error,
-                        setup_seconds=setup[method],
-                    )
-                )
-                last = rows[-1]
-                speed = last["work"] / last["seconds"]
-                measure.say(f"{last['case']} {last['method']}: {speed:.2e} points/s, {last['error']:.1e}")
-    return rows
+            call = partial(prepare, process, 1.0 / sizes.nodes, sizes.lengths, method)
+            setup[method], prepared[method] = timed(call)
+        for count in sizes.paths:
+            calls = {method: partial(ensemble, paths, nodes, count) for method, paths in prepared.items()}
+            seconds, results = race(calls, quick)
+            name = case(a=a, b=b, nodes=sizes.nodes, lengths=sizes.lengths, paths=count)
+            for method, found in results.items():
+                more = {
+                    "marginal_distance": marginal_distance(found, a, b),
+                    "stated_error": prepared[method].correlation_error,
+                    "setup_seconds": setup[method],
+                }
+                error = correlation_error(found, sizes.nodes)
+                rows.append(make_row(name, f"roughslip/{method}", error, seconds[method], found.size, **more))
+            report_rows(rows[-len(results) :])
+    return {"summary": points_per_second(rows), "rows": rows}
 
 
-def summary(rows: Sequence[Row]) -> dict[str, object]:
-    """Points per second of each method in its largest ensembles, at its slowest marginal, and the default's promise."""
+def points_per_second(rows: list[Row]) -> dict[str, float]:
+    """Return the speed of each method in its largest ensembles, at its slowest marginal."""
     most = max(row["work"] for row in rows)
-    speed = {
-        f"roughslip/{method}": min(
-            row["work"] / row["seconds"]
-            for row in rows
-            if row["work"] == most and row["method"] == f"roughslip/{method}"
-        )
-        for method in METHODS
-    }
-    return {
-        "points_per_second": speed,
-        "promised": POINTS_PER_SECOND,
-        "met": speed["roughslip/recursion"] >= POINTS_PER_SECOND,
-    }
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--output", type=Path, required=True, help="the JSON file")
-    parser.add_argument("--peers", action="store_true", help="no public generator takes part")
-    parser.add_argument("--quick", action="store_true", help="tiny ensembles, one turn each")
-    rows = drawn(QUICK if (arguments := parser.parse_args()).quick else Campaign())
-    head = {"machine": measure.machine(), "versions": measure.versions(PACKAGES), "checks": {}}
-    measure.write(arguments.output, {**head, "summary": summary(rows), "rows": rows})
+    speeds: dict[str, float] = {}
+    for row in rows:
+        if row["work"] == most:
+            speeds[row["method"]] = min(row["work"] / row["seconds"], speeds.get(row["method"], math.inf))
+    return speeds
 
 
 if __name__ == "__main__":
-    main()
+    run_command(__doc__, measure)

@@ -1,7 +1,7 @@
-"""Slip phases of the oscillator benchmark by diffrax, compiled for the CPU: many at a time, as it is meant to be used.
+"""Slip phases of the oscillator benchmark by diffrax, compiled for the CPU and vectorised over many slips.
 
-A call solves LANES slips from one start, vectorised, in one thread, until an event at X' = V that its root finder
-locates. Steps do not end at the nodes of a path, of which diffrax does not know.
+A call solves LANES slips from one start in one thread, until an event at X' = V that its root finder locates. Steps do
+not end at the nodes of a path, because diffrax has no input for them.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from roughslip.oscillator.system import Oscillator
 
 SOLVERS = ("Tsit5", "Dopri8")
 LANES = 256
-OFF = 1e-3  # of a unit of tau: a Taylor step leaves the belt, where the event would be met
+OFF = 1e-3  # of tau: a Taylor step leaves the belt, where the event would occur at once
 LONGEST, MOST_STEPS = 9.0, 100_000
 SINGLE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 
 
 def taylor_start(start: float, V: float) -> tuple[float, float, float]:
-    """X, X' and slipped distance OFF after a departure at X = start, where X'' is zero and falls as V."""
+    """Return X, X' and slipped distance at tau = OFF after a departure at X = start, where X'' = 0 and X''' = -V."""
     return start + V * OFF - V * OFF**3 / 6, V - V * OFF**2 / 2, V * OFF**3 / 6
 
 
 @cache
 def _modules() -> tuple[Any, Any, Any]:
-    """jax in double precision and one thread, diffrax and optimistix; the environment is read at the first import."""
+    """Import jax in double precision and one thread, diffrax and optimistix; the first import reads the environment."""
     os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {SINGLE_THREAD}".strip()
     import diffrax
     import jax
@@ -45,7 +45,7 @@ def slips_by_diffrax(
     oscillator: Oscillator, law: StribeckLaw, path: np.ndarray | None, spacing: float, start: float, solver: str,
     lanes: int = LANES,
 ) -> Callable[[float], tuple[float, int, int]]:  # fmt: skip
-    """A call that gives X at the reattachment to a tolerance, evaluations of all slips, and how many were solved."""
+    """Return a function of the tolerance: X at the reattachment, evaluations of all slips, and their number."""
     jax, diffrax, optimistix = _modules()
     F, V, D, omega = oscillator.F, oscillator.V, oscillator.damping_ratio, oscillator.natural_frequency_rad_per_s
     fit, decay, quadratic, rest = law.fit, law.decay_s_per_m, law.quadratic_s2_per_m2, law.static

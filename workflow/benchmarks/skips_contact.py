@@ -1,8 +1,10 @@
-"""What contact solves leave out, beside solves that do it all."""
+"""What contact solves skip, and the same problems with everything computed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from ducc0 import fft
@@ -16,26 +18,47 @@ from roughslip.grid import Grid
 from roughslip.stages.runtime import skip_reasons
 from workflow.benchmarks import contact_problem
 from workflow.benchmarks.contact_problem import MODULUS, square, surface
-from workflow.benchmarks.skips_problem import Call, Skip
 
 TOLERANCE = 1e-10
 ROUNDING = 1e-12
 LEAST_EIGENVALUE = 0.5  # of B over B_00, on square cells; contact/periodic.py
-ROWS = "transforms of rows: zeros beyond the mesh"  # in every product, of which costs.json tells the number
+ROWS = "transforms of rows: zeros beyond the mesh"  # in every product; costs.json counts products
 LEVELS = tuple(range(10, 100, 10))
+STRIP_CELL = 2.5e-6  # m
+
+Call = Callable[[], tuple[Any, int]]  # the result, and its natural count of work
+
+
+@dataclass(frozen=True)
+class Skip:
+    """Work that the code skips.
+
+    reason : what is skipped and why, as costs.json counts it
+    problem : what both solve, without blanks
+    tolerance : of the difference; 0 if the result is the same to the bit
+    skipping, plain : the problem as the code solves it, and with everything computed
+    difference : of the two results, relative
+    """
+
+    reason: str
+    problem: str
+    tolerance: float
+    skipping: Call
+    plain: Call
+    difference: Callable[[Any, Any], float]
 
 
 def within_residual(influence: Influence) -> float:
-    """By how much B_00 ||p|| / ||max(u_bar, 0)|| may differ where two residuals are at most TOLERANCE.
+    """Return by how much B_00 ||p|| / ||max(u_bar, 0)|| may differ if both residuals are at most TOLERANCE.
 
-    Of w = M p - q, M = B / B_00: ||p - p*|| <= (1 + ||M||) / lambda ||min(w, p)|| with the least eigenvalue lambda (R.
-    Mathias & J.-S. Pang, Linear Algebra Appl. 132 (1990) 123).
+    With w = M p - q, M = B / B_00, and the least eigenvalue lambda of M: ||p - p*|| <= (1 + ||M||) / lambda
+    ||min(w, p)|| (R. Mathias & J.-S. Pang, Linear Algebra Appl. 132 (1990) 123).
     """
     return 2 * TOLERANCE * (1 + influence.largest_eigenvalue / influence.diagonal) / LEAST_EIGENVALUE
 
 
 def apart(influence: Influence, interference: np.ndarray) -> Callable[[np.ndarray, np.ndarray], float]:
-    """B_00 ||p - p'|| / ||max(u_bar, 0)||, or of no contact whether p = p' bit by bit."""
+    """Return B_00 ||p - p'|| / ||max(u_bar, 0)|| as a function; without contact, the number of different pressures."""
     reach = float(np.linalg.norm(np.maximum(interference, 0.0)))
 
     def difference(one: np.ndarray, other: np.ndarray) -> float:
@@ -47,7 +70,7 @@ def apart(influence: Influence, interference: np.ndarray) -> Callable[[np.ndarra
 
 
 def solved(influence: Influence, interference: np.ndarray) -> Call:
-    """The code's own solve."""
+    """Return the code's own solve."""
 
     def call() -> tuple[np.ndarray, int]:
         found = solve(influence, interference, TOLERANCE)
@@ -59,7 +82,7 @@ def solved(influence: Influence, interference: np.ndarray) -> Call:
 def iterated(
     influence: Influence, interference: np.ndarray, start: Callable[[Problem], np.ndarray | None] = lambda _: None
 ) -> Call:
-    """Conjugate gradients on every node of the mesh."""
+    """Return a solve by conjugate gradients on every node of the mesh."""
 
     def call() -> tuple[np.ndarray, int]:
         problem = Problem(influence, interference)
@@ -69,13 +92,13 @@ def iterated(
     return call
 
 
-def skips(n: int, nx: int) -> Iterator[Skip]:
-    """Every skip of contact, on squares of n x n nodes or less, and a strip of nx x 10."""
+def contact_skips(n: int, nx: int) -> Iterator[Skip]:
+    """Yield every skip of contact, on squares of n x n nodes or less, and on a strip of nx x 10 nodes."""
     influence, rough = Influence(square(n), MODULUS), surface("gauss", square(n))
     yield from _without_contact(influence, rough)
     yield _below_the_plane()
     yield _cropped(influence)
-    yield _swept(Grid(nx, 10, contact_problem.STRIP.dx, contact_problem.STRIP.dy))
+    yield _swept(Grid(nx, 10, STRIP_CELL, STRIP_CELL))
     u_bar = rough - np.median(rough)
     yield Skip(
         skip_reasons.NESTED,
@@ -89,7 +112,7 @@ def skips(n: int, nx: int) -> Iterator[Skip]:
 
 
 def _without_contact(influence: Influence, rough: np.ndarray) -> Iterator[Skip]:
-    """Plain: the gap of no pressure, which any iteration begins with, and finds that it is not negative anywhere."""
+    """Plain: the gap without pressure, where any iteration starts; it is nowhere negative."""
     u_bar = rough - 1.5 * rough.max()
     product = contact_problem.Convolution(influence.grid, MODULUS)
 
@@ -104,7 +127,7 @@ def _without_contact(influence: Influence, rough: np.ndarray) -> Iterator[Skip]:
 
 
 def _below_the_plane() -> Skip:
-    """Plain: block pivoting over all nodes of the paper's square of 10 x 10."""
+    """Plain: block pivoting on all nodes of the paper's square of 10 x 10."""
     grid = square(10)
     influence, rough = Influence(grid, MODULUS), surface("white", grid)
     u_bar = rough - np.median(rough)
@@ -122,7 +145,7 @@ def _below_the_plane() -> Skip:
 
 
 def _cropped(influence: Influence) -> Skip:
-    """A paraboloid that reaches the plane on a disc of a fifth of the edge in radius. Work: products times nodes."""
+    """A paraboloid in contact on a disc of radius edge / 5. Work: products times nodes."""
     n = influence.grid.nx
     x = (np.arange(n) - n // 2) / n
     u_bar = 1e-6 * ((1 / 5) ** 2 - x[:, None] ** 2 - x**2)
@@ -141,7 +164,7 @@ def _cropped(influence: Influence) -> Skip:
 
 
 def _swept(grid: Grid) -> Skip:
-    """Nine penetrations, each starting from those above; plain: each from nothing."""
+    """Nine penetrations, each starting from those above; plain: each starting from zero pressure."""
     influence, rough = Influence(grid, MODULUS), surface("white", grid)
     planes = [float(np.percentile(rough, 100 - level)) for level in LEVELS]
 
@@ -164,7 +187,7 @@ def _swept(grid: Grid) -> Skip:
 
 
 def _transforms(n: int) -> Iterator[Skip]:
-    """One product u = B p; plain: transforms of the whole torus along both axes."""
+    """One product u = B p; plain: transforms of the whole torus on both axes."""
     grid = square(n)
     influence = Influence(grid, MODULUS)
     torus = (fast_length(2 * n - 1), fast_length(2 * n - 1))

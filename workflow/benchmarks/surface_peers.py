@@ -1,6 +1,6 @@
-"""Other ways to modes and samples: LAPACK on the whole covariance matrix, and the two generators of GSTools.
+"""Generators of samples, ours and the two of GSTools as documented, and modes by LAPACK on the whole matrix.
 
-Each as its documentation says. A sampler is made once for a mesh; a sample is what is timed.
+A sampler is set up once for a mesh; a sample is timed.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from roughslip.surface.embedding import embed
 from workflow.benchmarks.surface_problem import Lags
 
 SEED = 20260
-PERIOD = 1.5  # of the Fourier method over the edge: no image nearer than half an edge
+PERIOD = 1.5  # period of the Fourier method over the edge; images are at least half an edge away
 
 
 class Sampler(Protocol):
     """Samples of one field on one mesh."""
 
     def sample(self, number: int) -> np.ndarray:
-        """z : (nx, ny) of the sample of that number."""
+        """Return heights (nx, ny) of the sample of that number."""
 
     def ensemble(self, lags: Lags) -> np.ndarray:
-        """(lags,) covariance that the mean over all samples tends to."""
+        """Return the covariance (lags,) that the mean over all samples converges to."""
 
 
 class Embedded:
-    """Ours: circulant embedding. Its covariance is the transform of the squared root."""
+    """Circulant embedding, ours. Its covariance is the transform of the squared root."""
 
     def __init__(self, covariance: Covariance, grid: Grid, setting: int = 0) -> None:
         self.embedding = embed(covariance, grid)
@@ -44,9 +44,9 @@ class Embedded:
 
 
 class Randomization:
-    """GSTools' randomization: `setting` plane waves whose wave vectors are drawn from the spectrum, new ones a sample.
+    """GSTools' randomization: `setting` plane waves of random wave vectors from the spectrum, redrawn for each sample.
 
-    F. Hesse et al., Environ. Model. Softw. 55 (2014) 32. Its ensemble has the covariance asked for; one sample has that
+    F. Hesse et al., Environ. Model. Softw. 55 (2014) 32. Its ensemble has the model's covariance; one sample has that
     of its few waves.
     """
 
@@ -65,7 +65,7 @@ class Randomization:
 class Fourier(Randomization):
     """GSTools' Fourier method: plane waves at `setting` x `setting` equidistant wave vectors, summed at every node.
 
-    The torus is PERIOD edges long. What it leaves out, waves beyond the last one and between two, is a fixed error.
+    The period is PERIOD edges. Waves beyond the last one and between two are missing, which is a systematic error.
     """
 
     def __init__(self, covariance: Covariance, grid: Grid, setting: int) -> None:
@@ -81,9 +81,9 @@ class Fourier(Randomization):
 def covariance_of_waves(
     covariance: Covariance, periods: tuple[float, float], waves: int, x: np.ndarray, y: np.ndarray
 ) -> np.ndarray:
-    """(lags,) sum_k S(k) dk / (2 pi)^2 cos(k . l) over waves x waves equidistant wave vectors, from -waves / 2 on.
+    """Return sum_k S(k) dk / (2 pi)^2 cos(k . l) (lags,) over equidistant wave vectors, from -waves / 2 on each axis.
 
-    From our spectrum: of the Fourier method's own numbers nothing enters.
+    It uses our spectrum and no number of the Fourier method.
     """
     steps = [2 * np.pi / period for period in periods]
     kx, ky = (step * np.arange(-(waves // 2), waves // 2) for step in steps)
@@ -93,7 +93,7 @@ def covariance_of_waves(
 
 
 def _field(covariance: Covariance, **generator: object) -> object:
-    """The field in GSTools, on one thread; its length scale with `rescale` 1 is our 1/e length."""
+    """Return the field in GSTools, on one thread; with `rescale` 1 its length scale is our 1/e length."""
     import gstools
 
     gstools.config.NUM_THREADS = 1
@@ -109,7 +109,7 @@ SAMPLERS: dict[str, Callable[[Covariance, Grid, int], Sampler]] = {
 
 
 def dense_modes(covariance: Covariance, grid: Grid, order: int) -> np.ndarray:
-    """(order,) largest eigenvalues, descending, with their vectors, which are dropped: the whole matrix, by LAPACK."""
+    """Return the largest eigenvalues (order,), descending, by LAPACK on the whole matrix; vectors are computed too."""
     x, y = (axis.ravel() for axis in np.meshgrid(grid.x(), grid.y(), indexing="ij"))
     matrix = covariance(np.subtract.outer(x, x), np.subtract.outer(y, y))
     values, _ = scipy.linalg.eigh(matrix, subset_by_index=[grid.size - order, grid.size - 1], overwrite_a=True)

@@ -1,6 +1,6 @@
-"""The fields of the benchmark, and judges of their modes and samples that share no code with the solvers.
+"""Covariances of the benchmark, and judges of modes and samples that share no code with the solvers.
 
-Heights are in units of Sq and lengths in units of the edge of the mesh: neither changes a time or an error.
+The unit of height is Sq and that of length the edge of the mesh; neither changes a time or an error.
 """
 
 from __future__ import annotations
@@ -17,20 +17,19 @@ from roughslip.surface.karhunen_loeve import KarhunenLoeve
 
 LENGTH = 0.1
 LAY = 0.5
-LAGS = 0.3  # RMS errors are over lags up to three correlation lengths on each axis
-LAGS_A_SIDE = 32  # lags on an edge: the same ones on every mesh
+LAGS = 0.3  # RMS errors include lags up to three correlation lengths on each axis
+LAGS_A_SIDE = 32  # lags on an edge, the same on every mesh
 
-SEPARABLE = ("gaussian", "separable_exponential")
-OTHERS = ("exponential", "matern", "rotated", "self_affine")
+COVARIANCES = ("gaussian", "separable_exponential", "exponential", "matern", "rotated", "self_affine")
 
 
 def square(n: int) -> Grid:
-    """The mesh of n x n cells."""
+    """Return the mesh of n x n cells."""
     return Grid(n, n, 1 / n, 1 / n)
 
 
 def covariance_of(name: str, grid: Grid) -> Covariance:
-    """The field of that name; the waves of the self-affine one end where those of the mesh do."""
+    """Return the covariance of that name; the self-affine spectrum ends at the shortest waves of the mesh."""
     if name == "matern":
         return Covariance("matern", 1.0, LENGTH, smoothness=1.5)
     if name == "rotated":
@@ -40,31 +39,8 @@ def covariance_of(name: str, grid: Grid) -> Covariance:
     return Covariance(name, 1.0, LENGTH)  # type: ignore[arg-type]
 
 
-@dataclass(frozen=True)
-class General:
-    """A covariance that does not say that it is separable: for it the general method is taken."""
-
-    covariance: StationaryCovariance
-    separable: bool = False
-
-    @property
-    def rms_height_m(self) -> float:
-        return self.covariance.rms_height_m
-
-    @property
-    def mirror_symmetric(self) -> bool:
-        return self.covariance.mirror_symmetric
-
-    @property
-    def reach_m(self) -> tuple[float, float]:
-        return self.covariance.reach_m
-
-    def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
-        return self.covariance(x, y)
-
-
 class Convolution:
-    """C z for the covariance matrix C of the nodes: every lag evaluated, transforms padded to twice the mesh."""
+    """C z for the covariance matrix C of the nodes, by transforms padded to twice the mesh."""
 
     def __init__(self, covariance: StationaryCovariance, grid: Grid) -> None:
         self.shape, self.padded = grid.shape, (2 * grid.nx, 2 * grid.ny)
@@ -74,13 +50,13 @@ class Convolution:
         self.symbol = fft.rfft2(lags)
 
     def __call__(self, field: np.ndarray) -> np.ndarray:
-        """(nx, ny) of a field (nx, ny)."""
+        """Return C z (nx, ny) of a field z (nx, ny)."""
         nx, ny = self.shape
         return fft.irfft2(fft.rfft2(field, self.padded) * self.symbol, self.padded)[:nx, :ny]
 
 
 def residual(covariance: StationaryCovariance, found: KarhunenLoeve) -> float:
-    """Largest |C phi - lambda phi| / lambda_1 of the modes, with phi of unit norm."""
+    """Return the largest |C phi - lambda phi| / lambda_1 of the modes, with phi of unit norm."""
     product, worst = Convolution(covariance, found.grid), 0.0
     for eigenvalue, mode in zip(found.eigenvalues, found.modes, strict=True):
         difference = np.linalg.norm(product(mode) - eigenvalue * mode) / np.linalg.norm(mode)
@@ -90,7 +66,7 @@ def residual(covariance: StationaryCovariance, found: KarhunenLoeve) -> float:
 
 @dataclass(frozen=True)
 class Lags:
-    """The lags at which sample covariances are compared: a half plane, since C(-l) = C(l).
+    """Lags at which sample covariances are compared: a half plane, because C(-l) = C(l).
 
     grid : the mesh
     i, j : (lags,) in nodes, i >= 0, j of both signs
@@ -110,21 +86,21 @@ class Lags:
 
     @property
     def x(self) -> np.ndarray:
-        """(lags,) along x."""
+        """Lags (lags,) along x."""
         return self.i * self.grid.dx
 
     @property
     def y(self) -> np.ndarray:
-        """(lags,) along y."""
+        """Lags (lags,) along y."""
         return self.j * self.grid.dy
 
     @property
     def pairs(self) -> np.ndarray:
-        """(lags,) pairs of nodes that far apart."""
+        """Number (lags,) of pairs of nodes at each lag."""
         return (self.grid.nx - self.i) * (self.grid.ny - np.abs(self.j))
 
     def covariance(self, heights: np.ndarray) -> np.ndarray:
-        """(lags,) mean of z(x) z(x + l) over the pairs of one sample : (nx, ny), whose mean is known to be zero."""
+        """Return the mean (lags,) of z(x) z(x + l) over the pairs of one sample (nx, ny) of zero mean."""
         padded = tuple(
             fft.next_fast_len(int(n + lag.max()), real=True)
             for n, lag in zip(heights.shape, (self.i, self.j), strict=True)
@@ -133,10 +109,10 @@ class Lags:
         return sums[self.i, self.j] / self.pairs
 
     def floor(self, covariance: StationaryCovariance) -> float:
-        """RMS error over the lags of the covariance of one exact sample; of N samples it is less by sqrt(N).
+        """Return the RMS error over the lags of the covariance of one exact sample; N samples divide it by sqrt(N).
 
-        Var C^(l) = P^-2 sum_d w(d) (C(d)^2 + C(d + l) C(d - l)) over the differences d of the P pairs, w(d) of them
-        each, for a Gaussian field (M. S. Bartlett, J. R. Stat. Soc. Suppl. 8, 1946, 27).
+        Var C^(l) = P^-2 sum_d w(d) (C(d)^2 + C(d + l) C(d - l)) over the differences d of the P pairs, each w(d)
+        times, for a Gaussian field (M. S. Bartlett, J. R. Stat. Soc. Suppl. 8, 1946, 27).
         """
         reach = self.grid.nx - 1 + int(self.i.max()), self.grid.ny - 1 + int(self.j.max())
         x, y = (np.arange(-r, r + 1) * d for r, d in zip(reach, (self.grid.dx, self.grid.dy), strict=True))
@@ -156,5 +132,5 @@ class Lags:
 
 
 def root_mean_square(difference: np.ndarray) -> float:
-    """Over all entries."""
+    """Return the root mean square over all entries."""
     return math.sqrt(float(np.mean(difference**2)))

@@ -1,4 +1,4 @@
-"""Key files of benchmarks and stress campaigns: their code, the code that they measure or use, the locked packages."""
+"""Key files of benchmarks and stress campaigns: their code, the code that they use, and the locked packages."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 from roughslip.source_hash import absolute_imports, closure
 from workflow.keys.closure import code_hash
 from workflow.keys.key_files import write_key
-from workflow.keys.reference_batches import SURFACES, reference_file
+from workflow.keys.monte_carlo_batches import SURFACES, reference_file
 
-# By benchmark the kept files of a scene that its errors come from. Its costs.json is not among them: times, which two
-# benchmarks set beside their own, differ from run to run.
+# By benchmark the kept files of a scene from which its errors follow. Its costs.json is not among them, because run
+# times differ from run to run.
 KEPT = {
     "chaos": {"reference": "pressure.nc"},
     "chain": {"reference": "pressure.nc", "summary": "summary.csv"},
@@ -21,15 +21,15 @@ KEPT = {
 
 
 def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: object) -> str:
-    """Path of the key file of the module workflow.<kind>.<name>, written anew where it changed.
+    """Write the key file of the module workflow.<kind>.<name> if it changed, and return its path.
 
     kind : "benchmarks" or "stress"
     root : the project's folder
-    lock : the lock file of the environment that it runs in
+    lock : the lock file of the environment in which it runs
     configuration : what else its results depend on
 
-    Every key has a folder of its own: of a folder that is there when a run begins Snakemake holds files that come later
-    for missing.
+    Every key has its own folder: in a folder that exists when a run begins, Snakemake takes files that are written
+    later for missing ones.
     """
     module, path = f"workflow.{kind}.{name}", f"results/{kind}/keys/{name}/key.json"
     package = {imported: code_hash(imported, root / "src", lock) for imported in _of_the_package(module, root)}
@@ -37,7 +37,7 @@ def evidence_key(kind: str, name: str, root: Path, lock: Path, **configuration: 
 
 
 def measured_scenes(stage: str, scenes: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """What a benchmark depends on besides: KEPT of the scenes that have a reference, and these scenes."""
+    """Return what else a benchmark depends on: the scenes with a reference, and hashes of their files in KEPT."""
     if stage not in KEPT:
         return {}
     found = {name: {"scene": scenes[name]} for name in SURFACES if name in scenes}
@@ -49,7 +49,7 @@ def measured_scenes(stage: str, scenes: dict[str, dict[str, Any]]) -> dict[str, 
 
 
 def _of_the_package(module: str, root: Path) -> list[str]:
-    """Modules of roughslip that the module imports, also as `from package import module`; each hash covers the rest."""
+    """Return the modules of roughslip that a module imports; the hash of each covers its own imports."""
     files = closure(module, root)
     modules = [".".join(file.relative_to(root).with_suffix("").parts) for file in files]
     found = set()
@@ -66,6 +66,6 @@ def _is_module(name: str, root: Path) -> bool:
 
 
 def kept_evidence(name: str = "") -> list[str]:
-    """Files of benchmarks and stress that git keeps, or that of one benchmark."""
+    """Return the files of benchmarks and stress that git keeps, or that of one benchmark."""
     found = sorted(Path("results/reference/evidence").glob(f"{name or '*'}.json"))
     return [file.as_posix() for file in found]

@@ -1,9 +1,9 @@
-# What shows how fast and how sure the solvers are. None of it is part of a scene.
+# Benchmarks and stress campaigns of the solvers. They are no part of a scene.
 # In:  the code alone.
-# Out: results/benchmarks/<stage>.json|png|svg. `--config peers=true` measures beside public solvers, which must be
-#      installed (`make benchmark PEERS=1`), `--config quick=true` on tiny meshes, to show in seconds that all works.
-#      results/stress/<stage>.json, and all of them in results/stress.json; a failure of any problem fails the job, and
-#      its log tells which. `--config seed=today` for other problems, `--config problems=100` for fewer.
+# Out: results/benchmarks/<stage>.json|png|svg. `--config peers=true` includes public solvers, which must be installed
+#      (`make benchmark PEERS=1`). `--config quick=true` measures small problems, a check that takes minutes.
+#      results/stress/<stage>.json, and all of them in results/stress.json. The failure of a problem fails the job, and
+#      its log names the problem. `--config seed=today` draws other problems, `--config problems=100` fewer.
 import itertools
 
 from workflow.keys.evidence_keys import evidence_key, kept_evidence, measured_scenes
@@ -51,7 +51,7 @@ for stage in BENCHMARKS:
         name:
             f"benchmark_{stage}_figure"
         input:
-            key=lambda wildcards, stage=stage: evidence_key("benchmarks", f"{stage}_figure", ROOT, LOCK),
+            key=lambda wildcards, stage=stage: evidence_key("benchmarks", "plot", ROOT, LOCK),
             result=f"results/benchmarks/{stage}.json",
         output:
             png=f"results/benchmarks/{stage}.png",
@@ -62,17 +62,15 @@ for stage in BENCHMARKS:
         threads: 1
         resources:
             mem_mb=EVIDENCE_MB,
-        params:
-            module=f"{stage}_figure",
         shell:
             EVIDENCE
-            + " benchmarks.{params.module} --benchmark {input.result:q} --output {output.png:q} {output.svg:q}"
+            + " benchmarks.plot --benchmark {input.result:q} --output {output.png:q} {output.svg:q}"
             " --usage {output.usage:q} 2> {log:q}"
 
 
 rule evidence_drawn:
     input:
-        key=lambda wildcards: evidence_key("benchmarks", f"{wildcards.stage}_figure", ROOT, LOCK),
+        key=lambda wildcards: evidence_key("benchmarks", "plot", ROOT, LOCK),
         result=lambda wildcards: kept_evidence(wildcards.stage),
     output:
         png="results/evidence/{stage}.png",
@@ -85,7 +83,7 @@ rule evidence_drawn:
     resources:
         mem_mb=EVIDENCE_MB,
     shell:
-        EVIDENCE + " benchmarks.{wildcards.stage}_figure --benchmark {input.result:q} --output {output.png:q}"
+        EVIDENCE + " benchmarks.plot --benchmark {input.result:q} --output {output.png:q}"
         " --usage {output.usage:q} 2> {log:q}"
 
 

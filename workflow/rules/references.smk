@@ -1,10 +1,10 @@
 # Monte Carlo references of the pressure at the centre and of the friction of windows, which git keeps; a run of the
 # study never makes them.
-# In:  key files without a hash of the code (workflow/keys/reference_batches.py says why).
+# In:  key files without a hash of the code (workflow/keys/monte_carlo_batches.py says why).
 # Out: results/<scene>/<kind>_solves/<first>-<last>.nc, results/reference/<scene>/<kind>.nc. `make reference` makes it
 #      where it is missing, as `--config reference_surfaces=40000 reference_strips=1000` of fewer samples. An interrupted
 #      run is resumed, and batches made elsewhere count, if they are younger than their key.
-from workflow.keys.reference_batches import SAMPLES, missing, solves, solves_key
+from workflow.keys.monte_carlo_batches import SAMPLES, missing, solves, solves_key
 
 FEWER = {"pressure": "reference_surfaces", "friction": "reference_strips"}
 REFERENCE_SAMPLES = {kind: options[option] for kind, option in FEWER.items()}
@@ -29,7 +29,7 @@ for kind in SAMPLES:
         params:
             kind=kind,
         shell:
-            EVIDENCE + " references.{params.kind}_solves --key {input.key:q} --first {wildcards.first}"
+            EVIDENCE + " monte_carlo.{params.kind} solve --key {input.key:q} --first {wildcards.first}"
             " --last {wildcards.last} --output {output.result:q} 2> {log:q}"
 
     rule:
@@ -51,4 +51,4 @@ for kind in SAMPLES:
             kind=kind,
         shell:
             EVIDENCE
-            + " references.{params.kind} --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"
+            + " monte_carlo.{params.kind} gather --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"

@@ -15,7 +15,7 @@ from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load, scene_names
 from workflow.keys.key_files import is_dry_run, key_input, write_key
-from workflow.keys.reference_batches import SAMPLES
+from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
 
 # A scene is a target of its own name, as these are already.

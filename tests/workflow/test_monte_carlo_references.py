@@ -1,4 +1,4 @@
-"""The reference of the centre's pressure: its errors by plain sums, the kept files, what makes them anew."""
+"""Monte Carlo references: their standard errors by plain sums, the kept files, and what makes them again."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ import pytest
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.scene.loader import load
-from workflow.keys.reference_batches import STRIPS, SURFACES, reference_file, solves, solves_key
-from workflow.references import control, friction, friction_solves, pressure, pressure_solves
+from workflow.keys.monte_carlo_batches import STRIPS, SURFACES, reference_file, solves, solves_key
+from workflow.monte_carlo import friction, pressure
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# Of the first 300 surfaces that the kept reference of `paper` was made of: contacts, mean pressures [Pa].
+# The first 300 surfaces of the kept reference of `paper`: contacts, mean pressures [Pa].
 CONTACTS = [116, 185, 251]
 MEANS = [8.089286e6, 1.568353e7, 2.378430e7]
-# Of the first strip of the reference of friction of `resolved`, over its windows: area [m2], force [N].
+# The first strip of the friction reference of `resolved`, summed over its windows: area [m2], force [N].
 AREAS = [3.38609375e-08, 2.27795313e-07, 4.955e-07]
 FORCES = [24.8589997, 179.103733, 444.411693]
 
@@ -34,23 +34,23 @@ def scene(name):
 
 
 def clustered(generator, surfaces):
-    """Four alike but dependent pressures a surface, about a third of them positive."""
+    """Four dependent pressures a surface with one distribution, about a third of them positive."""
     common = generator.standard_normal((surfaces, 1))
     return np.maximum(common + generator.standard_normal((surfaces, 4)) - 0.6, 0.0)
 
 
 def test_shares_and_their_errors_are_those_of_the_means_of_surfaces():
     values = clustered(np.random.default_rng(1), 300)
-    levels = pressure.levels_of(values)
-    share, error = pressure.cumulative(values, levels)
+    levels = pressure.choose_levels(values)
+    share, error = pressure.cumulative_shares(values, levels)
     means = np.array([np.mean(values <= level, axis=1) for level in levels])
     np.testing.assert_allclose(share, means.mean(axis=1), rtol=1e-13)
     np.testing.assert_allclose(error, means.std(axis=1, ddof=1) / math.sqrt(300), atol=1e-12)
-    assert pressure.mean_and_error(values)[1] == pytest.approx(values.mean(axis=1).std(ddof=1) / math.sqrt(300))
+    assert pressure.clustered_mean(values)[1] == pytest.approx(values.mean(axis=1).std(ddof=1) / math.sqrt(300))
 
 
 def test_errors_of_quantiles_are_those_seen_in_many_references():
-    """400 references of 400 surfaces: their scatter is known to 3.5 %."""
+    """The scatter of 400 references of 400 surfaces is known to 3.5 %."""
     generator, probabilities = np.random.default_rng(2), np.array([0.25, 0.5, 0.9])
     found = [pressure.quantiles_given_contact(clustered(generator, 400), probabilities) for _ in range(400)]
     values, errors = (np.array(part) for part in zip(*found, strict=True))
@@ -59,25 +59,27 @@ def test_errors_of_quantiles_are_those_seen_in_many_references():
 
 def test_independent_nodes_give_binomial_errors():
     values = np.maximum(np.random.default_rng(3).standard_normal((20_000, 4)), 0.0)
-    kept = pressure.gathered(values[:, None, :], np.array([50.0]))
+    kept = pressure.describe_pressure(values[:, None, :], np.array([50.0]))
     error = float(kept["contact_probability_standard_error"].values[0])
     assert error == pytest.approx(math.sqrt(0.25 / 80_000), rel=0.02)
 
 
 def test_a_reference_without_contact_is_refused():
     with pytest.raises(InputError, match="contact at every penetration"):
-        pressure.gathered(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1), np.array([20.0, 50.0]))
+        pressure.describe_pressure(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1), np.array([20.0, 50.0]))
 
 
-def test_a_mean_under_control_is_unbiased_and_has_the_error_that_it_tells():
-    """p = c + e with var e = 0.1 var c: the variance falls to 1/11, and by that of E c. 2000 means of 200 pairs scatter
-    by 1.6 % of their standard deviation; a bias of three standard errors would show."""
+def test_a_controlled_mean_is_unbiased_and_its_standard_error_is_right():
+    """p = c + e with var e = 0.1 var c: the variance falls to 1/11, plus that of E c.
+
+    The standard deviation of 2000 means of 200 pairs is known to 1.6 %; a bias of three standard errors would show.
+    """
     generator, expected = np.random.default_rng(8), 0.02
     found = []
     for _ in range(2000):
         c = generator.standard_normal(200)
         p = 5.0 + c + math.sqrt(0.1) * generator.standard_normal(200)
-        found.append(control.controlled_mean(p, c, expected * generator.standard_normal(16)))
+        found.append(pressure.controlled_mean(p, c, expected * generator.standard_normal(16)))
     mean, error = np.array(found).T
     scatter = math.sqrt(0.1 / 200 + expected**2 / 16)
     assert abs(mean.mean() - 5.0) < 3 * scatter / math.sqrt(2000)
@@ -87,7 +89,7 @@ def test_a_mean_under_control_is_unbiased_and_has_the_error_that_it_tells():
 
 def test_too_few_surfaces_for_a_control_are_refused():
     with pytest.raises(InputError, match="gather 20000 at least"):
-        control.controlled_means(scene("paper"), np.ones((19_999, 1, 4)), np.ones((19_999, 1, 4)))
+        pressure.controlled_means(scene("paper"), np.ones((19_999, 1, 4)), np.ones((19_999, 1, 4)))
 
 
 # The kept files.
@@ -99,7 +101,7 @@ def kept(request):
 
 
 def test_the_kept_distribution_is_one(kept):
-    assert list(kept["percentile"]) == list(pressure_solves.PERCENTILES)
+    assert list(kept["percentile"]) == list(pressure.PERCENTILES)
     assert int(kept["nodes"]) == 4
     for row in range(3):
         level, share = kept["level"][row], kept["cumulative"][row]
@@ -116,7 +118,7 @@ def test_the_kept_distribution_is_one(kept):
 
 
 def test_the_kept_numbers_follow_from_the_kept_distribution(kept):
-    """E p = int (1 - F) dp; quantiles given contact where F says, to a fifth of a step of the table."""
+    """E p = int (1 - F) dp; quantiles given contact agree with F to a fifth of a step of the table."""
     for row in range(3):
         level, share = kept["level"][row], kept["cumulative"][row]
         mean = float(np.sum(np.diff(level) * (1 - 0.5 * (share[1:] + share[:-1]))))
@@ -126,9 +128,9 @@ def test_the_kept_numbers_follow_from_the_kept_distribution(kept):
         np.testing.assert_allclose((at - share[0]) / contact, kept["probability"], atol=5e-4)
 
 
-def test_the_kept_mean_under_control_is_the_same_and_better_known(kept):
-    """What control takes off is the part that the expansion follows, so the two means differ by the root of what their
-    variances do: by chance three such deviations in one of 370, and here are six."""
+def test_the_kept_controlled_mean_is_the_same_and_better_known(kept):
+    """The variance of the difference of both means is the difference of their variances, because the control variate
+    removes the part that the expansion follows. Three standard deviations occur by chance in one of 370."""
     plain, error = kept["mean_pressure"], kept["mean_pressure_standard_error"]
     better, rest = kept["controlled_mean_pressure"], kept["controlled_mean_pressure_standard_error"]
     assert np.all(np.abs(better - plain) < 3 * np.sqrt(error**2 - rest**2))
@@ -138,7 +140,7 @@ def test_the_kept_mean_under_control_is_the_same_and_better_known(kept):
 def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
     """Var = F (1 - F) / n (1 + 3 rho) / 4 with a correlation rho of the four nodes, here between -0.08 and 1.
 
-    Below zero where the heights are independent, since a node in contact presses its neighbours down.
+    The correlation is negative where heights are independent, because a node in contact presses its neighbours down.
     """
     surfaces = int(kept["surfaces"])
     for row in range(3):
@@ -151,14 +153,14 @@ def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
 
 
 def test_the_kept_references_are_large_enough_to_judge():
-    """Kolmogorov distances down to 0.01 are judged."""
+    """They judge Kolmogorov distances down to 0.01."""
     for name, (surfaces, _) in SURFACES.items():
         kept = store.read(ROOT / reference_file(name))
         assert int(kept["surfaces"]) <= surfaces
         assert kept["cumulative_standard_error"].max() < 0.0015
 
 
-def test_kept_references_are_of_the_scenes_of_today(tmp_path, monkeypatch):
+def test_kept_references_are_of_the_present_scenes(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name in SURFACES:
         key = store.read_key(Path(solves_key(name, scene(name))))
@@ -168,9 +170,9 @@ def test_kept_references_are_of_the_scenes_of_today(tmp_path, monkeypatch):
 # Their solves.
 
 
-def test_the_solver_of_today_gives_the_pressures_of_the_reference():
-    """To the tolerance of a solve, 1e-6 of the heights, and the rounding of the numbers written down."""
-    found, gap = pressure_solves.solves(scene("paper"), 0, 300)
+def test_the_present_solver_gives_the_pressures_of_the_reference():
+    """To the tolerance of a solve, 1e-6 of the heights, and the rounding of the numbers above."""
+    found, gap = pressure.solve_centre(scene("paper"), 0, 300)
     assert np.count_nonzero(found, axis=(0, 2)).tolist() == CONTACTS
     np.testing.assert_allclose(found.mean(axis=(0, 2), dtype=np.float64), MEANS, rtol=1e-5)
     assert np.all((found == 0) | (np.abs(gap) < 1e-6 * 5e-8))
@@ -178,8 +180,8 @@ def test_the_solver_of_today_gives_the_pressures_of_the_reference():
 
 
 def test_batches_do_not_depend_on_each_other():
-    whole = pressure_solves.solves(scene("paper"), 0, 12)
-    parts = [pressure_solves.solves(scene("paper"), first, first + 6) for first in (0, 6)]
+    whole = pressure.solve_centre(scene("paper"), 0, 12)
+    parts = [pressure.solve_centre(scene("paper"), first, first + 6) for first in (0, 6)]
     assert np.array_equal(whole, np.concatenate(parts, axis=1))
 
 
@@ -192,7 +194,7 @@ def test_a_reference_is_made_of_whole_batches():
     assert len(solves("resolved", samples=10**9)) == 40
 
 
-def test_only_the_physics_makes_solves_anew(tmp_path, monkeypatch):
+def test_only_the_physics_makes_solves_again(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def key(changed):
@@ -212,6 +214,7 @@ def test_only_the_physics_makes_solves_anew(tmp_path, monkeypatch):
     assert json.loads(first)["code"] == "any"
 
 
+@pytest.mark.slow
 def test_references_are_made_where_they_are_missing_and_never_again(empty, tmp_path):
     project = empty.copy(tmp_path / "copy")
     project.path("config/config.yaml").write_text("scenes: [paper]\n")
@@ -228,13 +231,13 @@ def test_references_are_made_where_they_are_missing_and_never_again(empty, tmp_p
 
 
 def test_windows_of_independent_strips_have_the_errors_of_their_means():
-    """Strips of one window each: the standard error of the mean is that of independent draws, known to some 4 %."""
+    """Strips of one window each: the standard error of the mean is that of independent draws, known to about 4 %."""
     area = np.random.default_rng(5).uniform(1.0, 2.0, (300, 2, 1))
     configuration = {
         "strip": {"window_m": 1.0, "width_m": 1.0, "penetration_percentiles": [20, 50]},
         "friction": {"least_contact_fraction": 1e-3},
     }
-    kept = friction.gathered(area, np.full_like(area, 0.5), configuration)
+    kept = friction.describe_windows(area, np.full_like(area, 0.5), configuration)
     np.testing.assert_allclose(kept["mean"].values, 2 * area.mean(axis=(0, 2)), rtol=1e-12)
     np.testing.assert_allclose(kept["std"].values, 2 * area.std(axis=(0, 2)), rtol=1e-12)
     np.testing.assert_allclose(
@@ -243,7 +246,7 @@ def test_windows_of_independent_strips_have_the_errors_of_their_means():
     assert int(kept["strips"].values) == 300
 
 
-def test_the_kept_friction_is_of_the_scene_of_today_and_falls_with_penetration(tmp_path, monkeypatch):
+def test_the_kept_friction_is_of_the_present_scene_and_falls_with_penetration(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, (strips, _) in STRIPS.items():
         found = store.read(ROOT / reference_file(name, "friction"))
@@ -257,9 +260,10 @@ def test_the_kept_friction_is_of_the_scene_of_today_and_falls_with_penetration(t
         assert np.all(found["missing_share"][2:] == 0)  # from percentile 20 on every window has a contact
 
 
-def test_the_solver_of_today_gives_the_windows_of_the_reference():
-    """Sums of area [m2] and force [N] over the windows of the first strip that the kept reference was made of, at the
-    first, the middle and the last penetration, to what the tolerance of a solve leaves."""
-    area, force = friction_solves.solves(scene("resolved"), 0, 1)
+@pytest.mark.slow
+def test_the_present_solver_gives_the_windows_of_the_reference():
+    """Sums over the windows of the first strip, at the first, the middle and the last penetration, to the tolerance."""
+    found = friction.solve_strips(scene("resolved"), 0, 1)
+    area, force = found["area"].values, found["force"].values
     np.testing.assert_allclose(area[0, [0, 5, 10]].sum(axis=1), AREAS, rtol=1e-6)
     np.testing.assert_allclose(force[0, [0, 5, 10]].sum(axis=1), FORCES, rtol=1e-5)

@@ -1,0 +1,206 @@
+"""The command of every benchmark: options, times of methods in turns, rows, and a record of the machine.
+
+A benchmark file is `{machine, versions, summary, rows}`. A row is `{case, method, error, seconds, work}` with `turns`,
+the seconds of every turn, and what else a benchmark adds. Rows of one case may be compared.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import importlib.metadata
+import math
+import os
+import platform
+import statistics
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from roughslip import store
+from workflow.evidence.rows import Row, fields
+
+OURS = "roughslip"
+STARTED = time.perf_counter()
+TURN_SECONDS = 5e-3  # A fast method is called repeatedly for so long, which makes clock and interrupts negligible.
+LONG = 1.5  # [s] The call that estimates the time of a method counts as its first turn if it takes longer.
+
+Name = TypeVar("Name", bound=Hashable)
+
+
+class Race(NamedTuple, Generic[Name]):
+    """Seconds of a call in every turn, and the result of the first call, by method."""
+
+    seconds: dict[Name, list[float]]
+    results: dict[Name, Any]
+
+
+def race(
+    calls: Mapping[Name, Callable[[], Any]],
+    quick: bool = False,
+    least: int = 1,
+    clock: Callable[[], float] = time.perf_counter,
+) -> Race[Name]:
+    """Time methods in turns.
+
+    calls : the methods by name
+    quick : one turn each
+    least : the least number of turns
+
+    The order is reversed at every other turn, so that a change of the machine's speed affects all methods alike.
+    """
+    single: dict[Name, float] = {}
+    seconds: dict[Name, list[float]] = {}
+    results: dict[Name, Any] = {}
+    for name, call in calls.items():
+        results[name] = call()  # not timed, because it may compile
+        start = clock()
+        call()
+        single[name] = clock() - start
+        seconds[name] = [single[name]] if single[name] > LONG else []
+    turns = {name: 1 if quick else max(least, usual_turns(one)) for name, one in single.items()}
+    collects = gc.isenabled()
+    gc.collect()
+    gc.disable()
+    try:
+        for turn in range(max(turns.values())):
+            for name in list(calls)[:: 1 if turn % 2 == 0 else -1]:
+                if turn in range(len(seconds[name]), turns[name]):
+                    count = max(1, math.ceil(TURN_SECONDS / max(single[name], 1e-9)))
+                    start = clock()
+                    for _ in range(count):
+                        calls[name]()
+                    seconds[name].append((clock() - start) / count)
+    finally:
+        if collects:
+            gc.enable()
+    return Race(seconds, results)
+
+
+def usual_turns(seconds: float) -> int:
+    """Return how many turns a method gets whose call takes so long: five, three, or one."""
+    return 5 if seconds < 1 else 3 if seconds < 3 else 1
+
+
+def timed(call: Callable[[], Any]) -> tuple[float, Any]:
+    """Return the seconds of one call, and its result."""
+    start = time.perf_counter()
+    result = call()
+    return time.perf_counter() - start, result
+
+
+def make_row(name: str, method: str, error: float, turns: Sequence[float], work: int, **more: Any) -> Row:
+    """Return a row of the file.
+
+    name : of the case
+    error : relative, of the quantity that the case names
+    turns : [s] of every turn; `seconds` is their median
+    work : the natural count: products, solves, evaluations
+    more : further columns
+
+    Raises ValueError for an error that is not finite.
+    """
+    if not math.isfinite(error):
+        raise ValueError(f"{method} at {name}: the error of a row must be finite, not {error}")
+    seconds = statistics.median(turns)
+    return {"case": name, "method": method, "error": error, "seconds": seconds, "work": int(work)} | {
+        "turns": list(turns),
+        **more,
+    }
+
+
+def is_met(row: Row) -> bool:
+    """Whether the error is below the tolerance of the case; True for a case without one."""
+    return row["error"] <= float(fields(row["case"]).get("tolerance", "inf"))
+
+
+def time_ratios(rows: Iterable[Row], ours: str = OURS) -> dict[str, dict[str, float]]:
+    """Return the time over ours by method and case, the median over turns, of cases that both solve to tolerance."""
+    by_case: dict[str, dict[str, Row]] = defaultdict(dict)
+    for row in rows:
+        if "tolerance" in fields(row["case"]) and is_met(row):
+            by_case[row["case"]][row["method"]] = row
+    found: dict[str, dict[str, float]] = defaultdict(dict)
+    for name, methods in by_case.items():
+        for method in methods.keys() - {ours} if ours in methods else ():
+            pairs = zip(methods[method]["turns"], methods[ours]["turns"], strict=False)
+            found[method][name] = statistics.median(theirs / our for theirs, our in pairs)
+    return dict(found)
+
+
+def summarise_speed(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return by peer the geometric mean of the time ratios at each tolerance, the least ratio, and what it missed."""
+    summary = {}
+    for method, by_case in sorted(time_ratios(rows).items()):
+        by_tolerance = defaultdict(list)
+        for name, ratio in by_case.items():
+            by_tolerance[fields(name)["tolerance"]].append(ratio)
+        worst = min(by_case, key=lambda name: by_case[name])
+        summary[method] = {
+            "geometric_mean": {tolerance: statistics.geometric_mean(all_) for tolerance, all_ in by_tolerance.items()},
+            "worst": {"case": worst, "ratio": by_case[worst]},
+            "missed": [row["case"] for row in rows if row["method"] == method and not is_met(row)],
+            "cases": by_case,
+        }
+    return summary
+
+
+def describe_machine() -> dict[str, Any]:
+    """Return the processor and the number of its cores."""
+    model = platform.processor() or platform.machine()
+    information = Path("/proc/cpuinfo")
+    if information.is_file():
+        lines = information.read_text().splitlines()
+        model = next((line.partition(": ")[2] for line in lines if line.startswith("model name")), model)
+    return {"processor": model, "cores": os.cpu_count()}
+
+
+def installed_versions(packages: Iterable[str]) -> dict[str, str]:
+    """Return the versions of Python and of those packages that are installed."""
+    found = {"python": platform.python_version()}
+    for package in packages:
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def report_progress(text: str) -> None:
+    """Print a line with the time since the start to standard error."""
+    print(f"{time.perf_counter() - STARTED:7.1f} s  {text}", file=sys.stderr, flush=True)
+
+
+def report_rows(rows: Sequence[Row]) -> None:
+    """Print the time and error of every method of one case."""
+    times = ", ".join(f"{row['method']} {1e3 * row['seconds']:.3g} ms {row['error']:.1e}" for row in rows)
+    report_progress(f"{rows[0]['case']}: {times}")
+
+
+def run_command(
+    description: str | None,
+    measure: Callable[[bool, bool], Mapping[str, Any]],
+    packages: Sequence[str] = (),
+    peers: Sequence[str] = (),
+) -> None:
+    """Run a benchmark from the command line and write its file.
+
+    description : of the command
+    measure : (quick, with peers) -> `summary`, `rows` and further parts of the file
+    packages : whose versions the file records
+    peers : import names of the public packages that `--peers` needs
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--output", type=Path, required=True, help="the JSON file")
+    parser.add_argument("--peers", action="store_true", help=f"include public solvers: {', '.join(peers) or 'none'}")
+    parser.add_argument("--quick", action="store_true", help="small problems, one turn each")
+    arguments = parser.parse_args()
+    missing = [name for name in peers if arguments.peers and find_spec(name) is None]
+    if missing:
+        parser.error(f"not installed: {', '.join(missing)}; `make benchmark PEERS=1` sets up an environment with them")
+    head = {"machine": describe_machine(), "versions": installed_versions(("numpy", "scipy", "numba", *packages))}
+    store.write_json(arguments.output, {**head, **measure(arguments.quick, arguments.peers)})

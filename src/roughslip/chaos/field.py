@@ -35,8 +35,8 @@ from roughslip.chaos.regression import Factor, factorised
 from roughslip.chaos.sensitivity import sensitivity_along, share_of_modes
 from roughslip.chaos.single_index import Link, fit_link, knots_for
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.limits import FIELD_GROUPS as GROUPS
 
-GROUPS = 10  # of surfaces, left out in turn for the errors of the directions
 LEAST_CONTACTS = 20  # at every node: below, the error of a probability is not known either
 DEGREE = 24  # of the polynomials in whose terms variance is shared out: they hold all but 1e-4 of it
 BLOCK = 256  # nodes at a time

@@ -26,8 +26,8 @@ from roughslip.chaos.local import GROUPS, LocalExpansion, Samples, fit_best, fit
 from roughslip.chaos.pressure import Kind, PressureTarget
 from roughslip.chaos.regression import least_squares
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.limits import VARIABLE_COUNTS as COUNTS
 
-COUNTS = (2, 4, 6, 8, 9, 10, 12)  # of variables, to choose from
 LEAST_SAMPLES = 5  # surfaces times nodes for each term of a number of variables to choose from
 SIGNS = 1  # seed of the random signs of directions
 

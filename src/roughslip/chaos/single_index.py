@@ -23,13 +23,13 @@ from scipy.special import ndtri
 from roughslip.chaos.hermite import hermite_polynomials
 from roughslip.chaos.regression import LEAST_FREEDOM, WORST_CONDITION
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.limits import FIELD_SAMPLES as LEAST_SAMPLES
 
 # Share of Var p missed at left-out surfaces of the resolved square (percentile 50, 2000 samples): 0.137, 0.119, 0.119
 # and 0.119 with 6, 10, 16 and 20 knots, of the contact 0.287, 0.258, 0.256 and 0.256.
 KNOTS = 17  # at most, and no more than one for PER_KNOT samples
 PER_KNOT = 25
 TAIL = 20  # samples beyond the last knot on either side
-LEAST_SAMPLES = 100
 REACH, STEPS = 10.0, 8000  # of the quadrature: the normal density is 1e-23 at its ends
 
 

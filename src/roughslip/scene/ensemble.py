@@ -62,7 +62,7 @@ class Ensemble(Section):
         "its period; not with excitation",
         default=False,
     )
-    count_error: float | None = number(
+    count_error: float = number(
         "With nodes_per_correlation_length auto: largest error of the mean number of cycles at every damping ratio "
         "from the spacing of the nodes, relative to the largest of these numbers",
         at_least=0.001,

@@ -56,7 +56,7 @@ class Expansion(Section):
         at_most=1_000_000,
         or_word=AUTO,
     )
-    cdf_error: float | None = number(
+    cdf_error: float = number(
         "With samples auto: largest Kolmogorov error of the distribution of the pressure, contact or not. The "
         "estimate from the samples keeps it in 95 of 100 studies",
         at_least=0.0005,

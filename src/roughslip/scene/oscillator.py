@@ -59,7 +59,7 @@ class Oscillator(Section):
         Law,
         default="stribeck",
     )
-    friction_table: FrictionTable | None = group(FrictionTable)
+    friction_table: FrictionTable = group(FrictionTable)
     stribeck_decay_s_per_m: float = number(
         "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", at_least=0, at_most=1e6
     )

@@ -111,7 +111,7 @@ class Scan(Section):
         "Distribution of the heights, fitted by its moments; empirical is the measured one", ScanMarginal
     )
     correct_correlation: bool | None = flag("As roughness.marginal.correct_correlation", default=None)
-    grinding: Grinding | None = group(Grinding)
+    grinding: Grinding = group(Grinding)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -168,7 +168,7 @@ class Roughness(Section):
     )
     marginal: Marginal | None = group(Marginal)
     fractal: Fractal | None = group(Fractal)
-    scan: Scan | None = group(Scan)
+    scan: Scan = group(Scan)
 
 
 FIELD = ("covariance", "rms_height_m", "correlation_length_m")

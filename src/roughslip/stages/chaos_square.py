@@ -70,7 +70,7 @@ FITS = {
 def expansions(batches: list[store.Result], directions: np.ndarray, job: Job) -> dict[str, Expansion]:
     """Eqs. (8) and (9) before their fit, in the variables : (variables, modes) of the centre."""
     xi = store.read(job.arguments.design)["latin_hypercube"]
-    indices = multi_indices(len(directions), job.configuration["expansion"]["degree"])
+    indices = multi_indices(len(directions), job.scene.expansion.degree)
     basis = hermite_basis(xi @ directions.T, indices)
     pressure = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
     return {method: Expansion(method, basis, pressure, indices) for method in EXPANDED[:2]}
@@ -80,11 +80,11 @@ def local_expansion(
     batches: list[store.Result], candidates: expansion.Candidates, targets: tuple[PressureTarget, ...], job: Job
 ) -> Chosen:
     """Ours, from the training nodes of its design, with what its target and its variables were chosen from."""
-    chosen = job.configuration["expansion"]["samples"] == "auto"  # then stage training_square drew the samples
+    chosen = job.scene.expansion.samples == "auto"  # then stage training_square drew the samples
     xi = samples_of(batches, "expansion", "xi") if chosen else store.read(job.arguments.design)["expansion"]
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = candidates.samples(xi, pressure, gap)
-    degree = job.configuration["expansion"]["degree"]
+    degree = job.scene.expansion.degree
     return fit_count(samples, candidates.given, candidates.count, degree, targets, regression=candidates.regression)
 
 
@@ -109,7 +109,7 @@ def contacts_of_monte_carlo(pressure: np.ndarray, directions: np.ndarray, job: J
 
     pressure : (samples,) [Pa] at the centre of the first samples
     """
-    seed = [job.configuration["seed"], geometry.STREAM_MONTE_CARLO]
+    seed = [job.scene.seed, geometry.STREAM_MONTE_CARLO]
     modes = directions.shape[1]
     return np.array([directions @ monte_carlo([*seed, int(n)], modes) for n in np.flatnonzero(pressure > 0)])
 
@@ -117,14 +117,14 @@ def contacts_of_monte_carlo(pressure: np.ndarray, directions: np.ndarray, job: J
 def work(job: Job) -> None:
     """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with Monte Carlo."""
     batches = store.read_all(job.arguments.contact)
-    draws, drawing = job.configuration["expansion"]["draws"], [job.configuration["seed"], geometry.STREAM_DRAWS]
+    draws, drawing = job.scene.expansion.draws, [job.scene.seed, geometry.STREAM_DRAWS]
     nodes = samples_of(batches, "monte_carlo", "pressure")
     surface = store.read(job.arguments.surface)
-    model = surface_model.gaussian_model(job.configuration, job.arguments.scan)
-    grid = geometry.square_grid(job.configuration)
+    model = surface_model.gaussian_model(job.scene, job.arguments.scan)
+    grid = geometry.square_grid(job.scene)
     with job.usage.core():
-        candidates = expansion.candidates(job.configuration, model, grid, surface["modes"], training_nodes(model, grid))
-        chosen = local_expansion(batches, candidates, expansion.targets(job.configuration, model, grid), job)
+        candidates = expansion.candidates(job.scene, model, grid, surface["modes"], training_nodes(model, grid))
+        chosen = local_expansion(batches, candidates, expansion.targets(job.scene, model, grid), job)
         local, directions = chosen.expansion, chosen.rotation @ candidates.directions[0]
         found = expansions(batches, directions[:PAPER], job)
         fits = fits_of(found)
@@ -139,7 +139,7 @@ def work(job: Job) -> None:
         moved: dict[str, np.ndarray] = {}
         at_contact: dict[str, float] = {}
         for method, fit in fits.items():
-            one, signs = found[method], [job.configuration["seed"], geometry.STREAM_BOOTSTRAP]
+            one, signs = found[method], [job.scene.seed, geometry.STREAM_BOOTSTRAP]
             basis = hermite_basis(known[:, :PAPER], one.indices)
             at_contact[method] = reference.distance(one.at(basis, fit.coefficients))
             pressure[method] = draw(one, fit.coefficients, draws, drawing)
@@ -158,7 +158,7 @@ def work(job: Job) -> None:
     for method in EXPANDED:
         rows.setdefault(method, refused_rows(reference.levels, rows["latin_hypercube"]["contact_probability"]))
     job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + local.groups, draws=draws * (1 + len(fits)))
-    degree = job.configuration["expansion"]["degree"]
+    degree = job.scene.expansion.degree
     job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, degree)})
     results = table(rows, pressure, reference) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"

@@ -35,21 +35,21 @@ STAGE = Stage(
 
 def work(job: Job) -> None:
     """Write whitening, coefficients and quality of the expansion for every row and penetration, and what it says."""
-    configuration = job.configuration
-    grid, model = geometry.strip_grid(configuration), surface_model.surface_model(configuration, job.arguments.scan)
+    scene = job.scene
+    grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, job.arguments.scan)
     batches = [batch for batch in store.read_all(job.arguments.contact) if "pressure" in batch]
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
-    lattice = geometry.lattice(configuration)
-    target, stencil = expansion.strip_target(configuration, model, grid), expansion.stencil(model, lattice.grid)
+    lattice = geometry.lattice(scene)
+    target, stencil = expansion.strip_target(scene, model, grid), expansion.stencil(model, lattice.grid)
     sample = model.sampler(grid)
-    columns = training_columns(geometry.middle(configuration))
+    columns = training_columns(geometry.middle(scene))
     with job.usage.core():
         functionals = []
         for number in range(len(pressure)):
-            field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
+            field = sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
             functionals.append(_functionals(field, columns, lattice.spacing, stencil))
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
-        degree = configuration["expansion"]["degree"]
+        degree = scene.expansion.degree
         training, values = turned_to_half(np.concatenate(functionals), values)
         half, quality = fit_strip(training, values, degree, stencil, target, expansion.mirrored_along(model))
         strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)

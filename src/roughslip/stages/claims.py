@@ -33,7 +33,7 @@ def work(job: Job) -> None:
     paths = {name: getattr(job.arguments, name) for name in (*BRANCHES, "deterministic")}
     results = {name: store.read(path) for name, path in paths.items() if path is not None}
     scenes = {name: json.loads(result.attributes["configuration"]) for name, result in results.items()}
-    scenes["claims"] = job.configuration
+    scenes["claims"] = job.key.configuration
     with job.usage.core():
         found = claims(*(results.get(name) for name in BRANCHES))
         verdicts = {claim["id"]: claim["verdict"] for claim in found}

@@ -34,7 +34,7 @@ def work(job: Job) -> None:
     arguments, numbers = job.arguments, range(job.arguments.first, job.arguments.last)
     problem = square(job)
     if arguments.design_name == "monte_carlo":
-        seed = [job.configuration["seed"], geometry.STREAM_MONTE_CARLO]
+        seed = [job.scene.seed, geometry.STREAM_MONTE_CARLO]
         xi = (monte_carlo([*seed, number], len(problem.modes)) for number in numbers)
     else:
         design = store.read(arguments.design)[arguments.design_name]

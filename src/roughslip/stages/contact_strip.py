@@ -28,24 +28,24 @@ STAGE = Stage(
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window, and whole training columns of the first strips."""
-    configuration, arguments = job.configuration, job.arguments
-    grid = geometry.strip_grid(configuration)
-    model = surface_model.surface_model(configuration, arguments.scan)
+    scene, arguments = job.scene, job.arguments
+    grid = geometry.strip_grid(scene)
+    model = surface_model.surface_model(scene, arguments.scan)
     sample = model.sampler(grid)
-    influence = elastic.influence(configuration, grid)
-    planes = model.plane_height(np.array(configuration["strip"]["penetration_percentiles"]))
-    tolerance, hardness = configuration["numerics"]["contact_tolerance"], elastic.hardness_pa(configuration)
-    windows = geometry.windows(configuration)
+    influence = elastic.influence(scene, grid)
+    planes = model.plane_height(np.array(scene.strip.penetration_percentiles))
+    tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
+    windows = geometry.windows(scene)
     count, levels = arguments.last - arguments.first, len(planes)
     columns = training_columns(windows.middle)
-    trained = max(0, min(configuration["strip"]["training_samples"], arguments.last) - arguments.first)
+    trained = max(0, min(scene.strip.training_samples, arguments.last) - arguments.first)
     area, force = np.empty((2, count, levels, windows.count))
     residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
     skipped = skip_counts.nothing_yet()
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            field = sample(np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number]))
+            field = sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
             solutions = sweep(influence, model.heights(field), planes.tolist(), tolerance, hardness_pa=hardness)
             for level, solution in enumerate(solutions):
                 skip_counts.count_solve(skipped, solution)

@@ -57,7 +57,7 @@ def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:
 def work(job: Job) -> None:
     """Write costs.json."""
     records = [store.read_json(path) for path in sorted(job.arguments.records)]
-    store.write_json(job.arguments.output, total(records, job.configuration["not_needed"]))
+    store.write_json(job.arguments.output, total(records, job.key.configuration["not_needed"]))
 
 
 if __name__ == "__main__":

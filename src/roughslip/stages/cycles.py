@@ -77,7 +77,7 @@ def work(job: Job) -> None:
     with job.usage.core():
         counts = count_difference(deterministic["cycles"], store.join(batches, "cycles"))
         place, owner = store.join(batches, "reattachment"), store.join(batches, "reattachment_realisation")
-        generator = np.random.default_rng([job.configuration["seed"], geometry.STREAM_BOOTSTRAP])
+        generator = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP])
         try:
             statistics = reattachment_statistics(place, owner, generator)
         except IllPosedError as error:
@@ -106,14 +106,14 @@ def work(job: Job) -> None:
     variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
     variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")
     variables["events"] = store.Variable((), len(place), "1", "reattachments that end a cycle")
-    duration = job.configuration["ensemble"]["duration_periods"]
+    duration = job.scene.ensemble.duration_periods
     last_cycle = store.join(batches, "last_cycle")
     still = np.array([cycling_share(column, duration) for column in last_cycle.T]).T
     share = cycling_share(store.join(batches, "nominal_last_cycle"), duration)
     title = f"share of runs with a cycle in the last {CLOSING_PERIODS} natural periods"
     variables |= store.with_interval("still_cycling", damping, still, "1", title)
     variables |= store.with_interval("cycling_share", (), share, "1", f"{title}, at the scene's damping")
-    nominal = job.configuration["oscillator"]["damping_ratio"]
+    nominal = job.scene.oscillator.damping_ratio
     variables["nominal_damping"] = store.Variable((), nominal, "1", "the scene's damping ratio")
     variables["realisations"] = store.Variable((), len(last_cycle), "1", "runs")
     for name in ("position", "velocity"):

@@ -5,7 +5,9 @@ from __future__ import annotations
 from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.errors import InputError
+from roughslip.limits import MOST_NUMBERS
 from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.runtime.command import Job, execute
 
@@ -18,29 +20,23 @@ STAGE = Stage(
     memory_doubles={"square_modes": 2.5, "design_numbers": 3},
 )
 
-# By the name of a design: the scene's key of its samples, and its random stream.
-DESIGNS = {
-    "latin_hypercube": ("square.latin_hypercube_samples", geometry.STREAM_LATIN_HYPERCUBE),
-    "expansion": ("expansion.samples", geometry.STREAM_EXPANSION_DESIGN),
-}
-MOST_NUMBERS = 100_000_000  # in one design: 0.8 GB
+STREAMS = {"latin_hypercube": geometry.STREAM_LATIN_HYPERCUBE, "expansion": geometry.STREAM_EXPANSION_DESIGN}
 
 
-def samples_of(configuration: geometry.Configuration, modes: int) -> dict[str, int]:
+def samples_of(scene: Scene, modes: int) -> dict[str, int]:
     """Samples by the name of the design.
 
-    Raises InputError with a line for each design too large for memory: how many modes a share of the variance takes is
-    not known before stage surface, so the rules of scenes cannot tell.
+    Raises InputError with a line for each design too large for memory. The rules of scenes cannot check this, because
+    stage surface finds the number of modes that a share of the variance takes.
     """
-    found, lines = {}, []
-    for name, (key, _) in DESIGNS.items():
-        section, _, last = key.partition(".")
-        if configuration[section][last] == "auto":  # drawn by stage training_square, as far as it needs them
-            continue
-        found[name] = configuration[section][last]
-        if found[name] * modes > MOST_NUMBERS:
+    found, lines = {"latin_hypercube": scene.square.latin_hypercube_samples}, []
+    if scene.expansion.samples != "auto":  # else stage training_square draws as many as it needs
+        found["expansion"] = scene.expansion.samples
+    keys = {"latin_hypercube": "square.latin_hypercube_samples", "expansion": "expansion.samples"}
+    for name, samples in found.items():
+        if samples * modes > MOST_NUMBERS:
             lines.append(
-                f"{key}: {found[name]} is not allowed; samples times the {modes} modes of the square at most "
+                f"{keys[name]}: {samples} is not allowed; samples times the {modes} modes of the square at most "
                 f"{MOST_NUMBERS} (0.8 GB of memory): fewer samples, or a lower square.variance_share"
             )
     if lines:
@@ -51,12 +47,12 @@ def samples_of(configuration: geometry.Configuration, modes: int) -> dict[str, i
 def work(job: Job) -> None:
     """Write the design of the paper's fits and the smaller one of ours: a variable a mode of the square."""
     modes = len(store.read(job.arguments.surface)["eigenvalue"])
-    expansion = job.configuration["expansion"]
+    expansion = job.scene.expansion
     variables = {}
     with job.usage.core():
-        for name, samples in samples_of(job.configuration, modes).items():
-            kind = "latin_hypercube" if name == "latin_hypercube" else expansion.get("design", "latin_hypercube")
-            xi = design(kind, [job.configuration["seed"], DESIGNS[name][1]], samples, modes)
+        for name, samples in samples_of(job.scene, modes).items():
+            kind = "latin_hypercube" if name == "latin_hypercube" else expansion.design or "latin_hypercube"
+            xi = design(kind, [job.scene.seed, STREAMS[name]], samples, modes)
             title = f"standard normal variables of the {name} design"
             variables[name] = store.Variable((f"{name}_sample", "mode"), xi, "1", title)
     store.write(job.arguments.output, variables, job.key)

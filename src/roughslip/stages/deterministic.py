@@ -46,11 +46,11 @@ def where_it_exists(find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscill
 
 def work(job: Job) -> None:
     """Write the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
-    configuration = job.configuration
-    ensemble, tolerance = configuration["ensemble"], configuration["numerics"]["oscillator_tolerance"]
-    numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
-    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    by_period = ensemble.get("count_by_period", False)
+    scene = job.scene
+    ensemble, tolerance = scene.ensemble, scene.numerics.oscillator_tolerance
+    numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    by_period = ensemble.count_by_period
     with job.usage.core():
         limits = {"hopf_damping": np.nan, "existence_limit": np.nan}
         cycle = {"departure": np.nan, "reattachment": np.nan, "period": np.nan, "slipped_distance": np.nan}
@@ -60,16 +60,16 @@ def work(job: Job) -> None:
                 limits["existence_limit"] = limit
             if (found := where_it_exists(limit_cycle, belt, law)) is not None:
                 cycle = {name: getattr(found, name) for name in cycle}
-        pair = mass_on_belt.run_options(configuration)["integrator"]
-        duration, dampings = ensemble["duration_periods"], ensemble["damping_ratios"]
+        pair = mass_on_belt.run_options(scene)["integrator"]
+        duration, dampings = ensemble.duration_periods, ensemble.damping_ratios
         if by_period:
             counts = counts_by_period(belt, law, duration, dampings, tolerance, pair)
         else:
             counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, tolerance, integrator=pair)
-        periods = ensemble["discarded_periods"] + mass_on_belt.DRAWN_PERIODS
+        periods = ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, tolerance, integrator=pair)
         ranges = range_variables(belt, law, dampings)
-    kept = drawn.time >= 2 * np.pi * ensemble["discarded_periods"]
+    kept = drawn.time >= 2 * np.pi * ensemble.discarded_periods
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
     sticks = 0 if by_period else np.sum(counts.cycles + counts.micro_slips)
     spared = round(duration * len(counts.cycles) - counts.periods)

@@ -19,6 +19,7 @@ from roughslip.contact.far_field import at_displaced_planes, column_influence, d
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Batches, Stage
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
@@ -42,20 +43,20 @@ FAR = 1.4  # correlation lengths beyond which contacts act by their force alone;
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window."""
-    configuration, arguments = job.configuration, job.arguments
-    grid, model = geometry.strip_grid(configuration), surface_model.surface_model(configuration, arguments.scan)
-    stored, target = store.read(arguments.expansion), expansion.strip_target(configuration, model, grid)
-    lattice, windows = geometry.lattice(configuration), geometry.windows(configuration)
+    scene, arguments = job.scene, job.arguments
+    grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, arguments.scan)
+    stored, target = store.read(arguments.expansion), expansion.strip_target(scene, model, grid)
+    lattice, windows = geometry.lattice(scene), geometry.windows(scene)
     stencil = expansion.stencil(model, lattice.grid)
     fitted = StripExpansion(stored["indices"], stored["whiten"], stored["coefficients"], stencil, target)
     tables = (stored[name] for name in ("table_low", "table_step", "scatter", "contact", "mean_pressure"))
     means = ConditionalMeans(target, *tables)
-    planes = model.plane_height(np.array(configuration["strip"]["penetration_percentiles"], dtype=float))
+    planes = model.plane_height(np.array(scene.strip.penetration_percentiles, dtype=float))
     reach = 1 + math.floor(FAR * model.lengths_m[0] / lattice.grid.dx)
-    kernel = column_influence(elastic.influence(configuration, grid), lattice.spacing, reach)
+    kernel = column_influence(elastic.influence(scene, grid), lattice.spacing, reach)
     mean_force = lattice.spacing * stored["column_force"][:, None]
     length, spacing = windows.length // lattice.spacing, windows.spacing // lattice.spacing
-    draw = _sampler(configuration, model, grid, lattice)
+    draw = _sampler(scene, model, grid, lattice)
     count, levels = arguments.last - arguments.first, len(planes)
     area, force = np.empty((2, count, levels, windows.count))
     with job.usage.core():
@@ -78,17 +79,17 @@ def work(job: Job) -> None:
 
 
 def _sampler(
-    configuration: geometry.Configuration, model: surface_model.SurfaceModel, grid: Grid, lattice: geometry.Lattice
+    scene: Scene, model: surface_model.SurfaceModel, grid: Grid, lattice: geometry.Lattice
 ) -> Callable[[int], np.ndarray]:
     """A function that gives the field (nx, ny) [m] of a strip on the lattice by its number.
 
     Of a solved strip these are columns of the whole field, of any other the lattice alone is drawn, of the same law.
     """
     whole, alone = model.sampler(grid), model.sampler(lattice.grid)
-    solved = configuration["strip"]["samples"]
+    solved = scene.strip.samples
 
     def draw(number: int) -> np.ndarray:
-        generator = np.random.default_rng([configuration["seed"], geometry.STREAM_STRIP, number])
+        generator = np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])
         return lattice.of(whole(generator)) if number < solved else alone(generator)
 
     return draw

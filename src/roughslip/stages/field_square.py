@@ -8,11 +8,12 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
-from roughslip.chaos.field import GROUPS, FieldExpansion, draw_pressure, fit_field, mode_shares
-from roughslip.chaos.single_index import LEAST_SAMPLES
+from roughslip.chaos.field import FieldExpansion, draw_pressure, fit_field, mode_shares
 from roughslip.errors import InputError
 from roughslip.grid import Grid
+from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES
 from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.square import Square, solutions, square
 from roughslip.stages.runtime.command import Job, execute
@@ -35,7 +36,6 @@ STAGE = Stage(
 
 AUTO = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
 SURPLUS = 4
-MOST_NUMBERS = 90_000_000  # surfaces times nodes, of which two tables are held: 1.5 GB
 LEADING = 8  # as the paper has variables
 DRAWN = 3  # fields beside the solved ones of the same variables
 
@@ -46,32 +46,32 @@ STATISTICS = {
 }
 
 
-def surfaces_of(configuration: geometry.Configuration, modes: int) -> int:
+def surfaces_of(scene: Scene, modes: int) -> int:
     """Surfaces to solve. Raises InputError where they are too few for so many modes, or tables exceed the memory."""
-    asked, nodes = configuration["expansion"]["samples"], configuration["square"]["nodes"] ** 2
+    asked, nodes = scene.expansion.samples, scene.square.nodes**2
     count: int = max(AUTO, SURPLUS * modes) if asked == "auto" else asked
-    if count - math.ceil(count / GROUPS) <= modes + 1 or count < LEAST_SAMPLES:
+    if count - math.ceil(count / FIELD_GROUPS) <= modes + 1 or count < FIELD_SAMPLES:
         raise InputError(
-            f"expansion.samples: {count} surfaces are too few for {modes} modes, a {GROUPS}th of them left out: take "
-            f"more, at least {LEAST_SAMPLES}"
+            f"expansion.samples: {count} surfaces are too few for {modes} modes, a {FIELD_GROUPS}th of them left out: "
+            f"take more, at least {FIELD_SAMPLES}"
         )
-    if max(count, GROUPS * modes) * nodes > MOST_NUMBERS:
+    if max(count, FIELD_GROUPS * modes) * nodes > FIELD_NUMBERS:
         raise InputError(
-            f"expansion.samples: {count} surfaces, or {GROUPS} times {modes} modes, times {nodes} nodes of the square "
-            f"are more than {MOST_NUMBERS} numbers (two tables of them, 1.5 GB of memory): fewer samples or nodes"
+            f"expansion.samples: {count} surfaces, or {FIELD_GROUPS} times {modes} modes, times {nodes} nodes of the "
+            f"square are more than {FIELD_NUMBERS} numbers (two tables, 1.5 GB of memory): fewer samples or nodes"
         )
     return count
 
 
-def leading_modes(configuration: geometry.Configuration) -> int:
+def leading_modes(scene: Scene) -> int:
     """Modes whose share is told together: as many as the centre has variables, LEADING where that is left open."""
-    asked = configuration["expansion"]["variables"]
+    asked = scene.expansion.variables
     return LEADING if asked == "best" else int(asked)
 
 
 def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np.ndarray]:
     """xi : (K, M) of independent surfaces, and state : (K, nodes), the pressure [Pa] or minus the gap [m]."""
-    seed = [job.configuration["seed"], geometry.STREAM_FIELD]
+    seed = [job.scene.seed, geometry.STREAM_FIELD]
     xi = np.stack([monte_carlo([*seed, number], len(problem.modes)) for number in range(count)])
     state = np.empty((count, problem.grid.size))
     for row, one in enumerate(solutions(problem, xi, count, job)):
@@ -82,12 +82,12 @@ def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np
 def work(job: Job) -> None:
     """Solve, expand, and write coefficients, maps with their errors, shares of the modes and some fields."""
     problem = square(job)
-    count = surfaces_of(job.configuration, len(problem.modes))
+    count = surfaces_of(job.scene, len(problem.modes))
     with job.usage.core():
         xi, state = solved_fields(problem, count, job)
         expansion = fit_field(xi, state)
-        shares = mode_shares(expansion, min(leading_modes(job.configuration), len(problem.modes)))
-        generator = np.random.default_rng([job.configuration["seed"], geometry.STREAM_FIELD_DRAWS])
+        shares = mode_shares(expansion, min(leading_modes(job.scene), len(problem.modes)))
+        generator = np.random.default_rng([job.scene.seed, geometry.STREAM_FIELD_DRAWS])
         index = expansion.index[:DRAWN]
         fields = {
             "solved": (np.maximum(state[:DRAWN], 0.0), "of the contact solve"),

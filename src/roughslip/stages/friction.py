@@ -45,15 +45,15 @@ Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (strips, windows)
 
 def describe(windows: Windows, area_force: Windows, shear: float, weights: np.ndarray, job: Job) -> dict[str, Estimate]:
     """Every statistic of one source at one penetration, by the name under which it is stored."""
-    strip = job.configuration["strip"]
+    strip = job.scene.strip
     statistics = window_statistics(*windows, weights)
     estimates = {
         f.name: getattr(statistics, f.name) for f in fields(statistics) if f.name not in ("windows", "missing")
     }
     estimates["ratio_of_sums"] = ratio_of_sums(*area_force, shear, weights)
-    lags = strip["window_spacing_m"] * np.arange(windows[0].shape[1])
+    lags = strip.window_spacing_m * np.arange(windows[0].shape[1])
     estimates["autocorrelation"] = autocorrelation(*windows, len(lags), weights)
-    fit = correlation_fit(lags, estimates["autocorrelation"], strip["window_m"])
+    fit = correlation_fit(lags, estimates["autocorrelation"], strip.window_m)
     for name in ("least_squares", "half_window", "one_over_e", "integral"):
         estimates[f"length_{name}"] = getattr(fit, name)
     for name in ("misfit_exponential", "misfit_triangle", "misfit_difference"):
@@ -70,8 +70,8 @@ def describe(windows: Windows, area_force: Windows, shear: float, weights: np.nd
 
 def work(job: Job) -> None:
     """Calibrate the shear strength at the median, then write every statistic with its interval, and summary.csv."""
-    configuration = job.configuration
-    percentiles = np.array(configuration["strip"]["penetration_percentiles"], dtype=float)
+    scene = job.scene
+    percentiles = np.array(scene.strip.penetration_percentiles, dtype=float)
     batches = {
         source: store.read_all(getattr(job.arguments, option))
         for source, option in (("solved", "contact"), ("expansion", "expansion"))
@@ -81,10 +81,10 @@ def work(job: Job) -> None:
     residual = max(float(batch["residual"].max()) for batch in batches["solved"])
     strips, many = area["solved"].shape[1], area["expansion"].shape[1]
     described = {"solved": strips, "expansion": min(many, DESCRIBED * strips)}
-    window_area = configuration["strip"]["window_m"] * configuration["strip"]["width_m"]
-    least = configuration["friction"]["least_contact_fraction"] * window_area
+    window_area = scene.strip.window_m * scene.strip.width_m
+    least = scene.friction.least_contact_fraction * window_area
     with job.usage.core():
-        generator = np.random.default_rng([configuration["seed"], geometry.STREAM_BOOTSTRAP])
+        generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
         weights = {
             "solved": strip_weights(strips, REPLICATES, generator),
             "expansion": strip_weights(described["expansion"], REPLICATES, generator),
@@ -92,9 +92,7 @@ def work(job: Job) -> None:
         }
         unit = {source: friction_coefficient(area[source], force[source], 1.0, least) for source in SOURCES}
         median = int(np.flatnonzero(percentiles == 50.0)[0])
-        shear = configuration["friction"]["mean_at_median"] / float(
-            combined_at(unit, median, strips, weights).mean.value
-        )
+        shear = scene.friction.mean_at_median / float(combined_at(unit, median, strips, weights).mean.value)
         mu = {source: (shear * unit[source][0], unit[source][1]) for source in SOURCES}
         table: dict[str, list[Estimate]] = {}
         for source in SOURCES:
@@ -114,11 +112,11 @@ def work(job: Job) -> None:
             friction_law.candidate_variables(mu["solved"], weights["solved"])
             | friction_law.p_value_variables(mu["solved"], table, combined, percentiles, weights["solved"])
             | friction_law.fit_variables(combined, percentiles)
-            | friction_law.white_variables(configuration, strips, mu["solved"][0].shape[2])
+            | friction_law.white_variables(scene, strips, mu["solved"][0].shape[2])
         )
     job.usage.count(windows=area["solved"][0].size, expanded_windows=area["expansion"][0].size)
     job.usage.skip({skip_reasons.CONTROL: area["expansion"][:, described["expansion"] :].size})
-    variables = table_variables(table, combined, percentiles, configuration["strip"]) | law
+    variables = table_variables(table, combined, percentiles, scene.strip) | law
     variables |= histogram(mu["solved"][0][median], mu["solved"][1][median])
     variables |= quantiles(mu["solved"][0][median], mu["solved"][1][median])
     variables["shear_strength"] = store.Variable((), shear, "Pa", "shear strength that gives the mean at the median")

@@ -24,11 +24,19 @@ STAGE = Stage(
 
 def work(job: Job) -> None:
     """Grind, and write the heights as X3P."""
-    numbers = dict(job.configuration["roughness"]["scan"]["grinding"])
-    points, spacing = numbers.pop("points"), numbers.pop("spacing_m")
-    generator = np.random.default_rng([job.configuration["seed"], geometry.STREAM_GRINDING])
+    asked = job.scene.roughness.scan.grinding
+    points, spacing = asked.points, asked.spacing_m
+    grinding = Grinding(
+        grains_per_m2=asked.grains_per_m2,
+        depth_m=asked.depth_m,
+        tip_radius_m=asked.tip_radius_m,
+        path_radius_m=asked.path_radius_m,
+        blank_rms_m=asked.blank_rms_m,
+        blank_length_m=asked.blank_length_m,
+    )
+    generator = np.random.default_rng([job.scene.seed, geometry.STREAM_GRINDING])
     with job.usage.core():
-        heights = ground_surface(Grinding(**numbers), Grid(points, points, spacing, spacing), generator)
+        heights = ground_surface(grinding, Grid(points, points, spacing, spacing), generator)
     job.usage.count(points=heights.size)
     write_x3p(job.arguments.output, topography(heights, spacing, spacing, str(job.arguments.output)))
 

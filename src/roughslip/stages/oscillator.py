@@ -33,27 +33,27 @@ STAGE = Stage(
 
 def work(job: Job) -> None:
     """Write counts per realisation and damping, reattachment points at the scene's damping, a few trajectories."""
-    configuration, arguments = job.configuration, job.arguments
-    ensemble = configuration["ensemble"]
-    numbers = mass_on_belt.friction_numbers(configuration, arguments.friction)
-    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    process = friction_process(configuration, numbers, arguments.friction)
-    nodes = ensemble["nodes_per_correlation_length"]
+    scene, arguments = job.scene, job.arguments
+    ensemble = scene.ensemble
+    numbers = mass_on_belt.friction_numbers(scene, arguments.friction)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    process = friction_process(scene, numbers, arguments.friction)
+    nodes = ensemble.nodes_per_correlation_length
     if nodes == "auto":  # then stage spacing found it
         nodes = int(store.read(arguments.spacing)["nodes_per_correlation_length"])
-    periods, discarded = ensemble["duration_periods"], ensemble["discarded_periods"]
-    dampings = ensemble["damping_ratios"]
+    periods, discarded = ensemble.duration_periods, ensemble.discarded_periods
+    dampings = ensemble.damping_ratios
     count = arguments.last - arguments.first
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
     last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)
     cuts = np.empty((count, len(dampings)), dtype=np.int64)
-    reattachments, owners, drawn, options = [], [], [], mass_on_belt.run_options(configuration)
+    reattachments, owners, drawn, options = [], [], [], mass_on_belt.run_options(scene)
     length = mass_on_belt.path_length(belt, periods, options["friction_follows"])
     steps = evaluations = sticks = unread = 0
     with job.usage.core():
-        paths = friction_paths(configuration, process, nodes)
+        paths = friction_paths(scene, process, nodes)
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            path = KeptPath(paths.realisation([configuration["seed"], geometry.STREAM_PROCESS, number]))
+            path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
             counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, **options)
             cycles[row], micro_slips[row], cuts[row] = counts.cycles, counts.micro_slips, counts.cuts
             last_cycle[row] = counts.last_cycle
@@ -64,7 +64,7 @@ def work(job: Job) -> None:
             sticks += int(np.sum(counts.cycles + counts.micro_slips)) + nominal.cycles + nominal.micro_slips
             reattachments.append(places)
             owners.append(np.full(len(places), number))
-            if number < ensemble["drawn_realisations"]:
+            if number < ensemble.drawn_realisations:
                 until = discarded + mass_on_belt.DRAWN_PERIODS
                 drawn.append(trajectory(belt, law, path, paths.spacing, until, **options))
             unread += max(int(np.ceil(length / paths.spacing)) + 1 - path.nodes, 0)

@@ -11,6 +11,7 @@ from roughslip.errors import StoreError
 from roughslip.report.evidence import BUDGET, MEASURED, Evidence
 from roughslip.report.page import CAPTIONS, SceneReport, page
 from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.karhunen_loeve import representation
@@ -45,9 +46,9 @@ def picture(path: Path) -> bytes:
         raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
 
 
-def square_represented(modes: store.Result, configuration: dict[str, Any]) -> list[str]:
+def square_represented(modes: store.Result, scene: Scene) -> list[str]:
     """How many modes the square has and why, and what they carry."""
-    share = configuration["square"].get("variance_share")
+    share = scene.square.variance_share
     why = "as many as the scene asks for" if share is None else f"the fewest that carry {100 * share:g} %"
     mean, centre, corner = (100 * modes[f"captured_{where}"] for where in ("variance", "at_centre", "at_corner"))
     return [
@@ -70,12 +71,12 @@ def variables_chosen(result: store.Result) -> str:
     )
 
 
-def strips_represented(configuration: dict[str, Any], scan: Path | None) -> list[str]:
+def strips_represented(scene: Scene, scan: Path | None) -> list[str]:
     """How strips are sampled, and why they are not expanded."""
-    model = surface_model.surface_model(configuration, scan)
+    model = surface_model.surface_model(scene, scan)
     if not isinstance(model, GaussianModel):
         return ["Strips are sums of plane waves with random phases, neither expanded nor embedded."]
-    whole = representation(model.covariance, geometry.strip_grid(configuration), share=1.0)
+    whole = representation(model.covariance, geometry.strip_grid(scene), share=1.0)
     would = "cost more" if whole.method == "embedding" else "serve too"
     return [
         "Strips are sampled by circulant embedding, exact and stationary.",
@@ -83,18 +84,18 @@ def strips_represented(configuration: dict[str, Any], scan: Path | None) -> list
     ]
 
 
-def represented(folder: Path, stages: list[str], configuration: dict[str, Any]) -> dict[str, list[str]]:
+def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list[str]]:
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     found = {}
     if "surface" in stages:
-        figure = "figure2" if "figure2" in configuration["targets"] else "figure_field"
-        found[figure] = square_represented(store.read(folder / "surface" / "modes.nc"), configuration)
+        figure = "figure2" if "figure2" in scene.targets else "figure_field"
+        found[figure] = square_represented(store.read(folder / "surface" / "modes.nc"), scene)
     if "chaos_square" in stages:
         found["figure2"].append(variables_chosen(store.read(folder / "chaos" / "square.nc")))
     if "contact_strip" in stages:
-        figure = "figure3" if "figure3" in configuration["targets"] else "figure5"
+        figure = "figure3" if "figure3" in scene.targets else "figure5"
         scan = folder / "surface" / "scan.nc" if "scan" in stages else None
-        found[figure] = strips_represented(configuration, scan)
+        found[figure] = strips_represented(scene, scan)
     return found
 
 
@@ -108,7 +109,7 @@ def read_scene(folder: Path) -> SceneReport:
         name=folder.name,
         description=configuration["description"],
         figures={name: picture(folder / f"{name}.png") for name in drawn},
-        surfaces=represented(folder, stages, configuration),
+        surfaces=represented(folder, stages, scene_of(configuration)),
         claims=store.read_json(folder / "claims.json"),
         costs=costs,
         configuration=json.dumps(configuration, indent=1, sort_keys=True),

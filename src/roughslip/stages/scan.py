@@ -33,10 +33,11 @@ FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, 
 
 def work(job: Job) -> None:
     """Read, remove form, describe, fit."""
-    wanted = job.configuration["roughness"]["scan"]
-    spacing = (wanted["spacing_x_m"], wanted["spacing_y_m"]) if "spacing_x_m" in wanted else None
-    scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.get("height_unit")), wanted["form"])
-    kind, covariance = wanted["covariance"], None
+    wanted = job.scene.roughness.scan
+    sides = wanted.spacing_x_m, wanted.spacing_y_m
+    spacing = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
+    scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit), wanted.form)
+    kind, covariance = wanted.covariance, None
     with job.usage.core():
         found = scan_statistics(scan)
         rms = float(found.rms_height.value)
@@ -48,11 +49,11 @@ def work(job: Job) -> None:
                 say(f"not fitted: {reason}")
             for what in misses(best, found.autocorrelation):
                 say(f"{covariance.kind} misses the {what}: try measured")
-        marginal = fitted_marginal(wanted["marginal"], scan, rms)
+        marginal = fitted_marginal(wanted.marginal, scan, rms)
     if not found.sub_areas.sufficient:
         say(f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths: intervals too narrow, scan a larger area")
     job.usage.count(points=scan.heights.size)
-    correct = wanted.get("correct_correlation", False)
+    correct = bool(wanted.correct_correlation)
     variables, attributes = scan_model.stored(covariance, marginal, correct, rms)
     variables |= scan_table.of_scan(scan, found)
     store.write(job.arguments.output, variables, job.key, attributes)

@@ -80,19 +80,19 @@ def work(job: Job) -> None:
     Near the limit of existence a motion forgets the path's details within a few cycles, so that a path read at half its
     nodes counts like another path there: only many paths tell a small error.
     """
-    configuration = job.configuration
-    ensemble, asked = configuration["ensemble"], configuration["ensemble"]["count_error"]
-    numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
-    process = friction_process(configuration, numbers, job.arguments.friction)
-    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    options = mass_on_belt.run_options(configuration)
+    scene = job.scene
+    ensemble, asked = scene.ensemble, scene.ensemble.count_error
+    numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
+    process = friction_process(scene, numbers, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    options = mass_on_belt.run_options(scene)
 
     def counts(nodes: int, step: int, number: int) -> np.ndarray:
         """(dampings,) cycles of a path of so many nodes a correlation length, every step-th of them read."""
         paths = recursion(process, process.correlation_length_m / nodes)
-        path = Thinned(paths.realisation([configuration["seed"], geometry.STREAM_PILOT, number]), step)
+        path = Thinned(paths.realisation([scene.seed, geometry.STREAM_PILOT, number]), step)
         found = ensemble_counts(
-            belt, law, path, step * paths.spacing, ensemble["duration_periods"], ensemble["damping_ratios"], **options
+            belt, law, path, step * paths.spacing, ensemble.duration_periods, ensemble.damping_ratios, **options
         )
         job.usage.skip({skip_reasons.STICK: np.sum(found.cycles + found.micro_slips)})
         return found.cycles
@@ -101,7 +101,7 @@ def work(job: Job) -> None:
     nodes, lower, upper = FEWEST_NODES, 0.0, np.inf
     with job.usage.core():
         while nodes <= MOST_NODES:
-            coarse, fine = np.empty((2, 0, len(ensemble["damping_ratios"])))
+            coarse, fine = np.empty((2, 0, len(ensemble.damping_ratios)))
             lower, upper = 0.0, np.inf
             while lower <= asked < upper and len(fine) < MOST_PATHS:
                 more = range(len(fine), max(2 * len(fine), FEWEST_PATHS))
@@ -113,7 +113,7 @@ def work(job: Job) -> None:
             if lower <= asked:
                 break
             nodes *= 2
-    runs = 2 * sum(paths for _, paths, _ in tried) * len(ensemble["damping_ratios"])
+    runs = 2 * sum(paths for _, paths, _ in tried) * len(ensemble.damping_ratios)
     if upper > asked:
         reason = f"{tried[-1][1]} paths tell it no closer" if lower <= asked else f"{MOST_NODES} nodes are not enough"
         raise ConvergenceError(
@@ -123,7 +123,7 @@ def work(job: Job) -> None:
             work=runs,
         )
     job.usage.count(runs=runs)
-    most = 2 * MOST_PATHS * len(tried) * len(ensemble["damping_ratios"])
+    most = 2 * MOST_PATHS * len(tried) * len(ensemble.damping_ratios)
     job.usage.skip(
         {skip_reasons.ENOUGH_PATHS: most - runs, skip_reasons.ENOUGH_NODES: int(np.log2(MOST_NODES / nodes))}
     )

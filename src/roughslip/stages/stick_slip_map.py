@@ -49,16 +49,16 @@ def work(job: Job) -> None:
 
     The same paths serve every point, so that neighbours err together and the map is smooth.
     """
-    configuration = {"ensemble": {}} | job.configuration
-    asked = configuration["map"]
-    numbers = mass_on_belt.friction_numbers(configuration, job.arguments.friction)
-    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    process = friction_process(configuration, numbers, job.arguments.friction)
-    (slow, fast), (light, heavy) = asked["belt_velocities_m_per_s"], asked["damping_ratios"]
-    velocities = np.geomspace(slow, fast, asked["points"])
-    dampings = np.linspace(light, heavy, asked["points"])
-    periods, runs = asked["duration_periods"], asked["realisations"]
-    run = mass_on_belt.run_options(configuration)
+    scene = job.scene
+    asked = scene.map
+    numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    process = friction_process(scene, numbers, job.arguments.friction)
+    (slow, fast), (light, heavy) = asked.belt_velocities_m_per_s, asked.damping_ratios
+    velocities = np.geomspace(slow, fast, asked.points)
+    dampings = np.linspace(light, heavy, asked.points)
+    periods, runs = asked.duration_periods, asked.realisations
+    run = mass_on_belt.run_options(scene)
     belts = [replace(belt, belt_velocity_m_per_s=float(velocity)) for velocity in velocities]
     lengths = [mass_on_belt.path_length(one, periods, run["friction_follows"]) for one in belts]
     share, steps = np.empty((runs, len(velocities), len(dampings))), 0
@@ -67,7 +67,7 @@ def work(job: Job) -> None:
         told = np.array([limits(one, law) for one in belts]).T
         paths = recursion(process, process.correlation_length_m / NODES)
         for number in range(runs):
-            nodes = path_nodes(paths, max(lengths), [configuration["seed"], geometry.STREAM_MAP, number])
+            nodes = path_nodes(paths, max(lengths), [scene.seed, geometry.STREAM_MAP, number])
             for row, (one, length) in enumerate(zip(belts, lengths, strict=True)):
                 path = nodes[: int(np.ceil(length / paths.spacing)) + 2]
                 for column, ratio in enumerate(dampings):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
 
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
+from roughslip.scene.square import Square
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import StationaryCovariance
@@ -31,14 +31,14 @@ INSTEAD = (
 )
 
 
-def expanded(covariance: StationaryCovariance, grid: Grid, square: dict[str, Any]) -> KarhunenLoeve:
+def expanded(covariance: StationaryCovariance, grid: Grid, square: Square) -> KarhunenLoeve:
     """The expansion up to the order of the scene, whatever it costs, or to its share of the variance.
 
     Raises IllPosedError where a share takes so many modes that the field had better be embedded.
     """
-    if "modes" in square:
-        return karhunen_loeve(covariance, grid, square["modes"])
-    share = square["variance_share"]
+    if square.modes is not None:
+        return karhunen_loeve(covariance, grid, square.modes)
+    share = square.variance_share
     best = representation(covariance, grid, share=share)
     if best.method == "embedding":
         raise IllPosedError(f"{best.reason}. {INSTEAD}")
@@ -50,10 +50,10 @@ def expanded(covariance: StationaryCovariance, grid: Grid, square: dict[str, Any
 
 def work(job: Job) -> None:
     """Write the scaled modes, their eigenvalues and the variance that they carry."""
-    model = surface_model.gaussian_model(job.configuration, job.arguments.scan)
-    grid = geometry.square_grid(job.configuration)
+    model = surface_model.gaussian_model(job.scene, job.arguments.scan)
+    grid = geometry.square_grid(job.scene)
     with job.usage.core():
-        expansion = expanded(model.covariance, grid, job.configuration["square"])
+        expansion = expanded(model.covariance, grid, job.scene.square)
     if expansion.captured_variance < WELL_CAPTURED:
         print(
             f"surface: {len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of the "

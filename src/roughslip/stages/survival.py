@@ -30,6 +30,7 @@ from roughslip.oscillator.survival import (
     surviving_share,
 )
 from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.friction_paths import friction_process, path_nodes
 from roughslip.stages.runtime import skip_reasons
@@ -117,19 +118,19 @@ def damping_ratios(limit: float, hopf: float, scatter: float, points: int) -> np
     return np.linspace(max(min(limit - REACH * scatter, hopf), 0.0), limit + REACH * scatter, points)
 
 
-def run_all(job: Job, configuration: Any, dampings: np.ndarray, deviations: np.ndarray) -> list[list[Runs]]:
+def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray) -> list[list[Runs]]:
     """Runs by scatter and damping; the same paths, scaled, serve every point."""
-    asked, numbers = configuration["survival"], mass_on_belt.friction_numbers(configuration, job.arguments.friction)
-    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    run = mass_on_belt.run_options(configuration)
+    asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    run = mass_on_belt.run_options(scene)
     in_slip: dict[str, Any] = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
-    periods, found = asked["duration_periods"], []
+    periods, found = asked.duration_periods, []
     length = mass_on_belt.path_length(belt, periods, run["friction_follows"])
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
         scaled = replace(numbers, standard_deviation=float(deviation))
-        process = friction_process(configuration, scaled, job.arguments.friction)
+        process = friction_process(scene, scaled, job.arguments.friction)
         paths = recursion(process, process.correlation_length_m / NODES)
-        seeds = ([configuration["seed"], geometry.STREAM_SURVIVAL, one] for one in range(asked["realisations"]))
+        seeds = ([scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations))
         nodes = [path_nodes(paths, length, seed) for seed in seeds]
         of_scatter = []
         for ratio in row:
@@ -164,24 +165,24 @@ def point_variables(results: list[list[Runs]], dampings: np.ndarray, horizon: fl
 
 def work(job: Job) -> None:
     """Write survival, mean lifetimes and kicks over scatter and damping, and the band of damping against scatter."""
-    configuration = {"ensemble": {}} | job.configuration
-    asked, numbers = configuration["survival"], mass_on_belt.friction_numbers(configuration, job.arguments.friction)
-    belt, law = mass_on_belt.oscillator(configuration), mass_on_belt.law(configuration, numbers.mean)
-    factors = np.array(asked["scatter_factors"], dtype=np.float64)
-    deviations, horizon = numbers.standard_deviation * factors, asked["duration_periods"] - LONG_SLIP
-    generator = np.random.default_rng([configuration["seed"], geometry.STREAM_BOOTSTRAP])
+    scene = job.scene
+    asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, job.arguments.friction)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    factors = np.array(asked.scatter_factors, dtype=np.float64)
+    deviations, horizon = numbers.standard_deviation * factors, asked.duration_periods - LONG_SLIP
+    generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     with job.usage.core():
-        response = grazing_response(belt, law, configuration["oscillator"]["stochastic_static_limit"])
+        response = grazing_response(belt, law, scene.oscillator.stochastic_static_limit)
         hopf, scatter = hopf_damping(belt, law), response.scatter(numbers.correlation_length_m)
-        dampings = np.array([damping_ratios(response.limit, hopf, scatter * s, asked["points"]) for s in deviations])
-        results = run_all(job, configuration, dampings, deviations)
+        dampings = np.array([damping_ratios(response.limit, hopf, scatter * s, asked.points) for s in deviations])
+        results = run_all(job, scene, dampings, deviations)
         points = point_variables(results, dampings, horizon)
         band = np.empty((len(deviations), len(STARTS), len(LEVELS), 3))
         for one, start, level in np.ndindex(band.shape[:3]):
             shares = np.array([runs.shares[start] for runs in results[one]]).T
             find = partial(damping_band, dampings[one], shares, (LEVELS[level],), generator)
             band[one, start, level] = told(find, f"band at a deviation of {deviations[one]:.3g}, {STARTS[start]}")
-    runs, drawn = 2 * dampings.size * asked["realisations"], len(deviations) * asked["realisations"]
+    runs, drawn = 2 * dampings.size * asked.realisations, len(deviations) * asked.realisations
     job.usage.count(runs=runs)
     sticks = sum(one.sticks for of_scatter in results for one in of_scatter)
     job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: runs - drawn})
@@ -193,7 +194,7 @@ def work(job: Job) -> None:
         "band_level": store.Variable(("level",), np.array(LEVELS), "1", "probability of stick-slip"),
         "band_start": store.Variable(("start",), np.array(STARTS), "1", "how the runs begin"),
         "survival_periods": store.Variable((), horizon, "1", "natural periods to survive"),
-        "survival_runs": store.Variable((), asked["realisations"], "1", "runs at a point, from each start"),
+        "survival_runs": store.Variable((), asked.realisations, "1", "runs at a point, from each start"),
         "survival_limit": store.Variable((), response.limit, "1", "existence limit of the cycle"),
         "survival_hopf": store.Variable((), hopf, "1", "sliding is unstable below"),
         "unit_scatter": store.Variable((), scatter, "1", "std of the limit over that of friction, first order"),

@@ -11,7 +11,8 @@ from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.local import LocalExpansion, Samples
-from roughslip.chaos.selection import COUNTS, fit_count
+from roughslip.chaos.selection import fit_count
+from roughslip.limits import MOST_NUMBERS, VARIABLE_COUNTS
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.nodes import training_nodes
@@ -35,13 +36,12 @@ STAGE = Stage(
 DESIGN = "sobol"  # where the scene names none: it can be extended
 LEAST = 128  # solves to begin with: six in each of the groups that are left out
 MOST = 2**14  # sixteen times what an error of 0.005 takes on the resolved square
-MOST_NUMBERS = 100_000_000  # in one array: 0.8 GB
 
 
 def terms(candidates: expansion.Candidates, degree: int) -> tuple[int, int]:
     """Fewest and most terms of the expansion, the former with all given variables."""
     least = candidates.given if candidates.count is None else candidates.count
-    most = max(COUNTS) if candidates.count is None else candidates.count
+    most = VARIABLE_COUNTS[-1] if candidates.count is None else candidates.count
     return math.comb(least + degree, degree), math.comb(most + degree, degree)
 
 
@@ -56,17 +56,17 @@ def numbers(least: int, most: int, nodes: int, modes: int) -> tuple[int, int]:
 
 def work(job: Job) -> None:
     """Solve, fit and solve more; write what stage contact_square writes of a design, and the design."""
-    asked = job.configuration["expansion"]
-    seed = [job.configuration["seed"], geometry.STREAM_EXPANSION_DESIGN]
+    asked, error = job.scene.expansion, job.scene.expansion.cdf_error
+    seed = [job.scene.seed, geometry.STREAM_EXPANSION_DESIGN]
     problem = square(job)
     nodes = training_nodes(problem.model, problem.grid)
     batches: list[dict[str, store.Variable]] = []
     with job.usage.core():
-        candidates = expansion.candidates(job.configuration, problem.model, problem.grid, problem.modes, nodes)
-        targets = expansion.targets(job.configuration, problem.model, problem.grid)
+        candidates = expansion.candidates(job.scene, problem.model, problem.grid, problem.modes, nodes)
+        targets = expansion.targets(job.scene, problem.model, problem.grid)
 
         def solve(first: int, last: int) -> Samples:
-            xi = design(asked.get("design", DESIGN), seed, last, len(problem.modes))[first:]
+            xi = design(asked.design or DESIGN, seed, last, len(problem.modes))[first:]
             found = solved(problem, xi, last - first, nodes, job)
             title = "standard normal variables of the samples"
             batches.append({**found, "xi": store.Variable(("sample", "mode"), xi, "1", title)})
@@ -74,17 +74,17 @@ def work(job: Job) -> None:
 
         def fit(samples: Samples) -> tuple[LocalExpansion, Samples]:
             chosen = fit_count(
-                samples, candidates.given, candidates.count, asked["degree"], targets, regression=candidates.regression
+                samples, candidates.given, candidates.count, asked.degree, targets, regression=candidates.regression
             )
             return chosen.expansion, chosen.samples
 
-        least, most = numbers(*terms(candidates, asked["degree"]), len(nodes.x), len(problem.modes))
-        drawing = [job.configuration["seed"], geometry.STREAM_ENRICHMENT]
-        enriched = enrich(solve, fit, asked["cdf_error"], least=least, most=most, seed=drawing)
+        least, most = numbers(*terms(candidates, asked.degree), len(nodes.x), len(problem.modes))
+        drawing = [job.scene.seed, geometry.STREAM_ENRICHMENT]
+        enriched = enrich(solve, fit, error, least=least, most=most, seed=drawing)
     for count, error in enriched.history:
         print(f"training_square: {count} solves, estimated error of the distribution {error:.3g}", file=sys.stderr)
     reached = enriched.error
-    job.usage.count(fits=len(enriched.history), cdf_error_asked=asked["cdf_error"], cdf_error=round(reached.total, 6))
+    job.usage.count(fits=len(enriched.history), cdf_error_asked=error, cdf_error=round(reached.total, 6))
     job.usage.skip({skip_reasons.ENOUGH_SOLVES: most - enriched.history[-1][0]})
     one = batches[0]
     variables = {

@@ -33,7 +33,7 @@ TWINS = 19  # their least and largest value hold a further one with a probabilit
 
 def work(job: Job) -> None:
     """Write what the figure of the scan draws: its statistics and those of the twins."""
-    seed = job.configuration["seed"]
+    seed = job.scene.seed
     scan = store.read(job.arguments.scan)
     (nx, ny), (dx, dy) = scan["points"], scan["spacing"]
     twins: list[tuple[Topography, ScanStatistics]] = []

@@ -6,19 +6,19 @@ import math
 
 from roughslip.contact.influence import Influence, Material
 from roughslip.grid import Grid
-from roughslip.stages.from_scene.geometry import Configuration
+from roughslip.scene.types import Scene
 
 
-def material(configuration: Configuration) -> Material:
+def material(scene: Scene) -> Material:
     """Elastic constants."""
-    return Material(configuration["material"]["young_modulus_pa"], configuration["material"]["poisson_ratio"])
+    return Material(scene.material.young_modulus_pa, scene.material.poisson_ratio)
 
 
-def hardness_pa(configuration: Configuration) -> float:
+def hardness_pa(scene: Scene) -> float:
     """Highest contact pressure H [Pa], infinite where the scene gives none: the contact is elastic then."""
-    return float(configuration["material"].get("hardness_pa", math.inf))
+    return math.inf if scene.material.hardness_pa is None else scene.material.hardness_pa
 
 
-def influence(configuration: Configuration, grid: Grid) -> Influence:
+def influence(scene: Scene, grid: Grid) -> Influence:
     """Influence coefficients of the material on a mesh."""
-    return Influence(grid, material(configuration).plane_strain_modulus_pa)
+    return Influence(grid, material(scene).plane_strain_modulus_pa)

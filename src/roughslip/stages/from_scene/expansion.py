@@ -19,10 +19,11 @@ from roughslip.chaos.functionals import (
 )
 from roughslip.chaos.local import Samples
 from roughslip.chaos.pressure import KINDS, Kind, PressureTarget, pressure_target, summit_curvature
-from roughslip.chaos.selection import COUNTS
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.stages.from_scene import elastic, geometry
+from roughslip.limits import VARIABLE_COUNTS
+from roughslip.scene.types import Scene
+from roughslip.stages.from_scene import elastic
 from roughslip.stages.from_scene.nodes import Nodes
 from roughslip.surface.model import GaussianModel, SurfaceModel
 
@@ -58,9 +59,7 @@ class Candidates:
         return Samples(variables, self.distance2, pressure[:, :nodes], gap[:, :nodes], self.odd)
 
 
-def candidates(
-    configuration: geometry.Configuration, surface: GaussianModel, grid: Grid, modes: np.ndarray, nodes: Nodes
-) -> Candidates:
+def candidates(scene: Scene, surface: GaussianModel, grid: Grid, modes: np.ndarray, nodes: Nodes) -> Candidates:
     """The variables that the scene names: raw modes at the centre alone, or local functionals at all training nodes.
 
     modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
@@ -69,14 +68,14 @@ def candidates(
     yet to be found, or a regression are asked for. The modes that lead at one node do not at another, so they train at
     one.
     """
-    asked, unknown = configuration["expansion"], np.zeros((0, 0), dtype=np.int64)
-    count = None if asked["variables"] == BEST else int(asked["variables"])
-    if asked.get("rotation") == RAW:
-        given = min(count or COUNTS[-1], len(modes))
+    asked, unknown = scene.expansion, np.zeros((0, 0), dtype=np.int64)
+    count = None if asked.variables == BEST else int(asked.variables)
+    if asked.rotation == RAW:
+        given = min(count or VARIABLE_COUNTS[-1], len(modes))
         return Candidates(np.eye(len(modes))[None, :given], given, count, nodes.distance2[:1], unknown)
     given = min(count or len(NAMES), len(NAMES))
     found, odd = directions(surface, grid, modes, nodes, given)
-    regression = asked.get("rotation") == REGRESSION
+    regression = asked.rotation == REGRESSION
     if regression or count is None or count > given:
         frame = moving_frame(heights_around(surface, grid, modes, nodes), found)
         found, odd = np.concatenate([found, frame], axis=1), unknown
@@ -133,28 +132,28 @@ def mirrored_along(surface: SurfaceModel) -> np.ndarray:
     return MIRRORED[:, :1] if surface.mirror_symmetric else NO_SYMMETRY
 
 
-def targets(configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> tuple[PressureTarget, ...]:
+def targets(scene: Scene, surface: SurfaceModel, grid: Grid) -> tuple[PressureTarget, ...]:
     """The smooth variables that the square chooses from: the one that the scene names, or all of them."""
-    named = configuration["expansion"]["target"]
-    kinds = KINDS if named == BEST else (named,)
-    if math.isfinite(elastic.hardness_pa(configuration)):
+    named = scene.expansion.target
+    kinds: tuple[Kind, ...] = KINDS if named == "best" else (named,)
+    if math.isfinite(elastic.hardness_pa(scene)):
         kinds = tuple(kind for kind in kinds if kind != "censored")
-    return tuple(_target(kind, configuration, surface, grid) for kind in kinds)
+    return tuple(_target(kind, scene, surface, grid) for kind in kinds)
 
 
-def strip_target(configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> PressureTarget:
+def strip_target(scene: Scene, surface: SurfaceModel, grid: Grid) -> PressureTarget:
     """The smooth variable of the strip; the best is the squared pressure, on coarse meshes the trial pressure."""
-    named = configuration["expansion"]["target"]
-    return _target("squared_pressure" if named == BEST else named, configuration, surface, grid)
+    named = scene.expansion.target
+    return _target("squared_pressure" if named == "best" else named, scene, surface, grid)
 
 
-def _target(kind: Kind, configuration: geometry.Configuration, surface: SurfaceModel, grid: Grid) -> PressureTarget:
+def _target(kind: Kind, scene: Scene, surface: SurfaceModel, grid: Grid) -> PressureTarget:
     return pressure_target(
         kind,
-        influence_diagonal=elastic.influence(configuration, grid).diagonal,
-        plane_strain_modulus_pa=elastic.material(configuration).plane_strain_modulus_pa,
+        influence_diagonal=elastic.influence(scene, grid).diagonal,
+        plane_strain_modulus_pa=elastic.material(scene).plane_strain_modulus_pa,
         summit_curvature_per_m=summit_curvature(surface.rms_height_m, math.sqrt(math.prod(surface.lengths_m))),
-        hardness_pa=elastic.hardness_pa(configuration),
+        hardness_pa=elastic.hardness_pa(scene),
     )
 
 

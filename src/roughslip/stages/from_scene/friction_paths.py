@@ -14,13 +14,11 @@ from roughslip.friction.paths import Paths, prepare
 from roughslip.friction.process import PAPER_SHAPES, FrictionProcess, Marginal
 from roughslip.friction.recursion import Recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
-from roughslip.stages.from_scene.geometry import Configuration
 
 
-def friction_process(
-    configuration: Configuration, numbers: mass_on_belt.FrictionNumbers, statistics: Path | None
-) -> FrictionProcess:
+def friction_process(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path | None) -> FrictionProcess:
     """The stochastic part mu_S: the marginal that the scene names, at the mean and standard deviation of the numbers.
 
     The paper scales Beta(2.1, 5) by the least and the largest value of its sample, which drift apart as the sample
@@ -29,9 +27,9 @@ def friction_process(
     length of the process is the scene's correlation time.
     """
     moments = numbers.mean, numbers.standard_deviation
-    kind = configuration["ensemble"].get("marginal", "beta")
+    kind = scene.ensemble.marginal
     marginal: Marginal
-    windows = configuration["oscillator"].get("windows_in_parallel", 1)
+    windows = scene.oscillator.windows_in_parallel
     if kind == "empirical":
         if statistics is None:
             raise InputError("the quantiles of the windows need --friction")
@@ -40,18 +38,18 @@ def friction_process(
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
         one = BetaDistribution.of_moments(*shapes, *moments)
         marginal = BetaDistribution(*average_beta(one.a, one.b, one.lower, one.upper, windows))
-    correlation_time = configuration["oscillator"].get("correlation_time_s")  # where friction follows time
+    correlation_time = scene.oscillator.correlation_time_s  # where friction follows time
     return FrictionProcess(marginal, numbers.correlation_length_m if correlation_time is None else correlation_time)
 
 
-def friction_paths(configuration: Configuration, process: FrictionProcess, nodes_per_length: int) -> Paths:
+def friction_paths(scene: Scene, process: FrictionProcess, nodes_per_length: int) -> Paths:
     """Realisations of the process, long enough for every run of the ensemble."""
-    ensemble = configuration["ensemble"]
-    periods = max(ensemble["duration_periods"], ensemble["discarded_periods"] + mass_on_belt.DRAWN_PERIODS)
-    follows = configuration["oscillator"].get("friction_follows", "slip")
-    length = mass_on_belt.path_length(mass_on_belt.oscillator(configuration), periods, follows)
+    ensemble = scene.ensemble
+    periods = max(ensemble.duration_periods, ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS)
+    follows = scene.oscillator.friction_follows
+    length = mass_on_belt.path_length(mass_on_belt.oscillator(scene), periods, follows)
     spacing = process.correlation_length_m / nodes_per_length
-    return prepare(process, spacing, length, ensemble.get("process", "recursion"))
+    return prepare(process, spacing, length, ensemble.process)
 
 
 def path_nodes(paths: Recursion, length_m: float, seed: Sequence[int]) -> np.ndarray:

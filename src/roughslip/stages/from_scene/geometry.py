@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from roughslip.grid import Grid
-
-Configuration = dict[str, Any]
+from roughslip.scene.types import Scene
 
 # The second entry of every random seed, after the scene's: streams of different stages never meet.
 STREAM_MONTE_CARLO, STREAM_LATIN_HYPERCUBE, STREAM_EXPANSION_DESIGN, STREAM_STRIP = 1, 2, 3, 4
@@ -20,25 +18,25 @@ STREAM_FIELD, STREAM_FIELD_DRAWS = 13, 14
 STREAM_MAP, STREAM_SURVIVAL = 15, 16
 
 
-def square_grid(configuration: Configuration) -> Grid:
+def square_grid(scene: Scene) -> Grid:
     """Mesh of the square of Figure 2."""
-    square = configuration["square"]
-    cell = square["edge_m"] / square["nodes"]
-    return Grid(square["nodes"], square["nodes"], cell, cell)
+    square = scene.square
+    cell = square.edge_m / square.nodes
+    return Grid(square.nodes, square.nodes, cell, cell)
 
 
-def strip_grid(configuration: Configuration) -> Grid:
+def strip_grid(scene: Scene) -> Grid:
     """Mesh of a strip of Figure 3, margins included."""
-    strip = configuration["strip"]
-    cell = strip["cell_m"]
-    length = strip["length_m"] + 2 * strip["margin_m"]
-    return Grid(round(length / cell), round(strip["width_m"] / cell), cell, cell)
+    strip = scene.strip
+    cell = strip.cell_m
+    length = strip.length_m + 2 * strip.margin_m
+    return Grid(round(length / cell), round(strip.width_m / cell), cell, cell)
 
 
-def middle(configuration: Configuration) -> slice:
+def middle(scene: Scene) -> slice:
     """Columns of the strip on which windows lie: the ends of a contact carry more pressure, so they are left out."""
-    strip = configuration["strip"]
-    margin, length = round(strip["margin_m"] / strip["cell_m"]), round(strip["length_m"] / strip["cell_m"])
+    strip = scene.strip
+    margin, length = round(strip.margin_m / strip.cell_m), round(strip.length_m / strip.cell_m)
     return slice(margin, margin + length)
 
 
@@ -62,11 +60,11 @@ class Lattice:
         return field[self.first :: self.spacing]
 
 
-def lattice(configuration: Configuration) -> Lattice:
+def lattice(scene: Scene) -> Lattice:
     """Where the expansion of a strip lives, every column where the scene does not say."""
-    strip, fine = configuration["strip"], strip_grid(configuration)
-    spacing = round(strip.get("expansion_spacing_m", strip["cell_m"]) / strip["cell_m"])
-    within = middle(configuration)
+    strip, fine = scene.strip, strip_grid(scene)
+    spacing = round((strip.expansion_spacing_m or strip.cell_m) / strip.cell_m)
+    within = middle(scene)
     start = within.start + (spacing - 1) // 2  # in the middle of the columns that it stands for
     first, count = start % spacing, (within.stop - within.start) // spacing
     columns = len(range(first, fine.nx, spacing))
@@ -92,8 +90,8 @@ class Windows:
         return (self.middle.stop - self.middle.start - self.length) // self.spacing + 1
 
 
-def windows(configuration: Configuration) -> Windows:
+def windows(scene: Scene) -> Windows:
     """Where the windows of a strip lie."""
-    strip = configuration["strip"]
-    length, spacing = (round(strip[name] / strip["cell_m"]) for name in ("window_m", "window_spacing_m"))
-    return Windows(middle(configuration), length, spacing)
+    strip = scene.strip
+    length, spacing = (round(size / strip.cell_m) for size in (strip.window_m, strip.window_spacing_m))
+    return Windows(middle(scene), length, spacing)

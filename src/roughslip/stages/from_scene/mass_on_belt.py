@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from roughslip.errors import InputError
 from roughslip.friction.penetration_law import between
 from roughslip.oscillator.law import CoulombLaw, FrictionLaw, StribeckLaw, TableLaw
 from roughslip.oscillator.system import Oscillator
-from roughslip.stages.from_scene.geometry import Configuration
+from roughslip.scene.types import Scene
 
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 
@@ -34,7 +34,7 @@ class FrictionNumbers:
     beta_b: float
 
 
-def friction_numbers(configuration: Configuration, statistics: Path | None) -> FrictionNumbers:
+def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     """The numbers that the scene gives, or else those of the statistics file at its penetration, by default the median.
 
     The mean is mu_fit(d); it and the scatter come from the solved windows with the expansion as control, the shape from
@@ -42,13 +42,13 @@ def friction_numbers(configuration: Configuration, statistics: Path | None) -> F
     (`friction.penetration_law`); shapes that the windows do not determine (`beta_at_bound`) lie there by chance, where
     `ensemble.marginal: paper` is the safer choice.
     """
-    given = configuration.get("friction", {}).get("statistics")
+    given = scene.friction.statistics
     if given is not None:
-        return FrictionNumbers(**given)
+        return FrictionNumbers(**{field.name: getattr(given, field.name) for field in fields(FrictionNumbers)})
     if statistics is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     result = store.read(statistics)
-    percentile = float(configuration["oscillator"].get("penetration_percentile", 50.0))
+    percentile = float(scene.oscillator.penetration_percentile)
     columns = {
         "mean": result["combined_mean"],
         "standard_deviation": result["combined_std"],
@@ -60,32 +60,32 @@ def friction_numbers(configuration: Configuration, statistics: Path | None) -> F
     return FrictionNumbers(**{name: between(levels, values, percentile) for name, values in columns.items()})
 
 
-def oscillator(configuration: Configuration) -> Oscillator:
+def oscillator(scene: Scene) -> Oscillator:
     """The mass on the belt."""
-    section = configuration["oscillator"]
+    section = scene.oscillator
     return Oscillator(
-        mass_kg=section["mass_kg"],
-        natural_frequency_rad_per_s=section["natural_frequency_rad_per_s"],
-        damping_ratio=section["damping_ratio"],
-        belt_velocity_m_per_s=section["belt_velocity_m_per_s"],
-        normal_force_n=section["normal_force_n"],
-        excitation_force_n=section["excitation_force_n"],
-        excitation_frequency_rad_per_s=section["excitation_frequency_rad_per_s"],
+        mass_kg=section.mass_kg,
+        natural_frequency_rad_per_s=section.natural_frequency_rad_per_s,
+        damping_ratio=section.damping_ratio,
+        belt_velocity_m_per_s=section.belt_velocity_m_per_s,
+        normal_force_n=section.normal_force_n,
+        excitation_force_n=section.excitation_force_n,
+        excitation_frequency_rad_per_s=section.excitation_frequency_rad_per_s,
     )
 
 
-def law(configuration: Configuration, mean: float) -> FrictionLaw:
+def law(scene: Scene, mean: float) -> FrictionLaw:
     """The scene's law: eq. (13) with the mean friction coefficient as mu_fit, Coulomb's with it as kinetic value, or a
     table, which takes its place. Raises InputError where the mean exceeds the static coefficient."""
-    section = configuration["oscillator"]
-    kind, static = section.get("law", "stribeck"), section["static_friction"]
+    section = scene.oscillator
+    kind, static = section.law, section.static_friction
     if kind == "table":
-        table = section["friction_table"]
+        table = section.friction_table
         return TableLaw(
-            speeds_m_per_s=tuple(table["speeds_m_per_s"]),
-            values=tuple(table["values"]),
+            speeds_m_per_s=tuple(table.speeds_m_per_s),
+            values=tuple(table.values),
             static=static,
-            interpolation=table.get("interpolation", "monotone_cubic"),
+            interpolation=table.interpolation,
         )
     if mean > static:
         reason = "stick holds less than slip" if kind == "coulomb" else "eq. (13) turns negative at high speed"
@@ -98,21 +98,21 @@ def law(configuration: Configuration, mean: float) -> FrictionLaw:
     return StribeckLaw(
         fit=mean,
         static=static,
-        decay_s_per_m=section["stribeck_decay_s_per_m"],
-        quadratic_s2_per_m2=section["stribeck_quadratic_s2_per_m2"],
+        decay_s_per_m=section.stribeck_decay_s_per_m,
+        quadratic_s2_per_m2=section.stribeck_quadratic_s2_per_m2,
     )
 
 
-def run_options(configuration: Configuration) -> dict[str, Any]:
+def run_options(scene: Scene) -> dict[str, Any]:
     """How every run of the scene treats friction, and how it is integrated, as `simulate` takes it."""
-    section = configuration["oscillator"]
+    section = scene.oscillator
     return {
-        "tolerance": configuration["numerics"]["oscillator_tolerance"],
-        "stochastic_static_limit": section["stochastic_static_limit"],
-        "interpolation": configuration["ensemble"].get("interpolation", "cubic"),
-        "friction_follows": section.get("friction_follows", "slip"),
-        "negative_friction": section.get("negative_friction", "clip"),
-        "integrator": section.get("integrator", "fehlberg45"),
+        "tolerance": scene.numerics.oscillator_tolerance,
+        "stochastic_static_limit": section.stochastic_static_limit,
+        "interpolation": scene.ensemble.interpolation,
+        "friction_follows": section.friction_follows,
+        "negative_friction": section.negative_friction,
+        "integrator": section.integrator,
     }
 
 

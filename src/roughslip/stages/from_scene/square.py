@@ -44,16 +44,16 @@ class Square:
 
 def square(job: Job) -> Square:
     """The square of a stage that was given the modes as --surface."""
-    configuration = job.configuration
-    model, grid = surface_model.gaussian_model(configuration, job.arguments.scan), geometry.square_grid(configuration)
+    scene = job.scene
+    model, grid = surface_model.gaussian_model(scene, job.arguments.scan), geometry.square_grid(scene)
     return Square(
         model,
         grid,
         store.read(job.arguments.surface)["modes"],
-        float(model.plane_height(configuration["square"]["penetration_percentile"])),
-        elastic.influence(configuration, grid),
-        configuration["numerics"]["contact_tolerance"],
-        elastic.hardness_pa(configuration),
+        float(model.plane_height(scene.square.penetration_percentile)),
+        elastic.influence(scene, grid),
+        scene.numerics.contact_tolerance,
+        elastic.hardness_pa(scene),
     )
 
 

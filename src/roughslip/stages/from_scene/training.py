@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-TRAINING_SPACING = 8  # columns from one training column to the next: neighbours would say the same again
+from roughslip.limits import TRAINING_SPACING
 
 
 def training_columns(middle: slice) -> np.ndarray:

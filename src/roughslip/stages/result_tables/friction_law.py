@@ -3,8 +3,6 @@ of its correlation is the window's own."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from roughslip import store
@@ -16,6 +14,7 @@ from roughslip.friction.penetration_law import penetration_law
 from roughslip.friction.statistics import Combined
 from roughslip.friction.white_noise_baseline import white_autocorrelation
 from roughslip.probability import Estimate
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.result_tables.friction_table import trend_of
 
@@ -93,14 +92,14 @@ def fit_variables(combined: list[Combined], percentiles: np.ndarray) -> dict[str
     return variables
 
 
-def white_variables(configuration: dict[str, Any], strips: int, count: int) -> dict[str, store.Variable]:
+def white_variables(scene: Scene, strips: int, count: int) -> dict[str, store.Variable]:
     """What so many windows of white pressure on each strip would show in this measurement: autocorrelation, length."""
-    strip, windows = configuration["strip"], geometry.windows(configuration)
-    rng = np.random.default_rng([configuration["seed"], geometry.STREAM_WHITE])
+    strip, windows = scene.strip, geometry.windows(scene)
+    rng = np.random.default_rng([scene.seed, geometry.STREAM_WHITE])
     columns = windows.length + (count - 1) * windows.spacing
     curve = white_autocorrelation(strips, columns, windows.length, windows.spacing, count, WHITE_REPLICATES, rng)
-    lags = strip["window_spacing_m"] * np.arange(count)
-    length = correlation_fit(lags, curve, strip["window_m"]).least_squares
+    lags = strip.window_spacing_m * np.arange(count)
+    length = correlation_fit(lags, curve, strip.window_m).least_squares
     title = "autocorrelation of windows of white pressure, and the range of 95 % of such measurements"
     variables = store.with_interval("white_autocorrelation", ("lag",), [curve.value, curve.low, curve.high], "1", title)
     title = f"exponential length of windows of white pressure, lags to {LONGEST_WINDOWS:g} windows; range of 95 %"

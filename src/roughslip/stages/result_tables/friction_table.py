@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from roughslip import store
@@ -11,6 +9,7 @@ from roughslip.friction.correlation import triangular
 from roughslip.friction.marginal import SHAPES
 from roughslip.friction.statistics import PERCENTS, Combined, Trend, trend
 from roughslip.probability import Estimate
+from roughslip.scene.strip import Strip
 
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
@@ -72,7 +71,7 @@ def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) ->
 
 
 def table_variables(
-    table: dict[str, list[Estimate]], combined: list[Combined], percentiles: np.ndarray, strip: dict[str, Any]
+    table: dict[str, list[Estimate]], combined: list[Combined], percentiles: np.ndarray, strip: Strip
 ) -> dict[str, store.Variable]:
     """Every statistic with its interval, and how those of TRENDS change with penetration where there are two levels.
 
@@ -101,10 +100,10 @@ def table_variables(
     at_bound = np.any((shapes < 1.001 * SHAPES[0]) | (shapes > 0.999 * SHAPES[1]), axis=0)
     title = f"whether a shape of the Beta lies at the end of its range, {SHAPES[0]:g} to {SHAPES[1]:g}"
     variables["beta_at_bound"] = store.Variable(("source", "level"), at_bound.astype(np.int8), "1", title)
-    lags = strip["window_spacing_m"] * np.arange(len(table["autocorrelation"][0].value))
+    lags = strip.window_spacing_m * np.arange(len(table["autocorrelation"][0].value))
     variables["lag"] = store.Variable(("lag",), lags, "m", "distance of two windows")
     variables["triangle"] = store.Variable(
-        ("lag",), triangular(lags, strip["window_m"]), "1", "autocorrelation that the window alone would give"
+        ("lag",), triangular(lags, strip.window_m), "1", "autocorrelation that the window alone would give"
     )
     return variables
 

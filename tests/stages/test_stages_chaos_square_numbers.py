@@ -9,6 +9,7 @@ from scipy.stats import norm
 from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.contact.influence import Influence
+from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_square, design, surface
 from roughslip.stages.from_scene import expansion, geometry, nodes, surface_model
 from roughslip.stages.result_tables import centre_distribution
@@ -43,7 +44,7 @@ def designs(run, modes):
 @pytest.fixture(scope="module")
 def variables(modes):
     """(4, 4, MODES) at the four central nodes, which are all that train on so coarse a mesh."""
-    model, grid = surface_model.gaussian_model(CONFIGURATION), geometry.square_grid(CONFIGURATION)
+    model, grid = surface_model.gaussian_model(scene_of(CONFIGURATION)), geometry.square_grid(scene_of(CONFIGURATION))
     return expansion.directions(model, grid, modes["modes"], nodes.training_nodes(model, grid), 4)[0]
 
 
@@ -51,7 +52,7 @@ def variables(modes):
 def batches(stored, designs, variables):
     """Monte Carlo in two batches, named in another order than numbered, its four central nodes alike; of the Latin
     hypercube the centre alone counts; the design of our expansion has at each node what the variables there say."""
-    stiffness = 1 / Influence(geometry.square_grid(CONFIGURATION), 2.1e11 / (1 - 0.3**2)).diagonal
+    stiffness = 1 / Influence(geometry.square_grid(scene_of(CONFIGURATION)), 2.1e11 / (1 - 0.3**2)).diagonal
     drawn = [monte_carlo([7, geometry.STREAM_MONTE_CARLO, number], MODES) for number in range(MONTE_CARLO)]
 
     def batch(name: str, method: str, first: int, xi: np.ndarray):

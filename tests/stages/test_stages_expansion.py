@@ -5,6 +5,7 @@ import pytest
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene.expansion import candidates, directions, heights_around
 from roughslip.stages.from_scene.nodes import central_nodes, training_nodes
 from roughslip.surface.covariance import Covariance
@@ -75,7 +76,7 @@ def asked(variables, length=6.0, nodes=24, count=60, **rotation):
     modes = karhunen_loeve(surface.covariance, grid, count).modes
     places = training_nodes(surface, grid)
     configuration = {"expansion": {"variables": variables, **rotation}}
-    return candidates(configuration, surface, grid, modes, places), surface, grid, modes, places
+    return candidates(scene_of(configuration), surface, grid, modes, places), surface, grid, modes, places
 
 
 @pytest.mark.parametrize("count", [3, 8])

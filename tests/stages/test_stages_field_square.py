@@ -8,6 +8,7 @@ from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve
 from roughslip.errors import InputError
 from roughslip.grid import Grid
+from roughslip.scene.types import scene_of
 from roughslip.stages import field_square, surface
 from roughslip.stages.from_scene import geometry
 
@@ -97,7 +98,7 @@ def test_what_is_written_makes_the_fields(found, modes):
 
 def test_as_many_surfaces_as_asked_and_no_more_than_memory_holds():
     def scene(samples, nodes):
-        return {"expansion": {"samples": samples}, "square": {"nodes": nodes}}
+        return scene_of({"expansion": {"samples": samples}, "square": {"nodes": nodes}})
 
     assert field_square.surfaces_of(scene("auto", 64), 101) == 2048
     assert field_square.surfaces_of(scene("auto", 10), 600) == 2400

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from roughslip.grid import Grid
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.training import TRAINING_SPACING, training_columns
 from roughslip.surface.covariance import Covariance
@@ -11,18 +12,20 @@ from roughslip.surface.covariance import Covariance
 
 def configuration(**strip):
     """The strip of the paper's scene: lengths that are no whole numbers of cells in floating point."""
-    return {
-        "square": {"edge_m": 6e-4, "nodes": 10},
-        "strip": {
-            "length_m": 2.4e-3,
-            "margin_m": 3e-4,
-            "width_m": 2.5e-5,
-            "cell_m": 2.5e-6,
-            "window_m": 6e-4,
-            "window_spacing_m": 1.5e-5,
+    return scene_of(
+        {
+            "square": {"edge_m": 6e-4, "nodes": 10},
+            "strip": {
+                "length_m": 2.4e-3,
+                "margin_m": 3e-4,
+                "width_m": 2.5e-5,
+                "cell_m": 2.5e-6,
+                "window_m": 6e-4,
+                "window_spacing_m": 1.5e-5,
+            }
+            | strip,
         }
-        | strip,
-    }
+    )
 
 
 def test_meshes_have_the_size_of_the_scene():

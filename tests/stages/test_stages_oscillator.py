@@ -5,6 +5,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
+from roughslip.scene.types import scene_of
 from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
 from roughslip.stages.deterministic import where_it_exists
 from roughslip.stages.from_scene import mass_on_belt
@@ -18,7 +19,7 @@ GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4
 
 def process_of(numbers, marginal=None, statistics=None):
     ensemble = {} if marginal is None else {"marginal": marginal}
-    return friction_process({"ensemble": ensemble, "oscillator": OSCILLATOR}, numbers, statistics)
+    return friction_process(scene_of({"ensemble": ensemble, "oscillator": OSCILLATOR}), numbers, statistics)
 
 
 @pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.5, 0.5), (90.0, 300.0)])
@@ -58,9 +59,9 @@ def test_paths_are_long_enough_for_every_run(method):
     """For the runs and for the trajectories drawn, whichever take longer; a path by recursion has no end."""
     ensemble = {"duration_periods": 2, "discarded_periods": 1, "process": method}
     configuration = {"ensemble": ensemble, "oscillator": OSCILLATOR}
-    paths = friction_paths(configuration, process_of(FrictionNumbers(**GIVEN)), 4)
+    paths = friction_paths(scene_of(configuration), process_of(FrictionNumbers(**GIVEN)), 4)
     assert paths.spacing == 2.5e-4 / 4
-    needed = mass_on_belt.path_length(mass_on_belt.oscillator(configuration), 1 + mass_on_belt.DRAWN_PERIODS)
+    needed = mass_on_belt.path_length(mass_on_belt.oscillator(scene_of(configuration)), 1 + mass_on_belt.DRAWN_PERIODS)
     nodes = 0
     for piece in paths.realisation([0]):
         nodes += piece.size
@@ -70,7 +71,7 @@ def test_paths_are_long_enough_for_every_run(method):
 
 
 def test_numbers_that_the_scene_gives_come_before_a_file(tmp_path):
-    found = friction_numbers({"friction": {"statistics": GIVEN}}, tmp_path / "absent.nc")
+    found = friction_numbers(scene_of({"friction": {"statistics": GIVEN}}), tmp_path / "absent.nc")
     assert found == FrictionNumbers(**GIVEN)
 
 
@@ -86,10 +87,10 @@ def test_numbers_of_the_statistics_are_those_at_the_median(tmp_path):
         "beta_b": store.Variable(("source", "level"), 5 + two, "1", "b"),
     }
     store.write(tmp_path / "statistics.nc", variables, store.Key({}, "abc"))
-    median = friction_numbers({"oscillator": {}}, tmp_path / "statistics.nc")
+    median = friction_numbers(scene_of({"oscillator": {}}), tmp_path / "statistics.nc")
     assert median == FrictionNumbers(0.3, 0.03, 2e-4, 3.0, 6.0)
     # straight lines over the penetration, on which the curves through three levels lie as well
-    between = friction_numbers({"oscillator": {"penetration_percentile": 30.0}}, tmp_path / "statistics.nc")
+    between = friction_numbers(scene_of({"oscillator": {"penetration_percentile": 30.0}}), tmp_path / "statistics.nc")
     assert between.mean == pytest.approx(0.35)
     assert between.standard_deviation == pytest.approx(0.035)
     assert between.correlation_length_m == pytest.approx(1.5e-4)
@@ -98,18 +99,21 @@ def test_numbers_of_the_statistics_are_those_at_the_median(tmp_path):
 
 def test_without_numbers_and_without_a_file_there_is_no_friction():
     with pytest.raises(InputError, match="--friction"):
-        friction_numbers({"friction": {"mean_at_median": 0.3}}, None)
+        friction_numbers(scene_of({"friction": {"mean_at_median": 0.3}}), None)
 
 
 def test_the_paper_s_oscillator_and_law():
-    belt, law = mass_on_belt.oscillator({"oscillator": OSCILLATOR}), mass_on_belt.law({"oscillator": OSCILLATOR}, 0.3)
+    belt, law = (
+        mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR})),
+        mass_on_belt.law(scene_of({"oscillator": OSCILLATOR}), 0.3),
+    )
     assert (pytest.approx(0.003), pytest.approx(2500 / 316**2)) == (belt.V, belt.F)
     v = np.linspace(0.0, 2.0, 9)
     np.testing.assert_allclose(law.mu(v), 0.3 / (1 + 1.42 * v) + 0.1 + 0.01 * v**2)
 
 
 def test_a_path_is_longer_than_the_belt_travels():
-    belt = mass_on_belt.oscillator({"oscillator": OSCILLATOR})
+    belt = mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR}))
     travel = 0.948 * 100 * 2 * np.pi / 316
     assert mass_on_belt.path_length(belt, 100) == pytest.approx(travel + 10 * belt.F)
 

@@ -11,6 +11,7 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.grid import Grid
+from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact_square, contact_strip, expansion_strip
 from roughslip.stages.from_scene import elastic, expansion, geometry
 from roughslip.stages.from_scene.surface_model import surface_model
@@ -176,7 +177,7 @@ def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips
 
 def test_no_target_is_censored_where_the_surface_yields():
     configuration = changed(material={"hardness_pa": 1e9}, expansion={"target": "best"})
-    model, grid = surface_model(configuration), geometry.square_grid(configuration)
-    kinds = [target.kind for target in expansion.targets(configuration, model, grid)]
+    model, grid = surface_model(scene_of(configuration)), geometry.square_grid(scene_of(configuration))
+    kinds = [target.kind for target in expansion.targets(scene_of(configuration), model, grid)]
     assert kinds == ["trial_pressure", "squared_pressure"]
-    assert elastic.hardness_pa(CONFIGURATION) == math.inf
+    assert elastic.hardness_pa(scene_of(CONFIGURATION)) == math.inf

@@ -12,6 +12,7 @@ import pytest
 from scipy.special import ndtri
 
 from roughslip.contact.influence import Influence
+from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.surface_model import surface_model
@@ -56,7 +57,7 @@ def windows_of(columns: np.ndarray) -> np.ndarray:
 
 def strip(number: int) -> np.ndarray:
     """Heights (nx, ny) of the strip of this number; they are the field, as the surface is Gaussian."""
-    sample = surface_model(CONFIGURATION).sampler(geometry.strip_grid(CONFIGURATION))
+    sample = surface_model(scene_of(CONFIGURATION)).sampler(geometry.strip_grid(scene_of(CONFIGURATION)))
     return sample(np.random.default_rng([7, geometry.STREAM_STRIP, number]))
 
 
@@ -91,7 +92,7 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
         np.testing.assert_allclose(planes, [SQ * ndtri(0.7), 0.0], atol=1e-22)
         assert tolerance == 1e-10
         assert hardness_pa == math.inf
-        assert influence.grid == geometry.strip_grid(CONFIGURATION)
+        assert influence.grid == geometry.strip_grid(scene_of(CONFIGURATION))
     assert pressed[0][0].diagonal == pytest.approx(  # of a square cell under its own load
         4 * 5e-6 * math.log(1 + math.sqrt(2)) / math.pi / (2.1e11 / (1 - 0.3**2))
     )
@@ -111,7 +112,7 @@ def linear(stored):
 
     The expansion finds it exactly, and only if strips, columns, rows and levels stay together.
     """
-    stiffness = 1 / Influence(geometry.strip_grid(CONFIGURATION), 2.1e11 / (1 - 0.3**2)).diagonal
+    stiffness = 1 / Influence(geometry.strip_grid(scene_of(CONFIGURATION)), 2.1e11 / (1 - 0.3**2)).diagonal
 
     def trial(number: int) -> np.ndarray:
         from_border = np.minimum(np.arange(NY), np.arange(NY)[::-1])  # rows alike after half a turn, as of any contact
@@ -244,12 +245,12 @@ COARSE = CONFIGURATION | {"strip": CONFIGURATION["strip"] | {"expansion_spacing_
 
 def test_the_lattice_lies_in_the_middle_of_the_columns_that_it_stands_for():
     """Every column where the scene does not say; else windows begin with a column of the lattice, and none is left."""
-    every = geometry.lattice(CONFIGURATION)
-    assert (every.spacing, every.first, every.grid) == (1, 0, geometry.strip_grid(CONFIGURATION))
+    every = geometry.lattice(scene_of(CONFIGURATION))
+    assert (every.spacing, every.first, every.grid) == (1, 0, geometry.strip_grid(scene_of(CONFIGURATION)))
     assert every.middle == slice(FIRST, FIRST + 80)
     for spacing, first_of_windows in ((2, FIRST), (4, FIRST + 1)):
         strip_of = CONFIGURATION["strip"] | {"expansion_spacing_m": spacing * 5e-6}
-        lattice = geometry.lattice(CONFIGURATION | {"strip": strip_of})
+        lattice = geometry.lattice(scene_of(CONFIGURATION | {"strip": strip_of}))
         columns = lattice.of(np.arange(NX))
         assert lattice.grid.shape == (len(columns), NY)
         assert (lattice.grid.dx, lattice.grid.dy) == (pytest.approx(spacing * 5e-6), 5e-6)
@@ -259,8 +260,8 @@ def test_the_lattice_lies_in_the_middle_of_the_columns_that_it_stands_for():
 def test_strips_on_the_lattice_alone_have_the_law_of_its_columns_in_whole_strips():
     """Strip 0 was solved: columns of its field. Of others, 4000 of them, the second moments of height over all lags:
     the moments of 12 x 5 nodes of 4000 strips err by at most sqrt(2 / 4000) Sq^2, four of which bound 3600 of them."""
-    grid, lattice = geometry.strip_grid(COARSE), geometry.lattice(COARSE)
-    model = surface_model(COARSE)
+    grid, lattice = geometry.strip_grid(scene_of(COARSE)), geometry.lattice(scene_of(COARSE))
+    model = surface_model(scene_of(COARSE))
     draw = expansion_strip._sampler(COARSE, model, grid, lattice)
     np.testing.assert_array_equal(draw(1), strip(1)[lattice.first :: 2])
     fields = np.stack([draw(number)[:12].ravel() for number in range(2, 4002)])

@@ -8,6 +8,7 @@ import pytest
 from roughslip import store
 from roughslip.chaos.designs import latin_hypercube
 from roughslip.errors import IllPosedError, InputError
+from roughslip.scene.types import scene_of
 from roughslip.stages import design, surface
 from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN, STREAM_LATIN_HYPERCUBE
 from roughslip.stages.runtime.command import Job
@@ -98,14 +99,14 @@ def test_designs_have_a_variable_a_mode(run, tmp_path):
 
 def test_designs_too_large_for_memory_are_refused_with_a_line_each():
     """1e8 numbers are allowed."""
-    assert design.samples_of(DESIGNS, 25_000) == {"latin_hypercube": 4000, "expansion": 200}
+    assert design.samples_of(scene_of(DESIGNS), 25_000) == {"latin_hypercube": 4000, "expansion": 200}
     with pytest.raises(InputError) as told:
-        design.samples_of(DESIGNS, 25_001)
+        design.samples_of(scene_of(DESIGNS), 25_001)
     assert [line.partition(";")[0] for line in told.value.lines] == [
         "square.latin_hypercube_samples: 4000 is not allowed"
     ]
     with pytest.raises(InputError) as told:
-        design.samples_of(DESIGNS, 500_001)
+        design.samples_of(scene_of(DESIGNS), 500_001)
     assert [line.partition(":")[0] for line in told.value.lines] == [
         "square.latin_hypercube_samples",
         "expansion.samples",

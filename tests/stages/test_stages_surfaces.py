@@ -10,6 +10,7 @@ from roughslip.probability import FamilyDistribution
 from roughslip.scan.model_fit import fitted_marginal
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import scan_model, surface_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.surface.covariance import Covariance
@@ -21,7 +22,7 @@ STRIP = {"strip": {"length_m": 2.4e-3, "margin_m": 3e-4, "width_m": 2.5e-5, "cel
 
 def test_a_field_with_every_key():
     roughness = FIELD | {"covariance": "matern", "smoothness": 1.5, "correlation_length_across_m": 2e-6, "lay_rad": 0.3}
-    model = surface_model.surface_model({"roughness": roughness})
+    model = surface_model.surface_model(scene_of({"roughness": roughness}))
     assert model.covariance == Covariance("matern", 2e-7, 5e-6, 2e-6, 0.3, smoothness=1.5)
     assert model.lengths_m == model.covariance.axis_lengths_m
     assert model.marginal is None
@@ -29,26 +30,28 @@ def test_a_field_with_every_key():
 
 def test_a_law_of_heights():
     law = {"family": "lognormal", "shapes": [0.4], "mirrored": True}
-    model = surface_model.surface_model({"roughness": FIELD | {"marginal": law}})
+    model = surface_model.surface_model(scene_of({"roughness": FIELD | {"marginal": law}}))
     assert model.marginal == FamilyDistribution("lognormal", 2e-7, (0.4,), True)
     assert model.covariance == Covariance("exponential", 2e-7, 5e-6)
-    corrected = surface_model.surface_model({"roughness": FIELD | {"marginal": law | {"correct_correlation": True}}})
+    corrected = surface_model.surface_model(
+        scene_of({"roughness": FIELD | {"marginal": law | {"correct_correlation": True}}})
+    )
     lag = np.array(5e-6)
     assert corrected.covariance.wanted(lag) == model.covariance(lag)
     assert corrected.covariance(lag) > model.covariance(lag)
     smooth = FIELD | {"covariance": "gaussian", "marginal": law | {"correct_correlation": True}}
     with pytest.raises(IllPosedError, match="no Gaussian field"):
-        surface_model.surface_model({"roughness": smooth})
+        surface_model.surface_model(scene_of({"roughness": smooth}))
 
 
 def test_the_band_of_a_fractal_is_that_of_the_strip_unless_given():
     fractal = {"hurst": 0.8, "azimuths": 8, "gamma": 1.5}
     roughness = {"rms_height_m": 2e-7, "fractal": fractal}
-    law = surface_model.surface_model({"roughness": roughness, **STRIP}).law
+    law = surface_model.surface_model(scene_of({"roughness": roughness, **STRIP})).law
     assert law.longest_wavelength_m == pytest.approx(3e-3)
     assert 1 / law.frequencies[-1] > 5e-6 > 1 / law.frequencies[-1] / 1.5
     fractal |= {"longest_wavelength_m": 6e-5, "shortest_wavelength_m": 8e-6}
-    law = surface_model.surface_model({"roughness": roughness, **STRIP}).law
+    law = surface_model.surface_model(scene_of({"roughness": roughness, **STRIP})).law
     assert (law.longest_wavelength_m, law.shortest_wavelength_m) == (6e-5, 8e-6)
 
 

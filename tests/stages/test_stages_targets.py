@@ -4,6 +4,7 @@ import pytest
 
 from roughslip.chaos.pressure import KINDS
 from roughslip.grid import Grid
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import expansion
 
 
@@ -23,10 +24,10 @@ def configuration(target):
 
 @pytest.mark.parametrize("named", [*KINDS, "best"])
 def test_the_square_tries_what_is_named_or_all(named):
-    found = expansion.targets(configuration(named), Surface(), GRID)
+    found = expansion.targets(scene_of(configuration(named)), Surface(), GRID)
     assert tuple(target.kind for target in found) == (KINDS if named == "best" else (named,))
 
 
 @pytest.mark.parametrize(("named", "taken"), [("trial_pressure", "trial_pressure"), ("best", "squared_pressure")])
 def test_the_strip_takes_what_is_named_or_what_serves_on_every_mesh(named, taken):
-    assert expansion.strip_target(configuration(named), Surface(), GRID).kind == taken
+    assert expansion.strip_target(scene_of(configuration(named)), Surface(), GRID).kind == taken

@@ -9,6 +9,7 @@ import pytest
 from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.errors import ConvergenceError
+from roughslip.scene.types import scene_of
 from roughslip.stages import contact_square, surface, training_square
 from roughslip.stages import design as design_stage
 from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN
@@ -92,4 +93,4 @@ def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold(
 
 def test_the_design_of_these_solves_is_not_drawn_whole(run):
     scene = SCENE | {"square": SCENE["square"] | {"latin_hypercube_samples": 4000}}
-    assert design_stage.samples_of(scene, 64) == {"latin_hypercube": 4000}
+    assert design_stage.samples_of(scene_of(scene), 64) == {"latin_hypercube": 4000}

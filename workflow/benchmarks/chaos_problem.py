@@ -23,6 +23,8 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid
 from roughslip.scene.loader import load
+from roughslip.scene.mistakes import Values
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.nodes import Nodes, central_nodes, training_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
@@ -124,7 +126,7 @@ class Square:
     """
 
     name: str
-    configuration: geometry.Configuration
+    configuration: Values
     model: GaussianModel
     grid: Grid
     modes: np.ndarray
@@ -141,7 +143,8 @@ class Square:
     def of(cls, name: str) -> Square:
         """Return the square of a scene of the project."""
         configuration = load(name, ROOT / "config" / "scenes")
-        model, grid = surface_model.gaussian_model(configuration), geometry.square_grid(configuration)
+        scene = scene_of(configuration)
+        model, grid = surface_model.gaussian_model(scene), geometry.square_grid(scene)
         order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
         modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
         nodes, terms = training_nodes(model, grid), configuration["expansion"]
@@ -151,12 +154,12 @@ class Square:
             model,
             grid,
             modes,
-            elastic.influence(configuration, grid),
+            elastic.influence(scene, grid),
             nodes,
             len(central_nodes(model, grid).x),
             *expansion.directions(model, grid, modes, nodes, terms["variables"]),
             multi_indices(terms["variables"], terms["degree"]),
-            expansion.targets(configuration, model, grid)[0],
+            expansion.targets(scene, model, grid)[0],
             np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES]),
         )
 

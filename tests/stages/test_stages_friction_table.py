@@ -10,6 +10,7 @@ import pytest
 from roughslip.friction.resampling import strip_weights
 from roughslip.friction.statistics import Combined, combine
 from roughslip.probability import Estimate
+from roughslip.scene.types import scene_of
 from roughslip.stages.friction import combined_at, describe
 from roughslip.stages.result_tables.friction_table import (
     COMBINED,
@@ -23,7 +24,7 @@ from roughslip.stages.result_tables.friction_table import (
     table_variables,
 )
 
-STRIP = {"window_spacing_m": 1e-4, "window_m": 6e-4}
+SCENE = scene_of({"strip": {"window_spacing_m": 1e-4, "window_m": 6e-4}})
 
 
 def estimate(value, replicates=None):
@@ -63,7 +64,7 @@ def test_lengths_are_in_metres_and_what_has_no_title_gets_its_name():
 def table():
     """Two sources and three levels of known moments, by the functions of the friction stage."""
     rng = np.random.default_rng(1)
-    job = SimpleNamespace(configuration={"strip": STRIP})
+    job = SimpleNamespace(scene=SCENE)
     weights = strip_weights(12, 60, rng)
     found: dict[str, list[Estimate]] = {}
     for _ in SOURCES:
@@ -81,7 +82,7 @@ def combined(levels):
 
 
 def test_every_statistic_has_units_a_title_and_an_interval(table):
-    variables = table_variables(table, combined(3), np.array([10.0, 50.0, 90.0]), STRIP)
+    variables = table_variables(table, combined(3), np.array([10.0, 50.0, 90.0]), SCENE.strip)
     for name, variable in variables.items():
         assert variable.units
         assert variable.long_name
@@ -102,7 +103,7 @@ def test_every_statistic_has_units_a_title_and_an_interval(table):
 
 def test_one_level_has_no_trend(table):
     one = {name: [estimates[1], estimates[4]] for name, estimates in table.items()}
-    variables = table_variables(one, combined(1), np.array([50.0]), STRIP)
+    variables = table_variables(one, combined(1), np.array([50.0]), SCENE.strip)
     assert not [name for name in variables if name.startswith("trend_")]
     assert variables["mean"].values.shape == (2, 1)
     assert "combined_mean" in variables
@@ -110,7 +111,7 @@ def test_one_level_has_no_trend(table):
 
 def test_summary_has_a_row_a_penetration_with_units_in_the_names(table):
     percentiles = np.array([10.0, 50.0, 90.0])
-    variables = table_variables(table, combined(3), percentiles, STRIP)
+    variables = table_variables(table, combined(3), percentiles, SCENE.strip)
     rows = list(csv.DictReader(io.StringIO(summary(variables, percentiles))))
     assert [float(row["percentile"]) for row in rows] == [10.0, 50.0, 90.0]
     for level, row in enumerate(rows):

@@ -8,6 +8,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import StoreError
+from roughslip.scene.types import scene_of
 from roughslip.stages.report import merged, read_scene, represented, variables_chosen
 
 
@@ -72,7 +73,7 @@ FRACTAL = {"rms_height_m": 1e-7, "fractal": {"hurst": 0.8, "azimuths": 8, "gamma
 
 def strips(folder, roughness, targets=("figure2", "figure3")):
     configuration = {"roughness": roughness, "strip": STRIP, "targets": targets}
-    return represented(folder, ["contact_strip"], configuration)
+    return represented(folder, ["contact_strip"], scene_of(configuration))
 
 
 def test_why_strips_are_not_expanded_is_told_below_the_figure_they_lead_to(tmp_path):
@@ -88,7 +89,7 @@ def test_why_strips_are_not_expanded_is_told_below_the_figure_they_lead_to(tmp_p
     assert fractal == ["Strips are sums of plane waves with random phases, neither expanded nor embedded."]
     assert strips(tmp_path, FIELD).keys() == {"figure3"}
     assert strips(tmp_path, FIELD, ("figure2", "figure5")).keys() == {"figure5"}
-    assert represented(tmp_path, ["cycles"], {"targets": ["figure5"]}) == {}
+    assert represented(tmp_path, ["cycles"], scene_of({"targets": ["figure5"]})) == {}
 
 
 def test_what_the_modes_of_the_square_carry_is_told_below_figure_2(tmp_path):
@@ -103,9 +104,9 @@ def test_what_the_modes_of_the_square_carry_is_told_below_figure_2(tmp_path):
         ({"modes": 101}, "as many as the scene asks for"),
         ({"variance_share": 0.95}, "the fewest that carry 95 %"),
     ):
-        found = represented(tmp_path, ["surface"], {"square": square, "targets": ["figure2"]})
+        found = represented(tmp_path, ["surface"], scene_of({"square": square, "targets": ["figure2"]}))
         assert found == {"figure2": [f"The square is expanded in 101 modes, {why}.", carried]}
-        alone = represented(tmp_path, ["surface"], {"square": square, "targets": ["figure_field"]})
+        alone = represented(tmp_path, ["surface"], scene_of({"square": square, "targets": ["figure_field"]}))
         assert alone == {"figure_field": found["figure2"]}
 
 

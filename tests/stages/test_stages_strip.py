@@ -262,7 +262,7 @@ def test_strips_on_the_lattice_alone_have_the_law_of_its_columns_in_whole_strips
     the moments of 12 x 5 nodes of 4000 strips err by at most sqrt(2 / 4000) Sq^2, four of which bound 3600 of them."""
     grid, lattice = geometry.strip_grid(scene_of(COARSE)), geometry.lattice(scene_of(COARSE))
     model = surface_model(scene_of(COARSE))
-    draw = expansion_strip._sampler(COARSE, model, grid, lattice)
+    draw = expansion_strip._sampler(scene_of(COARSE), model, grid, lattice)
     np.testing.assert_array_equal(draw(1), strip(1)[lattice.first :: 2])
     fields = np.stack([draw(number)[:12].ravel() for number in range(2, 4002)])
     x, y = lattice.grid.dx * np.arange(12), lattice.grid.dy * np.arange(NY)

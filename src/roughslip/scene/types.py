@@ -74,14 +74,15 @@ def scene_of(values: Mapping[str, Any]) -> Scene:
 def get(scene: Values, key: str) -> Any:
     """The value of a scene under a dotted key: as given, else its default, None where it has none.
 
-    A section is returned with the defaults of its absent keys.
+    A section is returned with the defaults of its absent keys. Raises KeyError for a key that no scene has.
     """
     value: Any = scene
     kind: type[Section] | None = Scene
-    for part in key.split("."):
+    for depth, part in enumerate(key.split(".")):
         if kind is None or (field := fields_of(kind).get(part)) is None:
             raise KeyError(f"{key} is no key of a scene")
+        within = isinstance(value, Mapping) or depth <= 1  # an absent section of the scene has defaults, no deeper one
         given = isinstance(value, Mapping) and part in value
-        value = value[part] if given else default_of(field)
+        value = value[part] if given else default_of(field) if within else None
         kind = field.metadata["kind"]
     return completed(kind, value) if kind is not None and isinstance(value, Mapping) else value

@@ -56,7 +56,7 @@ def numbers(least: int, most: int, nodes: int, modes: int) -> tuple[int, int]:
 
 def work(job: Job) -> None:
     """Solve, fit and solve more; write what stage contact_square writes of a design, and the design."""
-    asked, error = job.scene.expansion, job.scene.expansion.cdf_error
+    asked = job.scene.expansion
     seed = [job.scene.seed, geometry.STREAM_EXPANSION_DESIGN]
     problem = square(job)
     nodes = training_nodes(problem.model, problem.grid)
@@ -80,11 +80,11 @@ def work(job: Job) -> None:
 
         least, most = numbers(*terms(candidates, asked.degree), len(nodes.x), len(problem.modes))
         drawing = [job.scene.seed, geometry.STREAM_ENRICHMENT]
-        enriched = enrich(solve, fit, error, least=least, most=most, seed=drawing)
+        enriched = enrich(solve, fit, asked.cdf_error, least=least, most=most, seed=drawing)
     for count, error in enriched.history:
         print(f"training_square: {count} solves, estimated error of the distribution {error:.3g}", file=sys.stderr)
     reached = enriched.error
-    job.usage.count(fits=len(enriched.history), cdf_error_asked=error, cdf_error=round(reached.total, 6))
+    job.usage.count(fits=len(enriched.history), cdf_error_asked=asked.cdf_error, cdf_error=round(reached.total, 6))
     job.usage.skip({skip_reasons.ENOUGH_SOLVES: most - enriched.history[-1][0]})
     one = batches[0]
     variables = {

@@ -1,0 +1,127 @@
+"""The scene as types: what stages get of it, the schema that is generated from it, and what that says."""
+
+import ast
+import dataclasses
+import inspect
+import os
+import subprocess
+import sys
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from roughslip.scene import fields, schema
+from roughslip.scene.loader import describe_allowed
+from roughslip.scene.types import Scene, get, scene_of
+from tests.scene.shipped import CONFIG, FIGURES, KINDS, SCENES, SCHEMA, properties, shipped_scene
+
+UNITS = {
+    "m": "m",
+    "s": "s",
+    "pa": "Pa",
+    "kg": "kg",
+    "n": "N",
+    "rad": "rad",
+    "rad_per_s": "rad/s",
+    "m_per_s": "m/s",
+    "s_per_m": "s/m",
+    "s2_per_m2": "s^2/m^2",
+    "per_m2": "1/m^2",
+    "percentile": "%",
+}
+
+
+def sections(kind: type[fields.Section]) -> list[type[fields.Section]]:
+    inner = [field.metadata["kind"] for field in dataclasses.fields(kind) if field.metadata["kind"]]
+    return [kind, *(section for one in inner for section in sections(one))]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_becomes_an_object_with_all_its_values_and_defaults(name):
+    values = shipped_scene(name)
+    scene = scene_of(values)
+    for key, part in properties(SCHEMA).items():
+        if part["type"] == "object" or key == "extends":
+            continue
+        *places, last = key.split(".")
+        section = scene
+        for place in places:
+            section = getattr(section, place, None)
+        expected = get(values, key)
+        if expected is not None:
+            assert getattr(section, last) == (tuple(expected) if isinstance(expected, list) else expected)
+
+
+def test_defaults_and_absent_sections():
+    scene = {"oscillator": {"law": "coulomb"}, "roughness": {"marginal": {"family": "beta", "shapes": [1, 2]}}}
+    assert get(scene, "oscillator.law") == "coulomb"
+    assert get(scene, "oscillator.integrator") == get({}, "oscillator.integrator") == "fehlberg45"
+    assert get(scene, "roughness.scan.grinding.points") is None
+    assert get(scene, "strip") is None
+    marginal = {"family": "beta", "shapes": [1, 2], "mirrored": False, "correct_correlation": False}
+    assert get(scene, "roughness.marginal") == get(scene, "roughness")["marginal"] == marginal
+    with pytest.raises(KeyError, match=r"oscillator\.laws is no key of a scene"):
+        get(scene, "oscillator.laws")
+    found = scene_of(scene)
+    assert (found.oscillator.law, found.oscillator.windows_in_parallel) == ("coulomb", 1)
+    assert found.friction.statistics is found.roughness.scan is None
+    assert found.roughness.marginal.shapes == (1, 2)
+
+
+def test_a_key_that_was_not_read_is_named():
+    scene = scene_of({"strip": {"cell_m": 1e-6}})
+    assert scene.strip.cell_m == 1e-6
+    with pytest.raises(AttributeError, match=r"^strip\.samples is not among the keys that this stage reads$"):
+        _ = scene.strip.samples
+    with pytest.raises(AttributeError, match=r"^seed is not among"):
+        _ = scene.seed
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        scene.strip.cell_m = 2e-6
+    assert repr(scene.strip) == "Strip(cell_m=1e-06, expansion_spacing_m=None)"
+
+
+def test_sections_hold_fields_only():
+    """The hash of a stage's code leaves them out: their values stand in its slice."""
+    for section in sections(Scene):
+        tree = ast.parse(inspect.getsource(section))
+        assert {type(node) for node in tree.body[0].body} <= {ast.Expr, ast.AnnAssign}, section
+
+
+def test_the_types_are_light():
+    """Every stage imports them at its start."""
+    command = [sys.executable, "-c", "import sys, roughslip.scene.types; print(*sys.modules)"]
+    source = CONFIG.parent / "src"
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ | {"PYTHONPATH": source})
+    assert not {"yaml", "jsonschema", "numpy", "pydantic"} & set(done.stdout.split())
+
+
+def test_the_schema_for_editors_is_current():
+    written = (CONFIG / "scene.schema.json").read_text(encoding="utf-8")
+    assert written == schema.text(), "run: python -m roughslip.scene.schema"
+
+
+def test_the_schema_is_closed_described_and_gives_units():
+    Draft202012Validator.check_schema(SCHEMA)
+    for key, part in {"": SCHEMA, **properties(SCHEMA)}.items():
+        if part["type"] == "object":
+            assert part["additionalProperties"] is False, key
+            assert set(part.get("required", [])) <= set(part["properties"]), key
+        assert len(part["description"].split()) >= 2, key
+        if part["type"] in ("number", "integer"):
+            assert {"minimum", "exclusiveMinimum"} & set(part), key
+            endings = [ending for ending in UNITS if key.endswith(f"_{ending}")]
+            unit = UNITS[max(endings, key=len)] if endings else "-"
+            assert part["description"].endswith(f" [{unit}]"), key
+
+
+def test_the_schema_in_words():
+    allowed = {key: describe_allowed(part) for key, part in properties(SCHEMA).items()}
+    assert allowed["strip.cell_m"] == "a number > 0 [m]"
+    assert allowed["square.nodes"] == "a whole number >= 2 and <= 1024"
+    assert allowed["material.poisson_ratio"] == "a number > -1 and <= 0.5"
+    assert allowed["roughness.covariance"] == f"one of {KINDS}"
+    assert allowed["oscillator.stochastic_static_limit"] == "true or false"
+    assert allowed["numerics"] == "a group of the keys contact_tolerance, oscillator_tolerance"
+    assert allowed["targets"] == f"a list of at least 1, each once, of one of {FIGURES}"
+    assert allowed["strip.penetration_percentiles"] == "a list of 1 to 99, of a number > 0 and < 100 [%]"
+    assert allowed["description"] == "text on one line, 1 to 200 characters"

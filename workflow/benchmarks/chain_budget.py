@@ -24,6 +24,7 @@ from roughslip.friction.recursion import recursion
 from roughslip.grid import Grid
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.probability import BetaDistribution
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.stages.from_scene.nodes import central_nodes
 from roughslip.stages.spacing import Thinned
@@ -121,7 +122,7 @@ def central_pressures(square: Square, grid: Grid, rough: np.ndarray, tolerance: 
 
     rough : (surfaces, nx, ny) [m] heights on a mesh of which every `step`-th node is one of the scene's
     """
-    influence, nodes = elastic.influence(square.configuration, grid), central_nodes(square.model, square.grid)
+    influence, nodes = elastic.influence(scene_of(square.configuration), grid), central_nodes(square.model, square.grid)
     found = np.empty((len(rough), len(nodes.x)))
     for row, surface in enumerate(rough):
         pressure = solve(influence, surface - square.planes[MEDIAN], tolerance).pressure
@@ -224,7 +225,7 @@ def strip_budget(name: str, scene: dict[str, Any], strips: int) -> Iterator[Row]
     """
     tolerance = scene["numerics"]["contact_tolerance"]
     fine = scale_cell(scene, 0.5)
-    sample = surface_model.surface_model(fine).sampler(geometry.strip_grid(fine))
+    sample = surface_model.surface_model(scene_of(fine)).sampler(geometry.strip_grid(scene_of(fine)))
     seeds = [[scene["seed"], STREAMS["strips"], number] for number in range(strips)]
     fields = [sample(np.random.default_rng(seed)) for seed in seeds]
 
@@ -295,9 +296,9 @@ def count_cycles(
     """Return cycles (paths, dampings) on paths of so many nodes a correlation length, reading every `step`-th node."""
     marginal = BetaDistribution.of_moments(friction.a, friction.b, 0.0, friction.std)
     drawn = recursion(FrictionProcess(marginal, friction.length_m), friction.length_m / nodes)
-    belt, periods, found = mass_on_belt.oscillator(scene), scene["ensemble"]["duration_periods"], []
-    options = mass_on_belt.run_options(scene) | ({} if tolerance is None else {"tolerance": tolerance})
-    mean = mass_on_belt.law(scene, friction.mean)
+    belt, periods, found = mass_on_belt.oscillator(scene_of(scene)), scene["ensemble"]["duration_periods"], []
+    options = mass_on_belt.run_options(scene_of(scene)) | ({} if tolerance is None else {"tolerance": tolerance})
+    mean = mass_on_belt.law(scene_of(scene), friction.mean)
     for number in range(paths):
         path = Thinned(drawn.realisation([scene["seed"], STREAMS["oscillator"], number]), step)
         found.append(ensemble_counts(belt, mean, path, step * drawn.spacing, periods, DAMPING, **options).cycles)

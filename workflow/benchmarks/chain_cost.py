@@ -34,6 +34,7 @@ from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability import BetaDistribution
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.benchmarks import chain_plain
@@ -142,7 +143,7 @@ def mean_cpu_seconds(calls: Iterable[Callable[[], object]]) -> float:
 def surface_stage(square: Square) -> Stage:
     """Compare modes of the square by symmetry and Lanczos with LAPACK on the whole covariance matrix."""
     order, small = len(square.modes), min(square.grid.nx, DENSE_NODES)
-    coarse = geometry.square_grid({"square": square.configuration["square"] | {"nodes": small}})
+    coarse = geometry.square_grid(scene_of({"square": square.configuration["square"] | {"nodes": small}}))
     covariance = square.model.covariance
     ours = mean_cpu_seconds([partial(karhunen_loeve, covariance, square.grid, order)])
     plain = mean_cpu_seconds([partial(dense_modes, covariance, coarse, min(order, coarse.size))])
@@ -183,7 +184,7 @@ def square_stage(square: Square, rows: Sequence[Row], kept: Path, surfaces: int)
     """Compare the expansion of few surfaces with direct Monte Carlo of many, for the pressure at the centre."""
     terms, tolerance = square.configuration["expansion"], square.configuration["numerics"]["contact_tolerance"]
     xi, plane = square.design("monte_carlo", surfaces, 1), square.planes[MEDIAN]
-    modulus = elastic.material(square.configuration).plane_strain_modulus_pa
+    modulus = elastic.material(scene_of(square.configuration)).plane_strain_modulus_pa
 
     def interference(one: np.ndarray) -> np.ndarray:
         return square.surface(one) - plane
@@ -237,7 +238,7 @@ def strip_stage(scene: dict[str, Any], kept: Path, sample: int) -> Stage:
     kept : the folder of the scene's kept results
     """
     levels, tolerance = scene["strip"]["penetration_percentiles"], scene["numerics"]["contact_tolerance"]
-    grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
+    grid, model = geometry.strip_grid(scene_of(scene)), surface_model.surface_model(scene_of(scene))
     draw = model.sampler(grid)
     generators = [np.random.default_rng([scene["seed"], STREAM, number]) for number in range(sample + 1)]
     solve_windows(scene, [draw(generators.pop())], levels, tolerance)  # compiles
@@ -245,7 +246,7 @@ def strip_stage(scene: dict[str, Any], kept: Path, sample: int) -> Stage:
     drawn = [draw(generator) for generator in generators]
     area, force = solve_windows(scene, drawn, levels, tolerance)
     ours_each = (time.process_time() - start) / sample
-    rough, modulus = model.heights(drawn[0]), elastic.material(scene).plane_strain_modulus_pa
+    rough, modulus = model.heights(drawn[0]), elastic.material(scene_of(scene)).plane_strain_modulus_pa
     planes = [float(plane) for plane in model.plane_height(np.array([levels[0], 50.0, levels[-1]], dtype=float))]
     plain = chain_plain.PlainContact.of(grid, rough - planes[1], tolerance)
     plain_each = mean_cpu_seconds(lambda at=plane: plain.solve(grid, rough - at, modulus) for plane in planes)
@@ -274,8 +275,8 @@ def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_per
     marginal = BetaDistribution.of_moments(friction.a, friction.b, 0.0, friction.std)
     nodes, ensemble = scene["ensemble"]["nodes_per_correlation_length"], scene["ensemble"]
     drawn = recursion(FrictionProcess(marginal, friction.length_m), friction.length_m / nodes)
-    belt, mean = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, friction.mean)
-    options, periods = mass_on_belt.run_options(scene), float(ensemble["duration_periods"])
+    belt, mean = mass_on_belt.oscillator(scene_of(scene)), mass_on_belt.law(scene_of(scene), friction.mean)
+    options, periods = mass_on_belt.run_options(scene_of(scene)), float(ensemble["duration_periods"])
 
     def run(number: int, duration: float) -> int:
         path = KeptPath(drawn.realisation([scene["seed"], STREAM, number]))

@@ -145,8 +145,7 @@ class Square:
         configuration = load(name, ROOT / "config" / "scenes")
         scene = scene_of(configuration)
         model, grid = surface_model.gaussian_model(scene), geometry.square_grid(scene)
-        order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
-        modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
+        modes = karhunen_loeve(model.covariance, grid, scene.square.modes, share=scene.square.variance_share).modes
         nodes, terms = training_nodes(model, grid), configuration["expansion"]
         return cls(
             name,

@@ -18,6 +18,8 @@ from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.resampling import strip_weights
 from roughslip.friction.statistics import window_statistics
+from roughslip.scene.mistakes import Values
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from workflow.monte_carlo.command import run_command
 
@@ -29,16 +31,17 @@ NUMBERS = {"mean": "Pa-1", "std": "Pa-1", "variation": "1", "skewness": "1", "ku
 
 
 def solve_windows(
-    configuration: geometry.Configuration,
+    configuration: Values,
     fields: Iterable[np.ndarray],
     percentiles: Sequence[float],
     tolerance: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return area [m2] and force [N] (strips, penetrations, windows) of fields (nx, ny) [m] on the strip of a scene."""
-    grid, model = geometry.strip_grid(configuration), surface_model.surface_model(configuration)
-    influence, lie = elastic.influence(configuration, grid), geometry.windows(configuration)
+    scene = scene_of(configuration)
+    grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
+    influence, lie = elastic.influence(scene, grid), geometry.windows(scene)
     planes = model.plane_height(np.array(percentiles, dtype=float)).tolist()
-    hardness, found = elastic.hardness_pa(configuration), []
+    hardness, found = elastic.hardness_pa(scene), []
     for field in fields:
         of_strip = np.empty((2, len(planes), lie.count))
         solutions = sweep(influence, model.heights(field), planes, tolerance, hardness_pa=hardness)
@@ -51,12 +54,13 @@ def solve_windows(
     return area, force
 
 
-def solve_strips(configuration: geometry.Configuration, first: int, last: int) -> dict[str, store.Variable]:
+def solve_strips(configuration: Values, first: int, last: int) -> dict[str, store.Variable]:
     """Solve strips first ... last - 1."""
-    sample = surface_model.surface_model(configuration).sampler(geometry.strip_grid(configuration))
-    seeds = ([configuration["seed"], STREAM, number] for number in range(first, last))
+    scene = scene_of(configuration)
+    sample = surface_model.surface_model(scene).sampler(geometry.strip_grid(scene))
+    seeds = ([scene.seed, STREAM, number] for number in range(first, last))
     fields = (sample(np.random.default_rng(seed)) for seed in seeds)
-    area, force = solve_windows(configuration, fields, configuration["strip"]["penetration_percentiles"], TOLERANCE)
+    area, force = solve_windows(configuration, fields, scene.strip.penetration_percentiles, TOLERANCE)
     shape = ("sample", "level", "window")
     return {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),

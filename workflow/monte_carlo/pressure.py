@@ -32,6 +32,8 @@ from roughslip.chaos.designs import sobol_places
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
 from roughslip.contact.solve import sweep
 from roughslip.errors import InputError
+from roughslip.scene.mistakes import Values
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.nodes import central_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
@@ -61,25 +63,25 @@ def draw_variables(seed: int, number: int, modes: int) -> np.ndarray:
     return np.random.default_rng([seed, STREAM, number]).standard_normal(modes)
 
 
-def solve_centre(configuration: geometry.Configuration, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+def solve_centre(configuration: Values, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
     """Return pressure [Pa] and gap [m] (samples, penetrations, central nodes) of samples first ... last - 1."""
-    model, grid = surface_model.gaussian_model(configuration), geometry.square_grid(configuration)
-    order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
-    modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
+    scene = scene_of(configuration)
+    model, grid = surface_model.gaussian_model(scene), geometry.square_grid(scene)
+    modes = karhunen_loeve(model.covariance, grid, scene.square.modes, share=scene.square.variance_share).modes
     planes = np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES])
-    hardness = elastic.hardness_pa(configuration)
-    influence, nodes = elastic.influence(configuration, grid), central_nodes(model, grid)
+    hardness = elastic.hardness_pa(scene)
+    influence, nodes = elastic.influence(scene, grid), central_nodes(model, grid)
     shape = (last - first, len(planes), len(nodes.x))
     pressure, gap = np.empty(shape, dtype=KEPT), np.empty(shape, dtype=KEPT)
     for row, number in enumerate(range(first, last)):
-        z = model.heights(heights(modes, draw_variables(configuration["seed"], number, len(modes))))
+        z = model.heights(heights(modes, draw_variables(scene.seed, number, len(modes))))
         for level, solution in enumerate(sweep(influence, z, planes, TOLERANCE, hardness_pa=hardness)):
             pressure[row, level] = solution.pressure[nodes.x, nodes.y]
             gap[row, level] = solution.signed_gap[nodes.x, nodes.y]
     return pressure, gap
 
 
-def solve_surfaces(configuration: geometry.Configuration, first: int, last: int) -> dict[str, store.Variable]:
+def solve_surfaces(configuration: Values, first: int, last: int) -> dict[str, store.Variable]:
     """Solve surfaces first ... last - 1."""
     pressure, gap = solve_centre(configuration, first, last)
     dimensions = ("sample", "penetration", "node")
@@ -191,9 +193,7 @@ def controlled_mean(pressure: np.ndarray, control: np.ndarray, expected: np.ndar
     return float(mean), float(np.sqrt(variance))
 
 
-def controlled_means(
-    configuration: geometry.Configuration, pressure: np.ndarray, gap: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def controlled_means(configuration: Values, pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean pressure and its standard error (penetrations,) [Pa], with an expansion as control variate.
 
     configuration : of the solves
@@ -203,12 +203,13 @@ def controlled_means(
     """
     if len(pressure) < 2 * FITTED:
         raise InputError([f"the expansion that controls a mean takes {FITTED} surfaces: gather {2 * FITTED} at least"])
-    model, grid = surface_model.gaussian_model(configuration), geometry.square_grid(configuration)
+    scene = scene_of(configuration)
+    model, grid = surface_model.gaussian_model(scene), geometry.square_grid(scene)
     order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
     modes, nodes = karhunen_loeve(model.covariance, grid, order, share=share).modes, central_nodes(model, grid)
     directions, odd = expansion.directions(model, grid, modes, nodes, VARIABLES)
-    (target,) = expansion.targets({**configuration, "expansion": {"target": TARGET}}, model, grid)
-    seed = configuration["seed"]
+    (target,) = expansion.targets(scene_of({**configuration, "expansion": {"target": TARGET}}), model, grid)
+    seed = scene.seed
 
     def local(first: int, last: int) -> np.ndarray:
         xi = np.array([draw_variables(seed, number, len(modes)) for number in range(first, last)])
@@ -242,9 +243,7 @@ def _expected_pressures(one: LocalExpansion, seed: int) -> np.ndarray:
     return np.array([one.mean_pressure_at(normal).mean() for normal in points])
 
 
-def gather_surfaces(
-    configuration: geometry.Configuration, batches: Sequence[Mapping[str, np.ndarray]]
-) -> dict[str, store.Variable]:
+def gather_surfaces(configuration: Values, batches: Sequence[Mapping[str, np.ndarray]]) -> dict[str, store.Variable]:
     """Return the reference of all surfaces."""
     pressure, gap = (np.concatenate([batch[name] for batch in batches]) for name in ("pressure", "gap"))
     found = describe_pressure(pressure, batches[0]["percentile"])

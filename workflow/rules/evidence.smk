@@ -98,7 +98,7 @@ rule stress:
     resources:
         mem_mb=EVIDENCE_MB,
     shell:
-        EVIDENCE + " stress.gather --campaigns {input.campaigns:q} --output {output.result:q} 2> {log:q}"
+        EVIDENCE + " stress.runner --campaigns {input.campaigns:q} --output {output.result:q} 2> {log:q}"
 
 
 for stage in STRESSED:

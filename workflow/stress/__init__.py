@@ -1,9 +1,3 @@
-"""Random problems by the thousand, and every answer judged by code that shares nothing with the solver.
+"""Stress campaigns: thousands of random problems of every stage, each answer judged by code that the solver lacks."""
 
-One thread a process: libraries read these variables when they are imported.
-"""
-
-import os
-
-for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ[_variable] = "1"
+import workflow.evidence  # noqa: F401  It limits numerical libraries to one thread and must precede them.

@@ -1,92 +1,380 @@
-"""Random polynomial chaos expansions, and bad input: every answer is judged, every failure is told by its number.
+"""Stress campaign of polynomial chaos: random contact pressures at a node, through every expansion of them.
 
-`python -m workflow.stress.chaos -j 2 --output results/stress/chaos.json` runs the campaign, `--only 17` one of it. Of
-SHARE problems one is of contact pressures, at one node or along a strip, the others are of functions of any kind.
+No contact is solved: the pressure is the positive part of a known response to Gaussian variables, the gap its negative
+part. The response is linear, quadratic, bent or exponential, and scatters. The plane is set so that none, one, few,
+half, nearly all or all samples are in contact. Pressures and gaps have units of 1e-9 to 1e9.
+
+The judge compares with other surfaces of the same distribution. The distribution of n distinct surfaces is within
+sqrt(log(2 / RISK) / 2 n) of the true one except with a probability of RISK (Massart, Ann. Probab. 18 (1990) 1269). No
+expansion of them may be further away. An enriched expansion may be BEYOND times its stated error away, since that error
+is a quantile of 95 %. Every other problem is one of expansions along a strip (`chaos_strip`).
+
+`python -m workflow.stress.chaos -j 2 --output results/stress/chaos.json` runs the campaign; `--only 17` runs one
+problem.
 """
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from math import comb
 
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.regression import Fit, least_squares
-from roughslip.chaos.sensitivity import sensitivity
+import numpy as np
+from numpy.polynomial import hermite_e
+from scipy.special import gammaln
+
+from roughslip.chaos import distribution
+from roughslip.chaos.enrichment import cumulative, enrich
+from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.local import LocalExpansion, Samples, fit_best, fit_local
+from roughslip.chaos.pressure import KINDS, Kind, PressureTarget, fit_in_contact
 from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
-from workflow.benchmarks.measure import case
-from workflow.stress import chaos_contact, chaos_strip, outcomes
-from workflow.stress.chaos_judge import judge, judge_shares, well_posed
-from workflow.stress.chaos_problem import Problem, random_problem
-from workflow.stress.chaos_refusals import REFUSED
-from workflow.stress.outcomes import Row, Verdict, advised
+from workflow.evidence.rows import Row, case
+from workflow.stress import chaos_strip, runner
+from workflow.stress.chaos_strip import RISK, beyond, seen_error
+from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_uniform, verdict_of
 
 STAGE = "chaos"
-SHARE = 4
 CLASSES = ("entry", "function", "copies")
 PROBLEMS = 2000
 
+ENTRIES = ("local", "best", "enriched", "in-contact")
+ENTRY_SHARES = (0.6, 0.15, 0.05, 0.2)
+CONTACTS = ("none", "one", "few", "half", "most", "all")
+CONTACT_SHARES = (0.05, 0.05, 0.2, 0.45, 0.15, 0.1)
+SHAPES = ("root", "linear")  # of pressure over response: of Hertz contact, and of a single cell
+RESPONSES = ("linear", "quadratic", "kink", "exponential")
+COPIES, COPY_SHARES = ("no", "some", "every", "one-surface"), (0.8, 0.08, 0.08, 0.04)
 
-def rows_of(seed: int, number: int) -> list[Row]:
-    """The row of the problem of this number."""
-    if number % (2 * SHARE) == SHARE:
+MOST_SURFACES, MOST_TERMS = 1000, 60
+MOST_ENRICHED = 512  # surfaces
+FRESH = 20_000
+BEYOND = 2.5  # the error at a risk of RISK over that at 5 %, of a normal one: 4.9 / 1.96
+FAR = 30.0  # times the largest pressure of as many other surfaces
+
+
+@dataclass(frozen=True)
+class PressureProblem:
+    """Surfaces, and how their pressure follows from their variables.
+
+    number, seed : of the problem
+    entry, contact, shape, response, copies : one of the names of this module
+    variables, nodes, surfaces, degree : of the fit
+    kinds : of the targets that may be taken
+    plane : of the response, in its standard deviation
+    drift : of the response over a unit of squared distance
+    scatter : standard deviation of the response given the variables
+    pressure_unit, gap_unit : [Pa], [m]
+    guess : stiffness of the gap that is given, over the true one
+    asked : error of the distribution that is asked for
+    """
+
+    number: int
+    seed: int
+    entry: str
+    contact: str
+    shape: str
+    response: str
+    copies: str
+    variables: int
+    nodes: int
+    surfaces: int
+    degree: int
+    kinds: tuple[Kind, ...]
+    plane: float
+    drift: float
+    scatter: float
+    pressure_unit: float
+    gap_unit: float
+    guess: float
+    asked: float
+
+    @property
+    def distance2(self) -> np.ndarray:
+        """(nodes,) [-] of each node, the central one first."""
+        return np.linspace(0.0, 1.0, self.nodes) if self.nodes > 1 else np.zeros(1)
+
+    def target(self, kind: Kind) -> PressureTarget:
+        """Return the target of a kind, with the guessed stiffness."""
+        if kind == "trial_pressure":
+            return PressureTarget(kind, self.guess * self.pressure_unit / self.gap_unit)
+        stiffness = self.guess * self.pressure_unit**2 / self.gap_unit
+        return PressureTarget(kind, stiffness, 0.3 * self.pressure_unit if self.shape == "linear" else 0.0)
+
+    def surfaces_of(self, first: int, last: int) -> Samples:
+        """Return the surfaces of these numbers, some of which may be copies."""
+        variables, response = self.responses(first, last)
+        return Samples(variables, self.distance2, *self._split(response))
+
+    def responses(self, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return variables : (K, nodes, v) and response : (K, nodes) of the surfaces of these numbers."""
+        variables, response = zip(*(self._one(self._origin(n)) for n in range(first, last)), strict=True)
+        return np.array(variables), np.array(response)
+
+    def fresh(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return variables : (count, v) of other surfaces and their pressure : (count,) [Pa] at the centre."""
+        generator = np.random.default_rng([self.seed, self.number, 3])
+        u = generator.standard_normal((count, self.variables))
+        return u, self._split(self._response(u) + self.scatter * generator.standard_normal(count))[0]
+
+    def _origin(self, number: int) -> int:
+        """Return the number of the surface that this one copies."""
+        match self.copies:
+            case "some":
+                return number if number % 3 else number // 2
+            case "every":
+                return number // 3
+            case "one-surface":
+                return 0
+        return number
+
+    def _one(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        generator = np.random.default_rng([self.seed, self.number, 2, number])
+        centre = generator.standard_normal(self.variables)
+        others = generator.standard_normal((self.nodes, self.variables))
+        u = np.sqrt(0.5) * (centre + others)  # Neighbours are alike.
+        u[0] = centre
+        shared = self.scatter * generator.standard_normal()
+        return u, self._response(u) + shared - self.drift * self.distance2
+
+    def _response(self, u: np.ndarray) -> np.ndarray:
+        """Return the response : (...) at variables : (..., v), of order one about the plane."""
+        slope = np.random.default_rng([self.seed, self.number, 1]).standard_normal(self.variables)
+        slope /= np.linalg.norm(slope)
+        along, across = u @ slope, u[..., -1]
+        match self.response:
+            case "quadratic":
+                along = along + 0.3 * (across**2 - 1) + 0.2 * across * u[..., 0]
+            case "kink":
+                along = np.where(along > 0, along, 0.4 * along)
+            case "exponential":
+                along = np.exp(0.7 * along) - 1
+        return along + self.plane
+
+    def _split(self, response: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return pressure [Pa] and gap [m]."""
+        pressed = np.maximum(response, 0.0)
+        pressure = np.sqrt(pressed) if self.shape == "root" else pressed
+        return self.pressure_unit * pressure, self.gap_unit * np.maximum(-response, 0.0)
+
+
+def row_of(seed: int, number: int) -> Row:
+    """Return the row of the problem of this number."""
+    if number % 2:
         strip = chaos_strip.random_problem(seed, number)
-        return [_row(chaos_strip.case_of(strip), lambda: chaos_strip.judged(strip), strip.well_posed)]
-    if number % SHARE == 0:
-        contact = chaos_contact.random_problem(seed, number)
-        return [_row(chaos_contact.case_of(contact), lambda: chaos_contact.judged(contact), contact.well_posed)]
+        return _row(chaos_strip.case_of(strip), partial(chaos_strip.judged, strip), chaos_strip.is_well_posed(strip))
     problem = random_problem(seed, number)
-    return [_row(case_of(problem), lambda: judged(problem), lambda: well_posed(problem))]
+    return _row(case_of(problem), partial(judged, problem), is_well_posed(problem))
 
 
-def refused() -> list[Row]:
-    """A row for each kind of bad input."""
-    return [
-        outcomes.refusal_row(STAGE, case(entry="refused", input=name.replace(" ", "-")), call)
-        for name, call in REFUSED.items()
-    ]
+def _row(name: str, judged: Callable[[], Verdict], well_posed: bool) -> Row:
+    return runner.problem_row(STAGE, name, judged, lambda error: is_answer(error, well_posed))
 
 
-def case_of(problem: Problem) -> str:
+def is_answer(error: RoughslipError, well_posed: bool) -> bool:
+    """Whether an error answers a problem: of the right type, with advice, and the problem is not well posed."""
+    return isinstance(error, IllPosedError | ConvergenceError) and has_advice(error) and not well_posed
+
+
+def random_problem(seed: int, number: int) -> PressureProblem:
+    """Return the problem of this number."""
+    generator = np.random.default_rng([seed, number, 0])
+    entry = choose(generator, ENTRIES, ENTRY_SHARES)
+    contact = choose(generator, CONTACTS, CONTACT_SHARES)
+    variables = int(generator.integers(1, 9))
+    surfaces = round(log_uniform(generator, 1, np.log10(MOST_SURFACES)))
+    kinds = tuple(generator.permutation(KINDS)) if entry == "best" else (choose(generator, KINDS),)
+    problem = PressureProblem(
+        number,
+        seed,
+        entry,
+        contact,
+        choose(generator, SHAPES),
+        choose(generator, RESPONSES),
+        choose(generator, COPIES, COPY_SHARES),
+        variables,
+        choose(generator, (1, 1, 3)),
+        surfaces,
+        _degree(generator, variables),
+        kinds,
+        0.0,
+        float(generator.uniform(0, 1)),
+        choose(generator, (0.0, 1e-3, 0.1, 0.3, 1.0)),
+        log_uniform(generator, -9, 9),
+        log_uniform(generator, -9, 9),
+        log_uniform(generator, -0.5, 0.5),
+        log_uniform(generator, -1.7, -0.3),
+    )
+    return replace(problem, plane=_plane(generator, problem))
+
+
+def _degree(generator: np.random.Generator, variables: int) -> int:
+    """Draw a degree up to 15, of at most MOST_TERMS terms."""
+    degree = int(generator.integers(1, 5)) if generator.random() < 0.8 else int(generator.integers(0, 16))
+    while comb(variables + degree, degree) > MOST_TERMS:
+        degree -= 1
+    return degree
+
+
+def _plane(generator: np.random.Generator, problem: PressureProblem) -> float:
+    """Return what the response is raised by, so that the named share of samples is in contact."""
+    levels = np.unique(problem.responses(0, problem.surfaces)[1])
+    match problem.contact:
+        case "none":
+            return float(-levels[-1] - 1)
+        case "one":
+            return float(-levels[-2:].mean()) if len(levels) > 1 else 0.0
+        case "all":
+            return float(1 - levels[0])
+    low, high = {"few": (0.005, 0.1), "half": (0.2, 0.8), "most": (0.9, 0.99)}[problem.contact]
+    return float(-np.quantile(levels, 1 - generator.uniform(low, high)))
+
+
+def case_of(problem: PressureProblem) -> str:
     return case(
         number=problem.number,
-        entry="least-squares",
-        function=problem.name,
-        variables=problem.indices.shape[1],
+        entry=problem.entry,
+        function=problem.response,
+        variables=problem.variables,
         degree=problem.degree,
-        terms=len(problem.indices),
-        **problem.labels,
+        samples=problem.surfaces,
+        nodes=problem.nodes,
+        copies=problem.copies,
+        contact=problem.contact,
+        shape=problem.shape,
+        target=",".join(problem.kinds),
+        noise=f"{problem.scatter:g}",
+        pressure=f"{problem.pressure_unit:.2g}",
+        gap=f"{problem.gap_unit:.2g}",
+        asked=f"{problem.asked:.2g}",
         tolerance=1,
     )
 
 
-def judged(problem: Problem) -> Verdict:
-    """The function expanded, and the shares of its variables where they explain anything."""
-    found = solution(problem)
-    verdict = judge(problem, found)
-    if not found.coefficients[1:].any():
-        return verdict
-    shares = sensitivity(problem.indices, found.coefficients)
-    return Verdict(verdict.residual, verdict.broken + judge_shares(problem, found, shares))
+def is_well_posed(problem: PressureProblem) -> bool:
+    """Whether a problem has a solution beyond doubt, so that no error answers it."""
+    clear = problem.contact == "half" and problem.copies == "no" and problem.entry != "enriched"
+    terms = comb(problem.variables + problem.degree, problem.degree)
+    enough = problem.surfaces >= max(25 * terms, 200)
+    return clear and problem.scatter >= 0.1 and 1 <= problem.degree <= 4 and enough
 
 
-def solution(problem: Problem) -> Fit:
-    """The least-squares expansion of a problem."""
-    return least_squares(hermite_basis(problem.points, problem.indices), problem.target, problem.weights)
+def judged(problem: PressureProblem) -> Verdict:
+    """Expand the pressures and judge the expansion."""
+    match problem.entry:
+        case "in-contact":
+            return _in_contact(problem)
+        case "enriched":
+            return _enriched(problem)
+    samples = problem.surfaces_of(0, problem.surfaces)
+    targets = [problem.target(kind) for kind in problem.kinds]
+    if problem.entry == "local":
+        expansion = fit_local(samples, problem.degree, targets[0])
+    else:
+        expansion, scores = fit_best(samples, problem.degree, targets)
+        if expansion.score != np.nanmin(list(scores.values())):
+            return Verdict(math.inf, ("not the best score",))
+    count = len(np.unique(samples.variables[:, 0], axis=0))
+    return judge(problem, expansion, samples, sampling_error(count))
 
 
-def honest(error: RoughslipError, solvable: Callable[[], bool]) -> bool:
-    """Whether an error answers a problem: of a type that says so, with advice, and not where there is a solution."""
-    typed = isinstance(error, IllPosedError | ConvergenceError)
-    return typed and advised(error) and not solvable()
+def sampling_error(count: int) -> float:
+    """Return the bound of sup |F_n - F| for so many samples, exceeded with a probability of RISK."""
+    return math.sqrt(math.log(2 / RISK) / (2 * count))
 
 
-def _row(name: str, judged_: Callable[[], Verdict], solvable: Callable[[], bool]) -> Row:
-    return outcomes.problem_row(STAGE, name, judged_, lambda error: honest(error, solvable))
+def judge(problem: PressureProblem, expansion: LocalExpansion, samples: Samples, allowed: float) -> Verdict:
+    """Return whether pressures of an expansion have the distribution of those of other surfaces.
+
+    allowed : the largest distance of the two distributions, without the sampling errors of the comparison
+    """
+    u, true = problem.fresh(FRESH)
+    drawn = expansion.draw(np.random.default_rng([problem.number, 4]), FRESH)
+    means = expansion.mean_pressure_at(u)
+    largest = max(float(true.max()), float(samples.pressure.max()))
+    levels = np.concatenate([[0.0], np.geomspace(1e-3, 10, 30) * largest])
+    curve = cumulative(expansion, 0, hermite_basis(u[:200], expansion.indices), levels)
+    if not all(np.isfinite(part).all() for part in (drawn, means, curve, expansion.score, expansion.cross_validated)):
+        return Verdict(math.inf, ("pressures are not finite",))
+    distance, limit = _distance(drawn, true), allowed + 2 * sampling_error(FRESH)
+    conditions: Conditions = {
+        "the distribution": (distance, limit),
+        "distances are equal": (abs(distance - distribution.kolmogorov_distance(drawn, true)), 1e-12),
+        "p >= 0": (-min(drawn.min(), means.min()), 0),
+        "the largest pressure": (drawn.max(), FAR * largest),
+        "F falls": (-np.diff(curve).min(), 1e-12),
+        "F >= 0": (-curve.min(), 0),
+        "F <= 1": (curve.max(), 1 + 1e-12),
+        "F of all": (1 - curve[-1], 1 - np.mean(true <= levels[-1]) + limit),
+        "errors are not negative": (-min(expansion.score, expansion.cross_validated), 0),
+    }
+    return Verdict(distance / limit, verdict_of(conditions).broken)
 
 
-def main() -> int:
-    return outcomes.command(__doc__, STAGE, rows_of, refused, CLASSES, PROBLEMS)
+def _distance(first: np.ndarray, second: np.ndarray) -> float:
+    """Return sup |F1 - F2| over all values of both."""
+    values = np.unique(np.concatenate([first, second]))
+    curves = (np.searchsorted(np.sort(part), values, "right") / len(part) for part in (first, second))
+    return float(np.max(np.abs(next(curves) - next(curves))))
+
+
+def _enriched(problem: PressureProblem) -> Verdict:
+    """Solve more surfaces until the error is as asked; no surface may be solved twice."""
+    asked: list[tuple[int, int]] = []
+
+    def solve(first: int, last: int) -> Samples:
+        asked.append((first, last))
+        return problem.surfaces_of(first, last)
+
+    def fit(samples: Samples) -> tuple[LocalExpansion, Samples]:
+        return fit_local(samples, problem.degree, problem.target(problem.kinds[0])), samples
+
+    least = min(max(problem.surfaces, 20), MOST_ENRICHED)
+    found = enrich(solve, fit, problem.asked, least=least, most=MOST_ENRICHED, seed=[problem.seed, problem.number])
+    broken = []
+    if not 0 <= found.error.total <= problem.asked:
+        broken.append(f"the error: {found.error.total:.3e} for {problem.asked:.3e}")
+    if [first for first, _ in asked] != [0, *(last for _, last in asked[:-1])] or asked[-1][1] > MOST_ENRICHED:
+        broken.append(f"solves: {asked}")
+    verdict = judge(problem, found.expansion, found.samples, BEYOND * problem.asked)
+    return Verdict(verdict.residual, (*broken, *verdict.broken))
+
+
+def _in_contact(problem: PressureProblem) -> Verdict:
+    """Fit eqs. (8) and (9) to the samples in contact and judge them at other surfaces in contact."""
+    logarithm = problem.number % 4 == 0
+    samples = problem.surfaces_of(0, problem.surfaces)
+    indices = multi_indices(problem.variables, problem.degree)
+    pressure, u = samples.pressure[:, 0], samples.variables[:, 0]
+    fit = fit_in_contact(hermite_basis(u, indices), pressure, logarithm=logarithm)
+    contact = pressure > 0
+    known = np.log(pressure[contact]) if logarithm else pressure[contact]
+    places, true = problem.fresh(FRESH)
+    places, true = places[true > 0], true[true > 0]
+    if len(true) < 100:
+        return Verdict(0.0)
+    squares = (hermite_products(indices, places) @ fit.coefficients - (np.log(true) if logarithm else true)) ** 2
+    count = len(np.unique(u[contact], axis=0))
+    stated = max(fit.corrected_leave_one_out, fit.error_bound) * float(np.var(known))
+    error = seen_error(squares, count)
+    allowed = beyond(count - len(indices)) * stated + (1e-13 * float(np.max(np.abs(known)))) ** 2
+    return verdict_of({"the error at fresh surfaces": (error, allowed)})
+
+
+def hermite_products(indices: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return (K, P) orthonormal terms of these exponents at points : (K, v), by numpy's recurrences."""
+    values = np.ones((len(indices), len(points)))
+    for variable in np.flatnonzero(indices.any(axis=0)):
+        powers = indices[:, variable]
+        n = np.arange(int(powers.max()) + 1)
+        table = (hermite_e.hermevander(points[:, variable], n[-1]) / np.exp(0.5 * gammaln(n + 1))).T
+        present = np.flatnonzero(powers)
+        values[present] *= table[powers[present]]
+    return values.T
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, PROBLEMS))

@@ -1,7 +1,7 @@
-"""Random contact problems: meshes, surfaces, planes, loads, caps. A seed and a number make a problem again.
+"""Random contact problems: meshes, surfaces, planes, loads and hardnesses.
 
-Nothing is scaled to anything: heights over cells may be 1e-12 / 1e3 or 1e3 / 1e-9, absurd as surfaces, but the problem
-is linear in the heights and in the modulus, and a solver that compares with a fixed length or pressure shows it here.
+Heights, cells and moduli have units far apart: heights over cells go from 1e-12 / 1e3 to 1e3 / 1e-9. The problem is
+linear in the heights and in the modulus, so that a solver that compares with a fixed length or pressure fails here.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from scipy import fft
 
 from roughslip.grid import Grid
-from workflow.stress.drawing import one_of, power
+from workflow.stress.runner import choose, log_uniform
 
 MOST_NODES = 128  # on an axis
 TOLERANCES = (1e-10, 1e-3, 1e-6, 1e-12)
@@ -29,19 +29,19 @@ CONTROL_SHARES = (0.55, 0.2, 0.15, 0.1)
 
 
 @dataclass(frozen=True)
-class Problem:
-    """One contact problem.
+class ContactProblem:
+    """A rough surface pressed to a plane or by a load.
 
-    number : which one
+    number : of the problem
     grid : the mesh
     modulus : E* [Pa]
     heights : (nx, ny) [m]
     surface, control : of SURFACES and CONTROLS
-    planes : heights of the plane [m]; of one plane but for a sweep, none under a load
+    planes : [m] heights of the plane: several for a sweep, one without, and no plane under a load
     load : mean pressure [Pa], or None
     cap : the hardness over the elastic peak pressure, or infinity
     tolerance : of the residual
-    labels : what else tells the problem, by name
+    labels : what else names the case
     """
 
     number: int
@@ -61,21 +61,21 @@ class Problem:
         return self.control == "periodic-load"
 
 
-def random_problem(seed: int, number: int) -> Problem:
-    """The problem of this number."""
+def random_problem(seed: int, number: int) -> ContactProblem:
+    """Return the problem of this number."""
     generator = np.random.default_rng([seed, number])
-    control = one_of(generator, CONTROLS, CONTROL_SHARES)
-    surface = one_of(generator, SURFACES, SURFACE_SHARES / SURFACE_SHARES.sum())
+    control = choose(generator, CONTROLS, CONTROL_SHARES)
+    surface = choose(generator, SURFACES, SURFACE_SHARES / SURFACE_SHARES.sum())
     grid = _mesh(generator)
-    if grid.size == 1 and control == "periodic-load":  # refused: see contact_refusals
+    if grid.size == 1 and control == "periodic-load":  # The package refuses one node in a periodic cell.
         control = "load"
-    scale, modulus = power(generator, -12, 3), power(generator, -3, 15)
-    tolerance = one_of(generator, TOLERANCES, TOLERANCE_SHARES)
-    length = power(generator, -0.5, math.log10(2 * max(grid.shape)))  # in the shorter edge of a cell
+    scale, modulus = log_uniform(generator, -12, 3), log_uniform(generator, -3, 15)
+    tolerance = choose(generator, TOLERANCES, TOLERANCE_SHARES)
+    length = log_uniform(generator, -0.5, math.log10(2 * max(grid.shape)))  # in the shorter edge of a cell
     torus = grid.shape if control == "periodic-load" and generator.random() < 0.5 else None
     heights = _heights(generator, surface, grid, length, torus)
-    if generator.random() < 0.15:  # heights over another zero
-        heights += generator.choice((-1.0, 1.0)) * power(generator, -1, 2)
+    if generator.random() < 0.15:  # another zero of the heights
+        heights += generator.choice((-1.0, 1.0)) * log_uniform(generator, -1, 2)
     heights *= scale
     labels = {"length": f"{length:.3g}", "scale": f"{scale:.3g}"}
     planes: tuple[float, ...] = ()
@@ -86,12 +86,12 @@ def random_problem(seed: int, number: int) -> Problem:
         count = generator.integers(2, 7) if control == "sweep" else 1
         found = [_plane(generator, surface, heights, scale) for _ in range(count)]
         planes, labels["level"] = tuple(plane for plane, _ in found), ",".join(level for _, level in found)
-    cap = power(generator, -2, 1) if generator.random() < 0.4 else math.inf
-    return Problem(number, grid, modulus, heights, surface, control, planes, load, cap, tolerance, labels)
+    cap = log_uniform(generator, -2, 1) if generator.random() < 0.4 else math.inf
+    return ContactProblem(number, grid, modulus, heights, surface, control, planes, load, cap, tolerance, labels)
 
 
 def _mesh(generator: np.random.Generator) -> Grid:
-    """Rectangles of log-uniform edges, rows of nodes, squares, and some large ones; cells of aspect 1/100 to 100."""
+    """Draw rectangles, rows of nodes, squares and large meshes; cells of aspect 1/100 to 100."""
     kind = generator.random()
     nx, ny = (round(MOST_NODES ** generator.random()) for _ in range(2))
     if kind < 0.15:
@@ -100,15 +100,15 @@ def _mesh(generator: np.random.Generator) -> Grid:
         ny = nx
     elif kind < 0.55:
         nx, ny = (int(n) for n in generator.integers(MOST_NODES // 2, MOST_NODES + 1, 2))
-    edge = power(generator, -9, 3)
-    aspect = 1.0 if generator.random() < 0.4 else power(generator, -2, 2)
+    edge = log_uniform(generator, -9, 3)
+    aspect = 1.0 if generator.random() < 0.4 else log_uniform(generator, -2, 2)
     return Grid(int(nx), int(ny), edge * max(aspect, 1.0), edge * max(1 / aspect, 1.0))
 
 
 def _heights(
     generator: np.random.Generator, surface: str, grid: Grid, length: float, torus: tuple[int, int] | None
 ) -> np.ndarray:
-    """(nx, ny) heights of order one."""
+    """Draw (nx, ny) heights of order one."""
     i, j = np.meshgrid(*(np.arange(n, dtype=np.float64) for n in grid.shape), indexing="ij")
     some = tuple(int(generator.integers(n)) for n in grid.shape)
     match surface:
@@ -136,7 +136,7 @@ def _heights(
 def _correlated(
     generator: np.random.Generator, kind: str, grid: Grid, length: float, torus: tuple[int, int] | None
 ) -> np.ndarray:
-    """White noise filtered on a torus of twice the mesh, or of the mesh itself; what wraps around does no harm here."""
+    """Filter white noise on a torus of twice the mesh, or of the mesh itself."""
     m, n = torus or (2 * grid.nx, 2 * grid.ny)
     edge = length * min(grid.dx, grid.dy)
     x, y = (np.minimum(np.arange(k), k - np.arange(k)) * d / edge for k, d in ((m, grid.dx), (n, grid.dy)))
@@ -147,14 +147,14 @@ def _correlated(
 
 
 def _plane(generator: np.random.Generator, surface: str, heights: np.ndarray, scale: float) -> tuple[float, str]:
-    """A plane, and what tells it: the share of the heights above it, or how far below all of them it stands."""
+    """Draw a plane, with the share of the heights above it, or its depth below all of them, as its name."""
     if surface == "touching":
         return float(heights.max()), "touching"
     if surface == "one-node" and heights.size > 1:
         second, highest = np.sort(heights, axis=None)[-2:]
         return float(second + generator.random() * (highest - second)), "one-node"
     if generator.random() < 0.15 or (surface == "constant" and generator.random() < 0.7):
-        depth = power(generator, -3, 3)
+        depth = log_uniform(generator, -3, 3)
         return float(heights.min() - depth * (float(np.ptp(heights)) or scale)), f"full-{depth:.2g}"
     limit = math.log(0.9999 / 0.0001)
     above = 100 / (1 + math.exp(generator.uniform(-limit, limit)))
@@ -164,7 +164,7 @@ def _plane(generator: np.random.Generator, surface: str, heights: np.ndarray, sc
 def _load(
     generator: np.random.Generator, grid: Grid, modulus: float, heights: np.ndarray, scale: float
 ) -> tuple[float, str]:
-    """A mean pressure over that of the order E* times the range of heights over the edge of the mesh."""
-    level = power(generator, -4, 3)
+    """Draw a mean pressure, with its ratio to E* times the range of heights over the edge of the mesh."""
+    level = log_uniform(generator, -4, 3)
     edge = math.sqrt(grid.size * grid.cell_area)
     return level * modulus * (float(np.ptp(heights)) or scale) / edge, f"{level:.2g}"

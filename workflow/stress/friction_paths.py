@@ -1,8 +1,9 @@
-"""Random friction processes: what their paths are drawn from has the covariance told, and the paths are drawn from it.
+"""Random friction processes, and the judge of the covariance that their paths are drawn from, and of the paths.
 
-Of a recursion the stationary state must solve Lyapunov's equation, of a period the covariance is a sum of cosines; the
-translation to the marginal is a double integral. Paths: the marginal of first nodes over many seeds within the band of
-Dvoretzky, Kiefer, Wolfowitz and Massart, the correlation of their normal scores within that of Fisher's z.
+The stationary state of a recursion must solve Lyapunov's equation. The covariance of a period is a sum of cosines. The
+translation to the marginal distribution is a double integral. Over many seeds, the distribution of first nodes must be
+within the band of Dvoretzky, Kiefer, Wolfowitz and Massart, and the correlation of normal scores within that of
+Fisher's z.
 """
 
 from __future__ import annotations
@@ -21,24 +22,28 @@ from roughslip.friction.paths import METHODS, Paths, prepare
 from roughslip.friction.process import FrictionProcess, Marginal
 from roughslip.friction.recursion import SPACINGS, Recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution
-from workflow.benchmarks.measure import case
-from workflow.stress.drawing import one_of, power
-from workflow.stress.outcomes import Verdict, advised, verdict_of
-from workflow.stress.pairs import left_out, pair_correlation
+from workflow.evidence.rows import case
+from workflow.stress.kernels import left_out, pair_correlation
+from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_uniform, verdict_of
 
 PATHS = 250
-RISK_LOG = math.log(2e8)  # of one in a hundred million a comparison
+RISK_LOG = math.log(2e8)  # a risk of one in a hundred million for each comparison
 SCORE_WIDTH = 5.7  # standard deviations: the same risk
 MOST_NODES = 20_000  # of a period
 LAGS = 6
-SHORT = 300  # nodes of a path that are looked at
-WORST = 0.01  # of the autocorrelation, beyond which paths are refused
-LEFT_OUT, HERMITE_TERMS = 1e-4, 200  # of the variance, by so many polynomials: beyond, a marginal is refused
+SHORT = 300  # nodes of a path that the judge reads
+WORST = 0.01  # error of the autocorrelation beyond which the package refuses paths
+LEFT_OUT, HERMITE_TERMS = 1e-4, 200  # share of the variance beyond so many polynomials that the package refuses
 
 
 @dataclass(frozen=True)
-class Problem:
-    """number, method : which one, of METHODS; process, spacing, length [m] : its paths"""
+class PathProblem:
+    """Paths of a friction process.
+
+    number : of the problem
+    method : of METHODS
+    process, spacing, length : of the paths, [m]
+    """
 
     number: int
     method: str
@@ -47,28 +52,28 @@ class Problem:
     length: float
 
 
-def random_problem(seed: int, number: int) -> Problem:
-    """The problem of this number."""
+def random_problem(seed: int, number: int) -> PathProblem:
+    """Return the problem of this number."""
     generator = np.random.default_rng([seed, number])
-    method = one_of(generator, METHODS)
-    correlation_length = power(generator, -12, 3)
-    ratio = power(generator, -6, 1) if method == "recursion" else power(generator, -1.5, 1)
+    method = choose(generator, METHODS)
+    correlation_length = log_uniform(generator, -12, 3)
+    ratio = log_uniform(generator, -6, 1) if method == "recursion" else log_uniform(generator, -1.5, 1)
     if generator.random() < 0.05:
-        ratio = one_of(generator, SPACINGS)
+        ratio = choose(generator, SPACINGS)
     if method != "recursion":
         ratio = max(ratio, 0.03)
     nodes = round(SHORT ** generator.random()) + 0.5 * float(generator.random() < 0.5)
     spacing = ratio * correlation_length
-    return Problem(
+    return PathProblem(
         number, method, FrictionProcess(_marginal(generator), correlation_length), spacing, max(nodes, 0.5) * spacing
     )
 
 
 def _marginal(generator: np.random.Generator) -> Marginal:
     if generator.random() < 0.75:
-        a, b = (power(generator, math.log10(0.3), math.log10(50)) for _ in range(2))
-        width = power(generator, -9, 3) if generator.random() < 0.95 else 0.0
-        lower = one_of(generator, (0.0, width, -width, 1.0))
+        a, b = (log_uniform(generator, math.log10(0.3), math.log10(50)) for _ in range(2))
+        width = log_uniform(generator, -9, 3) if generator.random() < 0.95 else 0.0
+        lower = choose(generator, (0.0, width, -width, 1.0))
         if generator.random() < 0.2:
             return BetaDistribution(*average_beta(a, b, lower, lower + width, int(generator.integers(1, 200))))
         if generator.random() < 0.2:
@@ -76,13 +81,13 @@ def _marginal(generator: np.random.Generator) -> Marginal:
         return BetaDistribution(a, b, lower, lower + width)
     count = round(10 ** generator.uniform(1, 3.3))
     if generator.random() < 0.5:
-        q = np.sort(generator.gamma(power(generator, -0.5, 1.5), size=count))
+        q = np.sort(generator.gamma(log_uniform(generator, -0.5, 1.5), size=count))
     else:
-        q = betaincinv(*(power(generator, 0, 1) for _ in range(2)), np.linspace(0, 1, count))
-    return QuantileDistribution(q * power(generator, -9, 3), 1.0, power(generator, -9, 1))
+        q = betaincinv(*(log_uniform(generator, 0, 1) for _ in range(2)), np.linspace(0, 1, count))
+    return QuantileDistribution(q * log_uniform(generator, -9, 3), 1.0, log_uniform(generator, -9, 1))
 
 
-def case_of(problem: Problem) -> str:
+def case_of(problem: PathProblem) -> str:
     marginal, process = problem.process.marginal, problem.process
     beta = isinstance(marginal, BetaDistribution)
     return case(
@@ -99,9 +104,9 @@ def case_of(problem: Problem) -> str:
     )
 
 
-def honest(problem: Problem, error: RoughslipError) -> bool:
-    """Whether an error answers a problem: a marginal near to steps, which no Gaussian process reaches."""
-    if not advised(error):
+def is_answer(problem: PathProblem, error: RoughslipError) -> bool:
+    """Whether an error answers a problem: a marginal distribution near to steps, which no Gaussian process reaches."""
+    if not has_advice(error):
         return False
     ratio = problem.spacing / problem.process.correlation_length_m
     if isinstance(error, ParameterError):
@@ -111,18 +116,18 @@ def honest(problem: Problem, error: RoughslipError) -> bool:
     )
 
 
-def judged(problem: Problem) -> Verdict:
-    """What paths are drawn from, and paths."""
+def judged(problem: PathProblem) -> Verdict:
+    """Build paths and judge them and what they are drawn from."""
     process, scale = problem.process, problem.process.marginal.scale
     paths = prepare(process, problem.spacing, problem.length, problem.method)
     nodes = max(math.ceil(problem.length / problem.spacing - 1e-9), 1) + 1
     generator = np.random.default_rng([problem.number, 7])
-    gaussian, met = _recursion(paths, generator) if isinstance(paths, Recursion) else _period(paths, nodes)
+    gaussian, conditions = _recursion(paths, generator) if isinstance(paths, Recursion) else _period(paths, nodes)
     some = np.unique(generator.integers(0, min(len(gaussian), nodes), LAGS))
     wanted = np.exp(-some * problem.spacing / process.correlation_length_m)
     reached, error = pair_correlation(process.marginal.centred, np.clip(gaussian[some], -1, 1))
     series = 2 * abs(paths.translation.left_out) + 1e-8
-    met |= {
+    conditions |= {
         "lag zero": (abs(gaussian[0] - 1), 1e-9),
         "the autocorrelation": (np.max(np.abs(reached - wanted)), paths.correlation_error + series + error),
         "its error": (paths.correlation_error, WORST),
@@ -130,21 +135,21 @@ def judged(problem: Problem) -> Verdict:
     sample = np.stack([_path(paths, [problem.number, seed], nodes) for seed in range(PATHS)])
     again = _path(paths, [problem.number, 3], nodes)
     table = process.marginal.centred(np.array([-8.5, 8.5]))
-    met |= {
+    conditions |= {
         "finite": (0.0 if np.isfinite(sample).all() else math.inf, 0),
         "again the same bits": (float(not np.array_equal(again, sample[3])), 0),
         "its bounds, below": (float(np.max(scale * table[0] - sample)), 1e-15 * scale),
         "its bounds, above": (float(np.max(sample - scale * table[1])), 1e-15 * scale),
     }
     if isinstance(paths, Recursion):
-        met |= _pieces(paths, generator)
+        conditions |= _pieces(paths, generator)
     if scale > 0:
-        met |= _sampled(problem, sample, gaussian)
-    return verdict_of(met)
+        conditions |= _sampled(problem, sample, gaussian)
+    return verdict_of(conditions)
 
 
-def _recursion(paths: Recursion, generator: np.random.Generator) -> tuple[np.ndarray, dict[str, tuple[float, float]]]:
-    """Gaussian correlation at the nodes, by the state that is stationary: P = D P D + c c'."""
+def _recursion(paths: Recursion, generator: np.random.Generator) -> tuple[np.ndarray, Conditions]:
+    """Return the Gaussian correlation at the nodes, by the stationary state: P = D P D + c c'."""
     state, decay, gain = (part.astype(np.longdouble) for part in (paths.start, paths.decay, paths.gain))
     p = state @ state.T
     after = decay[:, None] * p * decay + np.outer(gain, gain)
@@ -155,8 +160,8 @@ def _recursion(paths: Recursion, generator: np.random.Generator) -> tuple[np.nda
     }
 
 
-def _period(paths: Paths, nodes: int) -> tuple[np.ndarray, dict[str, tuple[float, float]]]:
-    """Gaussian correlation at the nodes, by the waves of a period."""
+def _period(paths: Paths, nodes: int) -> tuple[np.ndarray, Conditions]:
+    """Return the Gaussian correlation at the nodes, by the waves of a period."""
     if not isinstance(paths, Spectrum):
         raise TypeError("neither a recursion nor a period")
     power_ = paths.amplitude.astype(np.longdouble) ** 2
@@ -173,7 +178,7 @@ def _period(paths: Paths, nodes: int) -> tuple[np.ndarray, dict[str, tuple[float
 
 
 def _path(paths: Paths, seed: list[int], nodes: int) -> np.ndarray:
-    """The first nodes of a path, at most SHORT."""
+    """Return the first nodes of a path, at most SHORT."""
     pieces, count = [], min(nodes, SHORT)
     for piece in paths.realisation(seed):
         pieces.append(piece)
@@ -182,36 +187,36 @@ def _path(paths: Paths, seed: list[int], nodes: int) -> np.ndarray:
     return np.concatenate(pieces)[:count]
 
 
-def _pieces(paths: Recursion, generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Paths in pieces of different lengths."""
+def _pieces(paths: Recursion, generator: np.random.Generator) -> Conditions:
+    """Return whether paths in pieces of different lengths are equal."""
     first, second = (int(n) for n in generator.integers(1, 60, 2))
     rows = [
         np.concatenate(list(itertools.islice(paths.realisation([5], length), math.ceil(100 / length))))[:100]
         for length in (first, second, 4096)
     ]
     same = all(np.array_equal(rows[0], row) for row in rows[1:])
-    return {"the same bits whatever the pieces": (float(not same), 0)}
+    return {"the same bits for pieces of any length": (float(not same), 0)}
 
 
-def _sampled(problem: Problem, sample: np.ndarray, gaussian: np.ndarray) -> dict[str, tuple[float, float]]:
-    """Of nodes over seeds the marginal at the first, and the correlation of normal scores with another."""
+def _sampled(problem: PathProblem, sample: np.ndarray, gaussian: np.ndarray) -> Conditions:
+    """Return conditions on the distribution of the first node, and on the correlation of scores with another node."""
     marginal = problem.process.marginal
     probability = _probability(marginal, sample / marginal.scale)
     first = np.sort(probability[:, 0])
     steps = np.arange(PATHS + 1) / PATHS
     distance = max(np.max(steps[1:] - first), np.max(first - steps[:-1]))
-    met = {"the marginal": (distance, math.sqrt(RISK_LOG / (2 * PATHS)) + 1e-6)}
+    conditions: Conditions = {"the marginal": (distance, math.sqrt(RISK_LOG / (2 * PATHS)) + 1e-6)}
     scores = np.clip(ndtri(probability), -4, 4)
     lag = int(np.argmin(np.abs(gaussian[: sample.shape[1]] - 0.8)))
     if lag and abs(gaussian[lag]) < 0.999:
         r = float(np.corrcoef(scores[:, 0], scores[:, lag])[0, 1])
         apart = abs(math.atanh(min(r, 1 - 1e-12)) - math.atanh(gaussian[lag]))
-        met["the correlation of paths"] = (apart, SCORE_WIDTH / math.sqrt(PATHS - 3))
-    return met
+        conditions["the correlation of paths"] = (apart, SCORE_WIDTH / math.sqrt(PATHS - 3))
+    return conditions
 
 
 def _probability(marginal: Marginal, centred: np.ndarray) -> np.ndarray:
-    """Distribution function of centred values, in the unit of the marginal."""
+    """Return the distribution function of centred values, in the unit of the marginal."""
     if isinstance(marginal, BetaDistribution):
         return betainc(marginal.a, marginal.b, np.clip(centred + marginal.a / (marginal.a + marginal.b), 0, 1))
     table = np.linspace(-8, 8, 8193)

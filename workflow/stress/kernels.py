@@ -1,7 +1,9 @@
-"""Covariance kernels by formulas of the judges' own, as correlations of the lag.
+"""Correlations by the judges' own formulas: of heights a lag apart, and of translated normal variables.
 
 Matern: K_nu by the trapezoidal rule on int_0^inf exp(-u cosh t) cosh(nu t) dt, which converges like exp(-pi^2 / step).
-Self-affine: the transform of the spectrum by Gauss's rule between all ends that are asked for, summed from the far one.
+Self-affine: the transform of the spectrum by Gauss's rule between all required ends, summed from the far one.
+Translated variables: a double integral by the trapezoidal rule, on a cubic spline through the quantile function. The
+same with half the nodes shows the error.
 """
 
 from __future__ import annotations
@@ -11,20 +13,27 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import gammaln, j0, j1
 
 from roughslip.surface.covariance import Covariance
 
-STEP, FALLEN = 0.1, 750.0  # of t; exp(-750) is nothing
+STEP, FALLEN = 0.1, 750.0  # of t; exp(-750) is zero
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 OSCILLATION = 1.5  # of t: a panel holds a quarter of a wave of J0
 PANELS = 200_000
-ROUNDING = 1e-12  # of a correlation, whatever the kernel: logarithms and powers of some hundred
+ROUNDING = 1e-12  # of a correlation, from logarithms and powers of some hundred
+
+EDGE, SCORES, TABLE = 9.0, 201, 4097  # normal scores: the largest, and numbers of them
+FINE = 2**15 + 1
+SAFE = 10.0  # times the change from half the nodes
+
+Quantile = Callable[[np.ndarray], np.ndarray]  # of the normal score
 
 
 def correlation(covariance: Covariance, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """r : (broadcast of x and y) of heights x, y [m] apart."""
+    """Return correlations (broadcast of x and y) of heights x, y [m] apart."""
     along, across = covariance.lengths_m
     cos, sin = math.cos(covariance.lay_rad), math.sin(covariance.lay_rad)
     a, b = (cos * x + sin * y) / along, (cos * y - sin * x) / across
@@ -45,14 +54,14 @@ def correlation(covariance: Covariance, x: np.ndarray, y: np.ndarray) -> np.ndar
 
 
 def matern(u: np.ndarray, nu: float) -> np.ndarray:
-    """2^(1-nu) / Gamma(nu) u^nu K_nu(u) : (n,)."""
+    """Return 2^(1-nu) / Gamma(nu) u^nu K_nu(u) : (n,)."""
     positive = u > 0
     at = np.where(positive, u, 1.0)
     last = math.acosh(max(FALLEN / float(at.min()), 1.0) + 1.0) + nu
     t = STEP * np.arange(math.ceil(last / STEP) + 1)
     log = (1 - nu) * math.log(2) - gammaln(nu) + nu * np.log(at)[:, None]
     log_cosh = nu * t + np.log1p(np.exp(-2 * nu * t)) - math.log(2)
-    with np.errstate(over="ignore"):  # of exp(-inf), which is nothing
+    with np.errstate(over="ignore"):  # of exp(-inf), which is zero
         values = np.exp(log + log_cosh - at[:, None] * np.cosh(t))
     values[:, 0] *= 0.5
     return np.where(positive, STEP * values.sum(axis=1), 1.0)
@@ -64,7 +73,7 @@ def _matern_scale(nu: float) -> float:
 
 
 def self_affine(z: np.ndarray, hurst: float, bandwidth: float) -> np.ndarray:
-    """Transform of the spectrum 1 up to 1, k^(-2-2H) up to the bandwidth, at lags z : (n,) over its value at 0."""
+    """Return the transform at lags z : (n,) of the spectrum 1 up to 1, then k^(-2-2H), over that at zero."""
     positive = z > 0
     at = z[positive]
     mass = 0.5 - math.expm1(-2 * hurst * math.log(bandwidth)) / (2 * hurst)
@@ -72,7 +81,7 @@ def self_affine(z: np.ndarray, hurst: float, bandwidth: float) -> np.ndarray:
     if at.size:
         last = float(at.max()) * bandwidth
         if last > OSCILLATION * PANELS:
-            raise ValueError(f"{last:.3g} is too far for this quadrature")
+            raise ValueError(f"{last:.3g} is beyond the range of this quadrature, {OSCILLATION * PANELS:.3g}")
         first = math.log(float(at.min()))
         grown = np.exp(np.linspace(first, math.log(OSCILLATION), max(2, math.ceil(4 * abs(first)) + 2)))
         ends = np.unique(np.concatenate((at, at * bandwidth, grown, np.arange(OSCILLATION, last, OSCILLATION))))
@@ -86,6 +95,46 @@ def self_affine(z: np.ndarray, hurst: float, bandwidth: float) -> np.ndarray:
 
 
 def _of_each(r: np.ndarray, of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """A function of every distinct distance."""
+    """Evaluate a function once for each distinct distance."""
     distinct, where = np.unique(r, return_inverse=True)
     return of(distinct)[where].reshape(r.shape)
+
+
+def pair_correlation(quantile: Quantile, rho: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the correlation (n,) of quantile(g) and quantile(h), and its largest error.
+
+    rho : (n,) correlations of the normal variables g and h
+    """
+    table = np.linspace(-1.5 * EDGE, 1.5 * EDGE, TABLE)
+    values = quantile(table)
+    whole, half = (_integrals(CubicSpline(table[::s], values[::s]), rho, (SCORES - 1) // s + 1) for s in (1, 2))
+    return whole, SAFE * float(np.abs(whole - half).max()) + ROUNDING
+
+
+def left_out(quantile: Quantile, terms: int) -> float:
+    """Return the share of the variance beyond so many Hermite polynomials."""
+    g = np.linspace(-EDGE, EDGE, FINE)
+    weight = np.exp(-0.5 * g**2)
+    weight /= weight.sum()
+    z = quantile(g)
+    z = z - weight @ z
+    before, now, carried = np.ones_like(g), g.copy(), 0.0
+    for n in range(1, terms + 1):
+        carried += float(weight @ (z * now)) ** 2
+        before, now = now, (g * now - np.sqrt(n) * before) / np.sqrt(n + 1.0)
+    return abs(1.0 - carried / float(weight @ z**2))
+
+
+def _integrals(spline: CubicSpline, rho: np.ndarray, nodes: int) -> np.ndarray:
+    g = np.linspace(-EDGE, EDGE, nodes)
+    weight = np.exp(-0.5 * g**2)
+    weight /= weight.sum()
+    z = spline(g)
+    mean = float(weight @ z)
+    z = z - mean
+    variance = float(weight @ z**2)
+    found = np.empty(len(rho))
+    for k, r in enumerate(rho):
+        other = spline(np.clip(r * g[:, None] + np.sqrt(max(1.0 - r**2, 0.0)) * g, -1.5 * EDGE, 1.5 * EDGE)) - mean
+        found[k] = (weight * z) @ (other @ weight) / variance
+    return found

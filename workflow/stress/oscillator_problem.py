@@ -1,7 +1,4 @@
-"""Random oscillators: damping, belts, loads, laws, excitations and friction paths far beyond any machine's.
-
-A seed and a number make a problem again.
-"""
+"""Random motions: damping, belts, loads, friction laws, excitations and friction paths far beyond any machine's."""
 
 from __future__ import annotations
 
@@ -17,12 +14,12 @@ from roughslip.oscillator.law import CoulombLaw, FrictionLaw, StribeckLaw, Table
 from roughslip.oscillator.motion import NEGATIVE_FRICTION
 from roughslip.oscillator.path import INTERPOLATIONS
 from roughslip.oscillator.system import Oscillator
-from workflow.stress.drawing import one_of, power
+from workflow.stress.runner import choose, log_uniform
 
 LAWS = ("stribeck", "steep", "coulomb", "level", "table")
 EXCITATIONS = ("none", "weak", "resonance", "fast", "strong")
 FOLLOWS = ("slip", "belt", "time")
-STARTS = ("rest", "limit", "just inside", "just beyond", "far", "steady")
+STARTS = ("rest", "limit", "just-inside", "just-beyond", "far", "steady")
 PATHS = ("none", "weak", "strong", "negative")
 TOLERANCES = (1e-6, 1e-4, 1e-9)
 BLOCK = 256  # nodes that a path repeats
@@ -30,16 +27,16 @@ PERIODS = 12.0
 
 
 @dataclass(frozen=True)
-class Problem:
-    """One motion.
+class MotionProblem:
+    """A motion to compute.
 
-    number : which one
-    oscillator, law : as the package takes them
-    nodes : (BLOCK,) [-] that the path repeats, none for no path
+    number : of the problem
+    oscillator, law : of the motion
+    nodes : (BLOCK,) [-] that the path repeats; empty without a path
     spacing : [m], or [s] where friction follows time
     start : [m] X at the beginning
     periods, tolerance, stochastic, interpolation, follows, negative, integrator : as `simulate` takes them
-    labels : what else tells the problem, by name
+    labels : what else names the case
     """
 
     number: int
@@ -59,41 +56,42 @@ class Problem:
 
     @property
     def path(self) -> Iterator[np.ndarray] | None:
-        """Block after block, without end."""
+        """Repeat the nodes without end."""
         return repeat(self.nodes) if self.nodes.size else None
 
     @property
     def may_turn_negative(self) -> bool:
-        """Whether the least value of law and path together is below zero, splines' overshoot among it."""
+        """Whether the least sum of law and path is below zero, with the overshoot of splines."""
         lowest = self.nodes.min(initial=0.0) - 0.25 * np.ptp(self.nodes) if self.nodes.size else 0.0
         return self.law.compiled().least + lowest < 0.0
 
 
-def random_problem(seed: int, number: int) -> Problem:
+def random_problem(seed: int, number: int) -> MotionProblem:
+    """Return the problem of this number."""
     generator = np.random.default_rng([seed, number])
-    omega = power(generator, -1, 5)
-    mass, load = power(generator, -3, 3), power(generator, -9, 9)
+    omega = log_uniform(generator, -1, 5)
+    mass, load = log_uniform(generator, -3, 3), log_uniform(generator, -9, 9)
     natural = load / (mass * omega**2)  # F, the scale of X and X'
-    belt = natural * power(generator, -6, 3) * float(generator.random() > 0.08)
-    excitation, follows = one_of(generator, EXCITATIONS), one_of(generator, FOLLOWS)
+    belt = natural * log_uniform(generator, -6, 3) * float(generator.random() > 0.08)
+    excitation, follows = choose(generator, EXCITATIONS), choose(generator, FOLLOWS)
     if belt == 0.0 and follows == "belt":
         follows = "time"
     size, ratio = _excitation(generator, excitation)
     oscillator = Oscillator(
         mass_kg=mass,
         natural_frequency_rad_per_s=omega,
-        damping_ratio=float(one_of(generator, (0.0, power(generator, -4, 0), generator.uniform(0, 5)))),
+        damping_ratio=float(choose(generator, (0.0, log_uniform(generator, -4, 0), generator.uniform(0, 5)))),
         belt_velocity_m_per_s=belt * omega,
         normal_force_n=load,
         excitation_force_n=size * load,
         excitation_frequency_rad_per_s=ratio * omega,
     )
-    kind, scatter = one_of(generator, LAWS), one_of(generator, PATHS)
+    kind, scatter = choose(generator, LAWS), choose(generator, PATHS)
     law = _law(generator, kind, oscillator)
-    per_cycle = power(generator, -3, 3)
+    per_cycle = log_uniform(generator, -3, 3)
     travel = 2 * math.pi * (1 / omega if follows == "time" else max(belt, 0.1 * natural if follows == "slip" else 0))
-    start_kind = one_of(generator, STARTS)
-    return Problem(
+    start_kind = choose(generator, STARTS)
+    return MotionProblem(
         number=number,
         oscillator=oscillator,
         law=law,
@@ -101,17 +99,17 @@ def random_problem(seed: int, number: int) -> Problem:
         spacing=travel / per_cycle,
         start=_start(start_kind, oscillator, law),
         periods=PERIODS,
-        tolerance=float(one_of(generator, TOLERANCES, (0.6, 0.2, 0.2))),
+        tolerance=float(choose(generator, TOLERANCES, (0.6, 0.2, 0.2))),
         stochastic=bool(generator.integers(2)),
-        interpolation=one_of(generator, INTERPOLATIONS),
+        interpolation=choose(generator, INTERPOLATIONS),
         follows=follows,
-        negative=one_of(generator, NEGATIVE_FRICTION, (0.8, 0.2)),
-        integrator=one_of(generator, tuple(PAIRS)),
+        negative=choose(generator, NEGATIVE_FRICTION, (0.8, 0.2)),
+        integrator=choose(generator, tuple(PAIRS)),
         labels={
             "law": kind,
             "excitation": excitation,
             "path": scatter,
-            "start": start_kind.replace(" ", "-"),
+            "start": start_kind,
             "belt": f"{belt / natural:.3g}",
             "per_cycle": f"{per_cycle:.3g}",
         },
@@ -119,34 +117,36 @@ def random_problem(seed: int, number: int) -> Problem:
 
 
 def _excitation(generator: np.random.Generator, kind: str) -> tuple[float, float]:
-    """Q / N and Omega / omega."""
+    """Draw Q / N and Omega / omega."""
     match kind:
         case "none":
             return 0.0, 1.0
         case "weak":
-            return power(generator, -8, -2), power(generator, -2, 1)
+            return log_uniform(generator, -8, -2), log_uniform(generator, -2, 1)
         case "resonance":
-            return power(generator, -3, 1), 1.0
+            return log_uniform(generator, -3, 1), 1.0
         case "fast":
-            return power(generator, -3, 1), power(generator, 0, 1.5)
-    return power(generator, 0, 2), power(generator, -2, 0.5)
+            return log_uniform(generator, -3, 1), log_uniform(generator, 0, 1.5)
+    return log_uniform(generator, 0, 2), log_uniform(generator, -2, 0.5)
 
 
 def _law(generator: np.random.Generator, kind: str, oscillator: Oscillator) -> FrictionLaw:
-    """Speeds are in units of the faster of belt and mass, so that a law bends where it matters."""
+    """Draw a friction law that bends at speeds of the faster of belt and mass."""
     speed = oscillator.natural_frequency_rad_per_s * max(oscillator.V, oscillator.F)
-    static = power(generator, -2, 0.3)
+    static = log_uniform(generator, -2, 0.3)
     match kind:
         case "stribeck" | "steep":
-            decay = power(generator, -1, 1) if kind == "stribeck" else power(generator, 1, 3)
-            return StribeckLaw(static * generator.random(), static, decay / speed, power(generator, -4, -1) / speed**2)
+            decay = log_uniform(generator, -1, 1) if kind == "stribeck" else log_uniform(generator, 1, 3)
+            return StribeckLaw(
+                static * generator.random(), static, decay / speed, log_uniform(generator, -4, -1) / speed**2
+            )
         case "coulomb":
             return CoulombLaw(static * generator.random(), static)
         case "level":
             return CoulombLaw(static, static)
     knots = np.concatenate(([0.0], np.cumsum(generator.uniform(0.05, 0.5, 6)))) * speed
     values = static * generator.uniform(0.2, 1.0, 7)
-    interpolation = one_of(generator, ("monotone_cubic", "linear"))
+    interpolation = choose(generator, ("monotone_cubic", "linear"))
     return TableLaw(tuple(knots), tuple(values), float(max(values[0], static)), interpolation)
 
 
@@ -162,9 +162,9 @@ def _start(kind: str, oscillator: Oscillator, law: FrictionLaw) -> float:
             return 0.0
         case "limit":
             return limit
-        case "just inside":
+        case "just-inside":
             return limit - 1e-12 * oscillator.F
-        case "just beyond":
+        case "just-beyond":
             return limit + 1e-12 * oscillator.F
         case "far":
             return 30.0 * oscillator.F

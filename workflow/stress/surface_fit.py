@@ -1,7 +1,7 @@
-"""Random surfaces or tables of lags to which a covariance is fitted.
+"""Random surfaces or tables of lags, and fits of a covariance to them.
 
-Without errors the model must come back where the lags tell it; with them, and with another model than the truth, the
-judge asks that the answer is a least of the squares that it minimises, formed anew from kernels of its own.
+Without errors the fit must return the model where the lags determine it. In all problems the answer must be a minimum
+of the squares, which the judge computes from kernels of its own.
 """
 
 from __future__ import annotations
@@ -17,24 +17,23 @@ from roughslip.scan.covariance_fit import CovarianceFit, fit_covariance
 from roughslip.scan.fit_data import Estimates, estimates
 from roughslip.surface.covariance import KINDS, Covariance, Kind
 from roughslip.surface.embedding import embed
-from workflow.benchmarks.measure import case
-from workflow.stress.drawing import one_of, power
+from workflow.evidence.rows import case
 from workflow.stress.kernels import correlation
-from workflow.stress.outcomes import Verdict, advised, verdict_of
+from workflow.stress.runner import Verdict, choose, has_advice, log_uniform, verdict_of
 
 SOURCES = ("exact", "noise", "surface", "nonsense")
 SOURCE_SHARES = (0.3, 0.3, 0.3, 0.1)
 STEPS = (-0.02, 0.02)  # of a logarithm or a radian
-STATIONARY = 1e-5  # of the squares, by which a step may find fewer
+STATIONARY = 1e-5  # of the squares, by which a step may lower them
 
 
 @dataclass(frozen=True)
-class Problem:
-    """One table of lags.
+class FitProblem:
+    """A table of lags to fit a covariance to.
 
-    number, source : which one, of SOURCES
-    kind : of the model
-    truth : what the table comes from
+    number, source : of the problem, of SOURCES
+    kind : of the fitted model
+    truth : the covariance that the table comes from
     data : the table
     anisotropic, cutoff_wavelength_m : of the fit
     """
@@ -48,26 +47,26 @@ class Problem:
     cutoff_wavelength_m: float | None
 
 
-def random_problem(seed: int, number: int) -> Problem:
-    """The problem of this number."""
+def random_problem(seed: int, number: int) -> FitProblem:
+    """Return the problem of this number."""
     generator = np.random.default_rng([seed, number])
-    source = one_of(generator, SOURCES, SOURCE_SHARES)
-    kind = one_of(generator, KINDS, (0.3, 0.25, 0.2, 0.15, 0.1))
+    source = choose(generator, SOURCES, SOURCE_SHARES)
+    kind = choose(generator, KINDS, (0.3, 0.25, 0.2, 0.15, 0.1))
     of_truth = kind if source == "exact" or generator.random() < 0.6 else "gaussian"
-    unit, anisotropic = power(generator, -12, 3), bool(generator.random() < 0.6)
+    unit, anisotropic = log_uniform(generator, -12, 3), bool(generator.random() < 0.6)
     steps = tuple(int(n) for n in generator.integers(3, 9, 2)) if generator.random() < 0.9 else (0, 6)
-    length = power(generator, -0.3, 0.8)
-    across = length * power(generator, -0.4, 0.4) if anisotropic else length
+    length = log_uniform(generator, -0.3, 0.8)
+    across = length * log_uniform(generator, -0.4, 0.4) if anisotropic else length
     lay = float(generator.uniform(-1.5, 1.5)) if anisotropic and of_truth != "separable_exponential" else 0.0
     truth = Covariance(
         of_truth,
-        power(generator, -12, 3),
+        log_uniform(generator, -12, 3),
         unit * length,
         unit * across,
         lay,
-        smoothness=power(generator, -0.7, 0.7) if of_truth == "matern" else None,
+        smoothness=log_uniform(generator, -0.7, 0.7) if of_truth == "matern" else None,
         hurst=float(generator.uniform(0.2, 0.9)) if of_truth == "self_affine" else None,
-        bandwidth=power(generator, 0.4, 1.5) if of_truth == "self_affine" else None,
+        bandwidth=log_uniform(generator, 0.4, 1.5) if of_truth == "self_affine" else None,
     )
     cutoff = None
     if kind == "self_affine":
@@ -75,15 +74,15 @@ def random_problem(seed: int, number: int) -> Problem:
     x, y = (np.arange(-n, n + 1) * unit for n in steps)
     r, error, parts = _table(generator, source, truth, x, y, unit)
     data = estimates(x[:, None], y[None, :], r, error, parts)
-    return Problem(number, source, kind, truth, data, anisotropic, cutoff)
+    return FitProblem(number, source, kind, truth, data, anisotropic, cutoff)
 
 
 def _table(
     generator: np.random.Generator, source: str, truth: Covariance, x: np.ndarray, y: np.ndarray, unit: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Correlations at the lags, their errors, and the same without each of the parts of a surface."""
+    """Draw correlations at the lags, their errors, and the correlations without each part of a surface."""
     exact = correlation(truth, x[:, None], y[None, :])
-    level = power(generator, -4, -1)
+    level = log_uniform(generator, -4, -1)
     error = np.full(exact.shape, level)
     if source == "exact":
         return exact, error, None
@@ -103,7 +102,7 @@ def _table(
 
 
 def _of_surface(heights: np.ndarray, kx: int, ky: int) -> np.ndarray:
-    """Means over pairs at lags of both signs, over the variance."""
+    """Return means over pairs at lags of both signs, over the variance."""
     z = (heights - heights.mean()) / (float(heights.std()) or 1.0)
     n, m = z.shape
     found = np.empty((2 * kx + 1, 2 * ky + 1))
@@ -114,7 +113,7 @@ def _of_surface(heights: np.ndarray, kx: int, ky: int) -> np.ndarray:
     return found
 
 
-def case_of(problem: Problem) -> str:
+def case_of(problem: FitProblem) -> str:
     return case(
         number=problem.number,
         entry="fit",
@@ -128,8 +127,8 @@ def case_of(problem: Problem) -> str:
     )
 
 
-def judged(problem: Problem) -> Verdict:
-    """The fit, and what it tells."""
+def judged(problem: FitProblem) -> Verdict:
+    """Fit the covariance and judge the fit."""
     truth = problem.truth
     found = fit_covariance(
         problem.kind,
@@ -145,7 +144,7 @@ def judged(problem: Problem) -> Verdict:
     number = found.effective_lags
     others = [squares(data, near) for near in neighbours(found, problem)]
     misfit = math.sqrt(least / len(data.x))
-    met = {
+    conditions = {
         "its misfit": (abs(found.misfit - misfit), 1e-6 * misfit + 1e-9),
         "its lags": (abs(found.lags - len(data.x)), 0),
         "effective lags": (number - len(data.x) * (1 + 1e-9), 0),
@@ -156,26 +155,26 @@ def judged(problem: Problem) -> Verdict:
         ),
         "fewer squares nearby": (least - min(others, default=math.inf), STATIONARY * least + 1e-9),
     }
-    if told(problem) and not found.at_bound:
+    if is_determined(problem) and not found.at_bound:
         off = np.abs(correlation(found.covariance, data.x, data.y) - correlation(truth, data.x, data.y)).max()
-        met["the model comes back"] = (off, 1e-5)
-    return verdict_of(met)
+        conditions["the model comes back"] = (off, 1e-5)
+    return verdict_of(conditions)
 
 
-def told(problem: Problem) -> bool:
-    """Whether the lags tell the model without error."""
+def is_determined(problem: FitProblem) -> bool:
+    """Whether the lags determine the model without error."""
     return problem.source == "exact" and problem.kind == problem.truth.kind
 
 
 def squares(data: Estimates, model: Covariance) -> float:
-    """Sum of the squared residuals of a model over the lags."""
+    """Return the sum of the squared residuals of a model over the lags."""
     return float(np.sum(((correlation(model, data.x, data.y) - data.correlation) / data.standard_error) ** 2))
 
 
-def neighbours(found: CovarianceFit, problem: Problem) -> list[Covariance]:
-    """Models a step away in each parameter that is free; none where one is at a bound, the others then follow it."""
+def neighbours(found: CovarianceFit, problem: FitProblem) -> list[Covariance]:
+    """Return models a step away in each free parameter; no model if a parameter is at its bound."""
     model = found.covariance
-    if found.at_bound or model.kind == "self_affine":  # there lengths, bandwidth and cut-off move together
+    if found.at_bound or model.kind == "self_affine":  # Lengths, bandwidth and cut-off move together.
         return []
     along, across = model.lengths_m
     near = []
@@ -197,14 +196,14 @@ def neighbours(found: CovarianceFit, problem: Problem) -> list[Covariance]:
     return near
 
 
-def honest(problem: Problem, error: RoughslipError) -> bool:
-    """Whether an error answers a problem: with advice, and not where lags to a few lengths tell the model exactly."""
-    typed = isinstance(error, IllPosedError | ConvergenceError) and advised(error)
-    return typed and not (told(problem) and well_placed(problem))
+def is_answer(problem: FitProblem, error: RoughslipError) -> bool:
+    """Whether an error answers a problem: it has advice, and the lags do not determine the model."""
+    typed = isinstance(error, IllPosedError | ConvergenceError) and has_advice(error)
+    return typed and not (is_determined(problem) and has_useful_lags(problem))
 
 
-def well_placed(problem: Problem) -> bool:
-    """Whether lags from a third of every length to twice it are there, on a table of two axes."""
+def has_useful_lags(problem: FitProblem) -> bool:
+    """Whether the table has enough lags both below and beyond the correlation lengths."""
     near = problem.data.correlation > 0.3
     short = min(problem.truth.lengths_m) > 1.5 * float(np.min(np.hypot(problem.data.x, problem.data.y)))
     return short and int(near.sum()) > 8 and float(problem.data.correlation.min()) < 0.2

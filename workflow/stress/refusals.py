@@ -1,0 +1,398 @@
+"""Bad input to every subject, which only a ParameterError answers.
+
+Each entry of a table is a good call, and by parameter the bad values that replace one of its arguments. Problem N of
+this campaign is the bad input of that number, for any seed. The tests run over the same tables.
+
+`python -m workflow.stress.refusals --output results/stress/refusals.json` runs the campaign.
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from roughslip import probability
+from roughslip.chaos.censored import censored_regression
+from roughslip.chaos.designs import design
+from roughslip.chaos.distribution import cumulative_given_contact, kolmogorov_distance, wilson_interval
+from roughslip.chaos.enrichment import enrich
+from roughslip.chaos.functionals import NO_SYMMETRY, Stencil, local_functionals, whitening
+from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.local import Samples, fit_local
+from roughslip.chaos.pressure import PressureTarget, fit_in_contact
+from roughslip.chaos.regression import least_squares
+from roughslip.chaos.residual_distribution import residual_scatter
+from roughslip.chaos.sensitivity import sensitivity
+from roughslip.chaos.strip import fit_strip
+from roughslip.contact.influence import Influence
+from roughslip.contact.material import Material
+from roughslip.contact.solve import solve, solve_load, sweep
+from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
+from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.distribution_families import fit_candidates
+from roughslip.friction.load_sharing import average_beta
+from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
+from roughslip.friction.paths import prepare
+from roughslip.friction.penetration_law import between, penetration_law
+from roughslip.friction.process import FrictionProcess
+from roughslip.friction.recursion import recursion
+from roughslip.friction.resampling import strip_weights
+from roughslip.friction.statistics import combine, ratio_of_sums, trend, window_statistics
+from roughslip.grid import Grid
+from roughslip.oscillator.law import CoulombLaw, StribeckLaw, TableLaw
+from roughslip.oscillator.motion import simulate, trajectory
+from roughslip.oscillator.periodic import counts_by_period
+from roughslip.oscillator.system import Oscillator
+from roughslip.scan.covariance_fit import fit_covariance
+from roughslip.scan.fit_data import estimates
+from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
+from roughslip.surface.covariance import Covariance, plane_height, self_affine
+from roughslip.surface.embedding import embed
+from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves, rms_height
+from roughslip.surface.karhunen_loeve import karhunen_loeve, representation
+from roughslip.surface.lanczos import leading_modes
+from workflow.evidence.rows import Row, case
+from workflow.stress import runner
+from workflow.stress.bad_input import (
+    INFINITY,
+    NAN,
+    NEGATIVE,
+    NOT_A_COUNT,
+    NOT_A_DEGREE,
+    NOT_A_SHARE,
+    NOT_FINITE,
+    NOT_POSITIVE,
+    UNKNOWN,
+    Calls,
+    joined,
+    not_a_table,
+    not_an_array,
+    spoilt,
+    with_value,
+)
+
+STAGE = "refusals"
+CLASSES = ("function",)
+
+GRID = Grid(4, 3, 1e-6, 1e-6)
+OUTSIDE = {"zero": 0.0, "one": 1.0, "negative": -0.1, "nan": NAN, "text": "half", "none": None}  # of probabilities
+PENETRATIONS = {"below": 4.0, "above": 96.0, "nan": NAN, "text": "deep", "none": None}
+
+
+def contact_refusals() -> Calls:
+    """Return bad input to contact solves."""
+    free, cell = Influence(GRID, 2e11), Influence(GRID, 2e11, periodic=True)
+    z = 1e-9 * np.arange(12.0).reshape(4, 3)
+    field = not_a_table(z) | {"empty": np.empty((0, 0)), "transposed": z.T, "one-dimensional": z.ravel()}
+    guess = {name: value for name, value in field.items() if name != "none"} | {"negative": with_value(z, -1.0)}
+    planes = {name: [0.0, value] for name, value in NOT_FINITE.items()}
+    hardness = {"zero": 0.0, "negative": -1.0, "nan": NAN, "text": "hard"}
+    numbers: dict[str, Any] = {"tolerance": NOT_A_SHARE | {"one": 1.0}, "hardness_pa": hardness}
+    pressures = NOT_POSITIVE | {"at-the-hardness": 1e6, "above-the-hardness": 2e6}
+    periodic = {"periodic": cell}
+    cells, cell_pressures = ({f"of-a-cell-{name}": bad for name, bad in one.items()} for one in (field, pressures))
+    load = partial(solve_load, influence=free, heights=z, mean_pressure_pa=5e5, hardness_pa=1e6)
+    on_a_plane = partial(solve, influence=free, interference=z)
+    return joined(
+        spoilt(on_a_plane, influence=periodic, interference=field, initial_pressure=guess, **numbers),
+        spoilt(partial(sweep, influence=free, heights=z, planes=[0.0]), influence=periodic, heights=field),
+        spoilt(partial(sweep, free, z, planes=[0.0]), planes=planes, **numbers),
+        spoilt(load, heights=field, mean_pressure_pa=pressures, initial_pressure=guess, **numbers),
+        spoilt(partial(load, influence=cell), heights=cells, mean_pressure_pa=cell_pressures),
+        spoilt(partial(Influence, GRID), plane_strain_modulus_pa=NOT_POSITIVE),
+        spoilt(partial(Material, 2e11), poisson_ratio={"-1": -1.0, "0.51": 0.51, **NOT_FINITE}),
+        spoilt(partial(Material, poisson_ratio=0.3), young_modulus_pa=NOT_POSITIVE),
+        spoilt(partial(Grid, nx=4, ny=3, dx=1e-6, dy=1e-6), nx=NOT_A_COUNT, dx=NOT_POSITIVE),
+    )
+
+
+def surface_refusals() -> Calls:
+    """Return bad input to covariances and expansions."""
+    field = Covariance("gaussian", 1e-7, 2e-6)
+    plain = partial(Covariance, kind="gaussian", rms_height_m=1.0, correlation_length_m=1.0)
+    affine = partial(self_affine, 1.0, 0.8, rolloff_wavelength_m=1.0, cutoff_wavelength_m=1.0)
+    banded = partial(Covariance, "self_affine", 1e-7, 1e-5, hurst=0.8, bandwidth=1e5)
+    expanded, share = partial(karhunen_loeve, field, GRID), partial(karhunen_loeve, field, GRID, share=0.5)
+    orders = NOT_A_COUNT | {"more-than-nodes": 13}
+    percentiles = {"zero": 0.0, "negative": -10.0, "above": 110.0, "nan": NAN, "text": "half"}
+    lengths = ("rms_height_m", "correlation_length_m", "correlation_length_across_m")
+    sizes: dict[str, Any] = dict.fromkeys(lengths, NOT_POSITIVE)
+    of_others = {"smoothness": {"of-a-gaussian": 1.0}, "bandwidth": {"of-a-gaussian": 10.0}}
+    return joined(
+        spoilt(plain, kind=UNKNOWN | {"without-a-smoothness": "matern"}, lay_rad=NOT_FINITE, **sizes, **of_others),
+        spoilt(partial(Covariance, "matern", 1.0, 1.0), smoothness={f"matern-{k}": v for k, v in NOT_POSITIVE.items()}),
+        spoilt(banded, hurst=NOT_A_SHARE, bandwidth=NOT_POSITIVE),
+        spoilt(affine, rolloff_wavelength_m=NOT_POSITIVE, cutoff_wavelength_m=NOT_POSITIVE),
+        spoilt(expanded, order=orders, share=NOT_A_SHARE | {"missing": None}),
+        spoilt(share, order={"and-a-share": 3}),
+        spoilt(partial(leading_modes, field, GRID), order=orders),
+        spoilt(partial(representation, field, GRID), order=NOT_A_COUNT, share=NOT_A_SHARE),
+        spoilt(partial(plane_height, rms_height_m=1.0), percentile=percentiles),
+        spoilt(partial(embed, grid=GRID), covariance={"waves-far-below-the-cells": banded()}),
+    )
+
+
+def height_refusals() -> Calls:
+    """Return bad input to height distributions and their translation."""
+    heights = not_an_array(np.ones(9))
+    marginal = probability.FamilyDistribution("beta", 1e-7, (2.1, 5.0))
+    translation, row = probability.translate(marginal), np.exp(-np.minimum(np.arange(8), 8 - np.arange(8)) / 2.0)
+    correlations = not_an_array(row)
+    weibull = partial(probability.FamilyDistribution, family="weibull", standard_deviation=1.0, shapes=(1.0,))
+    shapes = {name: (value,) for name, value in NOT_POSITIVE.items()}
+    families = UNKNOWN | {"of-no-shape": "gaussian", "of-two-shapes": "beta"}
+    moments = partial(probability.distribution_of_moments, "beta", 1.0, skewness=0.1, excess_kurtosis=0.0)
+    impossible = {"constant": np.full(8, 0.5), "not-even": np.linspace(1, 0, 8)}
+    return joined(
+        spoilt(weibull, family=families, standard_deviation=NOT_POSITIVE, shapes=shapes),
+        spoilt(moments, skewness=NOT_FINITE, excess_kurtosis=NOT_FINITE),
+        spoilt(marginal.quantile, probability=OUTSIDE),
+        spoilt(partial(probability.fit_distribution, family="gaussian"), values=heights),
+        spoilt(probability.empirical_distribution, values=heights),
+        spoilt(translation.apply, gaussian=heights),
+        spoilt(translation.correlation, gaussian_correlation=correlations | {"above-one": 1.1}),
+        spoilt(translation.gaussian_correlation, correlation=correlations),
+        spoilt(partial(nearest_correlation, translation), correlation=correlations),
+        spoilt(partial(corrected_correlation, translation), correlation=impossible),
+    )
+
+
+def fractal_refusals() -> Calls:
+    """Return bad input to fractal surfaces."""
+    waves = WeierstrassMandelbrot(0.8, 1e-7, 1e-5, 1e-6, 4)
+    good: dict[str, Any] = {"hurst": 0.8, "rms_height_m": 1.0, "longest_wavelength_m": 1.0, "gamma": 1.5}
+    band = NOT_POSITIVE | {"above-the-longest": 2.0}
+    summed = partial(WeierstrassMandelbrot, **good, shortest_wavelength_m=0.1)
+    on_a_grid = partial(fractal_on, grid=GRID, hurst=0.8, rms_height_m=1e-7, azimuths=4)
+    on_cells = plane_waves(waves, Grid(4, 3, 1e-7, 1e-7))
+    return joined(
+        spoilt(summed, **dict.fromkeys(good, NOT_POSITIVE), shortest_wavelength_m=band),
+        spoilt(summed, azimuths=NOT_A_COUNT | {"million": 10**6}),
+        spoilt(partial(rms_height, law=waves), roughness_parameter_m=NOT_POSITIVE),
+        spoilt(on_a_grid, nodes_per_wave=NOT_POSITIVE, grid={"without-a-wave": Grid(1, 1, 1.0, 1.0)}),
+        spoilt(partial(plane_waves, waves), grid={"of-wide-cells": Grid(4, 3, 1e-5, 1e-5)}),
+        spoilt(on_cells.heights, xi=not_an_array(np.ones(waves.variables))),
+        spoilt(waves.marginal().quantile, probability=OUTSIDE),
+    )
+
+
+def fit_refusals() -> Calls:
+    """Return bad input to fits of a covariance."""
+    x = 1e-6 * np.arange(-2.0, 3.0)
+    table = Covariance("gaussian", 1e-7, 2e-6)(x[:, None], x) / 1e-14
+    lags = partial(estimates, x[:, None], x, correlation=table, standard_error=np.full(table.shape, 0.01))
+    kinds = UNKNOWN | {"without-a-cut-off": "self_affine"}
+    fitted = partial(fit_covariance, kind="gaussian", data=lags(), rms_height_m=1e-7)
+    return joined(
+        spoilt(lags, correlation=not_an_array(table), without_part={"of-one-part": table[None]}),
+        spoilt(lags, standard_error=not_an_array(table) | {"zero": 0 * table}),
+        spoilt(fitted, kind=kinds, rms_height_m=NOT_POSITIVE, cutoff_wavelength_m={"of-a-gaussian": 1e-6}),
+    )
+
+
+def regression_refusals() -> Calls:
+    """Return bad input to polynomial bases, designs and regressions."""
+    points = np.random.default_rng(1).uniform(-1, 1, (60, 2))
+    target = points[:, 0] + 0.3 * np.random.default_rng(2).standard_normal(60)
+    indices = multi_indices(2, 2)
+    table = hermite_basis(points, indices)
+    tables, targets = not_a_table(table), not_a_table(target)
+    weights = {name: value for name, value in targets.items() if name != "none"}
+    in_contact = partial(fit_in_contact, basis=table, pressure=np.abs(target), logarithm=True)
+    drawn = partial(design, kind="sobol", seed=[1], samples=4, variables=2)
+    random = {f"monte-carlo-{name}": value for name, value in NOT_A_COUNT.items()}
+    squares = partial(least_squares, basis=table, target=target)
+    return joined(
+        spoilt(partial(hermite_basis, indices=indices), xi=not_a_table(points) | {"narrow": points[:, :1]}),
+        spoilt(squares, basis=tables, target=targets),
+        spoilt(squares, weights=weights | {"negative": -np.ones(60), "zero": np.zeros(60)}),
+        spoilt(in_contact, basis=tables, pressure=targets),
+        spoilt(partial(censored_regression, basis=table, target=target), basis=tables, target=targets),
+        spoilt(partial(residual_scatter, predicted=target, target=target), predicted=targets, target=targets),
+        spoilt(partial(sensitivity, indices), coefficients=not_a_table(np.ones(6))),
+        spoilt(partial(multi_indices, variables=2, degree=2), variables=NOT_A_COUNT, degree=NOT_A_DEGREE),
+        spoilt(partial(multi_indices, 500), degree={"of-too-many-terms": 15}),
+        spoilt(drawn, kind=UNKNOWN, samples=NOT_A_COUNT, variables=NOT_A_COUNT),
+        spoilt(partial(drawn, kind="monte_carlo"), samples=random),
+    )
+
+
+def pressure_refusals() -> Calls:
+    """Return bad input to expansions of contact pressures."""
+    u = np.random.default_rng(3).standard_normal((120, 1, 2))
+    known = Samples(u, np.zeros(1), np.maximum(u[..., 0], 0), np.maximum(-u[..., 0], 0))
+    parts = {"variables": np.zeros((30, 1, 2)), "distance2": np.zeros(1), "pressure": np.zeros((30, 1))}
+    bad = {name: not_a_table(np.ones((4, *part.shape[1:]))) for name, part in parts.items()}
+    bad["gap"] = not_a_table(np.ones((4, 1)))
+    bad["pressure"]["negative"] = bad["gap"]["negative"] = -np.ones((30, 1))
+    functionals, stencil = np.random.default_rng(4).standard_normal((60, 4, 8)), Stencil((1, 1), (2, 2))
+    values, trial = np.ones((60, 4, 1)), PressureTarget("trial_pressure", 1.0)
+    strip = partial(fit_strip, functionals=functionals, target_values=values, degree=1, stencil=stencil, target=trial)
+    target = partial(PressureTarget, kind="squared_pressure", gap_stiffness=1.0)
+    enriched = partial(enrich, None, None, asked=0.1, least=20, most=40, seed=[1])
+    widths = {name: (value, 1) for name, value in NOT_A_DEGREE.items()}
+    with_nan = {"nan": np.array([1.0, NAN])}
+    return joined(
+        spoilt(partial(Samples, **parts, gap=np.zeros((30, 1))), **bad),
+        spoilt(strip, functionals=not_a_table(functionals), target_values=not_a_table(values)),
+        spoilt(strip, target={"censored": PressureTarget("censored", 1.0)}),
+        spoilt(partial(local_functionals, stencil=stencil), heights=not_an_array(np.ones((9, 5)))),
+        spoilt(partial(whitening, odd=NO_SYMMETRY), samples=not_an_array(functionals[:, 0])),
+        spoilt(partial(fit_local, samples=known, target=trial), degree=NOT_A_DEGREE),
+        spoilt(partial(Stencil, far=(2, 2)), near=widths),
+        spoilt(target, kind=UNKNOWN, gap_stiffness=NOT_POSITIVE, cell_pressure_pa=NEGATIVE),
+        spoilt(enriched, asked=NOT_A_SHARE, least=NOT_A_COUNT | {"above-most": 60}, most=NOT_A_COUNT),
+        spoilt(partial(wilson_interval, trials=2), successes={"more-than-trials": 3}),
+        spoilt(partial(kolmogorov_distance, second=np.ones(2)), first=with_nan),
+        spoilt(partial(cumulative_given_contact, levels=np.ones(2)), pressure=with_nan),
+    )
+
+
+def _windows() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    mu = 0.3 + 0.1 * np.random.default_rng(3).random((6, 12))
+    return mu, np.ones(mu.shape, dtype=bool), strip_weights(6, 40, np.random.default_rng(4))
+
+
+def window_refusals() -> Calls:
+    """Return bad input to statistics of windows."""
+    mu, valid, weights = _windows()
+    bad_weights = {
+        "none": None,
+        "a-word": "often",
+        "floats": weights.astype(float),
+        "negative": with_value(weights, -1),
+        "of-other-strips": weights[:, :4],
+        "too-few": weights[:20],
+        "without-the-sample": weights[1:],
+        "one-row": weights[0],
+    }
+    bad: dict[str, Any] = {
+        "mu": not_a_table(mu),
+        "valid": {"numbers": valid.astype(float), "narrow": valid[:, :3], "none": None},
+        "weights": bad_weights,
+    }
+    of_windows = (window_statistics, fit_beta, fit_candidates, scaled_beta, distance_to_beta)
+    good = {"mu": mu, "valid": valid, "weights": weights}
+    distance = partial(distance_to_beta, mu, valid, weights)
+    pair = (mu, valid)
+    both = partial(combine, pair, control_same=pair, control_many=pair, weights=weights, weights_many=weights)
+    controls = {"narrow": (mu[:, :3], valid[:, :3]), "nan": (with_value(mu, NAN), valid)}
+    sums = partial(window_sums, column_sums=mu, window_nodes=3, stride_nodes=1)
+    friction = partial(friction_coefficient, area=mu, force=mu, shear_strength_pa=1.0, least_area_m2=0.1)
+    areas, forces = not_an_array(mu) | {"negative": -mu}, not_an_array(mu) | {"zero-in-contact": 0 * mu}
+    ratio = partial(ratio_of_sums, area=mu, force=mu, shear_strength_pa=1.0, weights=weights)
+    return joined(
+        *(spoilt(partial(function, **good), **bad) for function in of_windows),
+        spoilt(partial(window_statistics, **good), mu={"negative": -mu}),
+        spoilt(partial(autocorrelation, **good, lags=4), **bad),
+        spoilt(distance, a=NOT_POSITIVE, b=NOT_POSITIVE),
+        spoilt(ratio, area=bad["mu"], weights=bad_weights),
+        spoilt(both, control_same=controls, weights_many=bad_weights),
+        spoilt(both, weights_many={"of-other-replicates": np.concatenate((weights, weights[1:]))}),
+        spoilt(sums, column_sums=not_an_array(mu), stride_nodes=NOT_A_COUNT),
+        spoilt(sums, window_nodes=NOT_A_COUNT | {"wider-than-the-strip": 13}),
+        spoilt(friction, area=areas, force=forces, shear_strength_pa=NOT_POSITIVE, least_area_m2=NOT_POSITIVE),
+        spoilt(partial(strip_weights, 6, rng=np.random.default_rng(3)), replicates=NOT_A_COUNT),
+    )
+
+
+def curve_refusals() -> Calls:
+    """Return bad input to curves along a strip and over penetrations."""
+    mu, valid, weights = _windows()
+    lags, curve = 1e-6 * np.arange(8.0), autocorrelation(mu, valid, 8, weights)
+    bad_lags = {"falling": lags[::-1], "without-zero": lags + 1e-6, "of-another-curve": 1e-6 * np.arange(9.0)}
+    levels, values = np.array([5.0, 50.0, 95.0]), np.arange(4.0)
+    means = [window_statistics(level * mu, valid, weights).mean for level in (3.0, 2.0, 1.0)]
+    law = penetration_law(levels, means)
+    fitted = partial(correlation_fit, lags=lags, estimate=curve, window=4e-6)
+    through = partial(penetration_law, percentiles=levels, estimates=means)
+    changing = partial(trend, percentiles=values, values=values, replicates=np.ones((4, 40)))
+    return joined(
+        spoilt(fitted, lags=not_a_table(lags) | bad_lags, window=NOT_POSITIVE),
+        spoilt(through, percentiles=not_a_table(levels) | {"falling": levels[::-1]}, estimates={"two": means[:2]}),
+        spoilt(law.at, percentile=PENETRATIONS),
+        spoilt(law.slope, percentile=PENETRATIONS),
+        spoilt(partial(between, levels, np.array([0.3, 0.2, 0.1])), percentile=PENETRATIONS),
+        spoilt(changing, percentiles=not_a_table(values), values=not_a_table(values)),
+    )
+
+
+def path_refusals() -> Calls:
+    """Return bad input to friction processes and their paths."""
+    beta, quantiles = probability.BetaDistribution(2.1, 5.0, 0.2, 0.6), np.arange(20.0)
+    process = FrictionProcess(beta, 1e-4)
+    embedded = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="embedding")
+    spacings = NOT_POSITIVE | {"far-too-fine": 1e-12, "far-too-wide": 1.0}
+    bounds = partial(probability.BetaDistribution, a=2.1, b=5.0, lower=0.0, upper=1.0)
+    empirical = partial(probability.QuantileDistribution, quantiles=quantiles, mean=0.3, standard_deviation=0.1)
+    tables = not_a_table(quantiles) | {"falling": -quantiles, "too-few": quantiles[:5]}
+    many_nodes = {"of-too-many-nodes": 1e4}
+    return joined(
+        spoilt(embedded, spacing_m=NOT_POSITIVE, length_m=NOT_POSITIVE | many_nodes, method=UNKNOWN),
+        spoilt(partial(recursion, process), spacing_m=spacings),
+        spoilt(partial(recursion(process, 1e-5).realisation, [1]), piece_nodes=NOT_A_COUNT),
+        spoilt(bounds, a=NOT_POSITIVE, b=NOT_POSITIVE, lower=NOT_FINITE | {"above": 2.0}, upper=NOT_FINITE),
+        spoilt(empirical, quantiles=tables, mean=NOT_FINITE, standard_deviation=NOT_FINITE),
+        spoilt(partial(FrictionProcess, beta), correlation_length_m=NOT_POSITIVE),
+        spoilt(partial(average_beta, 2.1, 5.0, 0.2, 0.6), windows=NOT_A_COUNT),
+    )
+
+
+def oscillator_refusals() -> Calls:
+    """Return bad input to friction laws and motions."""
+    positive = {"mass_kg": 1.0, "natural_frequency_rad_per_s": 316.0, "normal_force_n": 2500.0}
+    moved = {"damping_ratio": 0.17, "belt_velocity_m_per_s": 0.948}
+    excited = {"excitation_force_n": 1.0, "excitation_frequency_rad_per_s": 316.0}
+    study, law = partial(Oscillator, **positive, **moved), StribeckLaw(0.3)
+    run = partial(simulate, oscillator=study(), law=law, path=None, spacing_m=1e-4, duration_periods=3.0)
+    numbers = NEGATIVE | {"zero": 0.0}
+    paths = {
+        "nan": np.array([0.0, NAN, 0.0]),
+        "infinite": np.array([0.0, INFINITY, 0.0]),
+        "of-one-node": np.zeros(1),
+        "empty": np.zeros(0),
+        "two-dimensional": np.zeros((3, 3)),
+        "too-short": np.zeros(8),
+    }
+    at_rest = {"of-a-belt-at-rest": study(belt_velocity_m_per_s=0.0)}
+    words = dict.fromkeys(("interpolation", "friction_follows", "negative_friction", "integrator"), UNKNOWN)
+    tables = partial(TableLaw, speeds_m_per_s=(0.0, 1.0), values=(0.4, 0.3))
+    values = {name: (0.4, value) for name, value in NEGATIVE.items()} | {"of-another-length": (0.4,)}
+    speeds = {name: (0.0, value) for name, value in NEGATIVE.items()} | {"falling": (0.0, -1.0)}
+    stribeck = dict.fromkeys(("fit", "static", "decay_s_per_m", "quadratic_s2_per_m2"), NEGATIVE)
+    counted = partial(counts_by_period, law=law, duration_periods=10.0, damping_ratios=[0.1])
+    return joined(
+        spoilt(study, **dict.fromkeys(positive, NOT_POSITIVE), **dict.fromkeys((*moved, *excited), NEGATIVE)),
+        spoilt(partial(StribeckLaw, fit=0.3), **stribeck),
+        spoilt(partial(CoulombLaw, static=0.4), kinetic=NEGATIVE | {"above-static": 0.5}),
+        spoilt(tables, values=values, speeds_m_per_s=speeds, interpolation=UNKNOWN),
+        spoilt(run, duration_periods=numbers, tolerance=numbers | {"large": 1e-2}, path=paths, **words),
+        spoilt(run, start_position_m={"nan": NAN, "infinite": INFINITY}),
+        spoilt(partial(run, path=np.zeros(9)), spacing_m=numbers),
+        spoilt(partial(run, friction_follows="belt"), oscillator=at_rest),
+        spoilt(partial(trajectory, study(), law, None, 0.0, 1.0), samples_per_period={"zero": 0}),
+        spoilt(counted, oscillator={"excited": study(**excited)}),
+    )
+
+
+REFUSALS = {
+    "surface": joined(surface_refusals(), height_refusals(), fractal_refusals(), fit_refusals()),
+    "contact": contact_refusals(),
+    "chaos": joined(regression_refusals(), pressure_refusals()),
+    "friction": joined(window_refusals(), curve_refusals(), path_refusals()),
+    "oscillator": oscillator_refusals(),
+}
+NUMBERED = [(subject, name, call) for subject, calls in REFUSALS.items() for name, call in calls.items()]
+
+
+def row_of(seed: int, number: int) -> Row:
+    """Return the row of the bad input of this number; the seed plays no part."""
+    subject, name, call = NUMBERED[number]
+    return runner.refusal_row(subject, f"{case(number=number, entry='refused')} {name}", call)
+
+
+if __name__ == "__main__":
+    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, len(NUMBERED)))

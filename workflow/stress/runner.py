@@ -1,0 +1,248 @@
+"""The campaigns' common parts: samplers, the outcome of a problem, its row, the command of a stage, and the joint file.
+
+A row is `{stage, case, outcome, residual}`, and `why` where it is a failure. The case is `key=value` pairs; its number
+and the seed of the campaign make the problem again. The outcome is one of
+
+- `converged`: the judge accepts the answer,
+- `false claim`: the judge finds a condition that the answer breaks; always a failure,
+- `accepted`: the package took bad input; always a failure,
+- the name of an exception: a failure unless it is a typed error that answers the problem.
+
+`python -m workflow.stress.runner --campaigns FILE ... --output results/stress.json` joins the files of the stages.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import math
+import re
+import sys
+import time
+import warnings
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
+from workflow.evidence.rows import Row, fields, map_parallel
+
+CONVERGED, FALSE_CLAIM, ACCEPTED = "converged", "false claim", "accepted"
+DEMANDED = 1e-10  # Every problem must reach this residual. Short of a tighter tolerance, an error is an answer.
+SEED = 20261
+CHUNK = 20  # problems that a process takes at a time
+LISTED = 50  # failures that the log lists
+ADVICE = re.compile(
+    r"\b(take|lower|use|ask|penetrate|expand|give|solve|lengthen|space|add|choose|cut|try|make|let)\b", re.IGNORECASE
+)
+
+Choice = TypeVar("Choice")
+Conditions = dict[str, tuple[float, float]]  # by name, a value and the limit that it must not exceed
+
+
+def log_uniform(generator: np.random.Generator, low: float, high: float) -> float:
+    """Draw a number between two powers of ten, given by their exponents."""
+    return float(10 ** generator.uniform(low, high))
+
+
+def choose(
+    generator: np.random.Generator, choices: Sequence[Choice], shares: Sequence[float] | np.ndarray | None = None
+) -> Choice:
+    """Draw one of the choices with these probabilities, which are equal if not given."""
+    return choices[int(generator.choice(len(choices), p=shares))]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a judge finds.
+
+    residual : [-] relative, by the judge's own evaluation
+    broken : the conditions that the answer breaks, each with its value and limit; empty for an accepted answer
+    """
+
+    residual: float
+    broken: tuple[str, ...] = ()
+
+
+def broken_conditions(conditions: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
+    """Return a line for each condition whose value exceeds its limit or is not a number."""
+    return tuple(
+        f"{name}: {float(value):.3e} for {float(limit):.3e}"
+        for name, (value, limit) in conditions.items()
+        if not value <= limit
+    )
+
+
+def verdict_of(conditions: Mapping[str, tuple[float, float]]) -> Verdict:
+    """Return the verdict on conditions. Its residual is the largest value over its limit.
+
+    A limit of zero asks for an exact answer and does not enter the residual.
+    """
+    ratios = [float(value / limit) for value, limit in conditions.values() if limit > 0]
+    return Verdict(max(ratios, default=0.0), broken_conditions(conditions))
+
+
+def has_advice(error: RoughslipError) -> bool:
+    """Whether the message of an error says what to try."""
+    return ADVICE.search(str(error)) is not None
+
+
+def problem_row(
+    stage: str, case: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool] | None = None
+) -> Row:
+    """Solve and judge a problem, with every warning an error, and return its row.
+
+    judged : solves the problem and returns the verdict
+    answers : whether a typed error answers the problem; if not given, only one whose residual is below DEMANDED where
+        the case asks for a tighter tolerance
+    """
+    tighter = float(fields(case)["tolerance"]) < DEMANDED
+
+    def reached_enough(error: RoughslipError) -> bool:
+        return isinstance(error, ConvergenceError) and tighter and error.residual <= DEMANDED
+
+    return _row(stage, case, *_outcome(judged, answers or reached_enough))
+
+
+def refusal_row(stage: str, case: str, call: Callable[[], object]) -> Row:
+    """Return the row of bad input, which only a ParameterError answers."""
+
+    def accepted() -> Verdict:
+        call()
+        return Verdict(0.0)
+
+    outcome, _, why = _outcome(accepted, lambda error: isinstance(error, ParameterError))
+    if outcome == CONVERGED:
+        outcome, why = ACCEPTED, "no error"
+    return _row(stage, case, outcome, math.nan, why)
+
+
+def _outcome(judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool]) -> tuple[str, float, str]:
+    """Return outcome, residual, and the reason of a failure, which is empty if there is none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            verdict = judged()
+        except RoughslipError as error:
+            why = "" if answers(error) else str(error) or repr(error)
+            return type(error).__name__, getattr(error, "residual", math.nan), why
+        except Exception as error:  # Any other exception is a failure, which the row names.
+            return type(error).__name__, math.nan, str(error) or repr(error)
+    return FALSE_CLAIM if verdict.broken else CONVERGED, verdict.residual, "; ".join(verdict.broken)
+
+
+def _row(stage: str, case: str, outcome: str, residual: float, why: str) -> Row:
+    finite = residual if math.isfinite(residual) else None
+    return {"stage": stage, "case": case, "outcome": outcome, "residual": finite} | ({"why": why} if why else {})
+
+
+def failures(rows: Iterable[Row]) -> list[Row]:
+    """Return the rows that a campaign must not have."""
+    return [row for row in rows if "why" in row]
+
+
+def summary(rows: Iterable[Row], keys: Sequence[str]) -> list[dict[str, Any]]:
+    """Return counts of outcomes and the largest residual over its tolerance, by the values of these keys of a case."""
+    classes: dict[tuple[str, ...], list[Row]] = defaultdict(list)
+    for row in rows:
+        case = fields(row["case"])
+        classes[row["stage"], *(case.get(key, "none") for key in keys)].append(row)
+    return [
+        _class(dict(zip(("stage", *keys), name, strict=True)), members) for name, members in sorted(classes.items())
+    ]
+
+
+def _class(name: Mapping[str, str], rows: Sequence[Row]) -> dict[str, Any]:
+    ratios = [
+        row["residual"] / float(fields(row["case"])["tolerance"])
+        for row in rows
+        if row["outcome"] == CONVERGED and row["residual"] is not None
+    ]
+    return {
+        **name,
+        "problems": len(rows),
+        "outcomes": dict(sorted(Counter(row["outcome"] for row in rows).items())),
+        "worst_residual_over_tolerance": max(ratios, default=None),
+        "failures": len(failures(rows)),
+    }
+
+
+def run_problems(row_of: Callable[[int, int], Row], seed: int, numbers: Sequence[int], jobs: int = 1) -> list[Row]:
+    """Return the rows of the problems of these numbers, in their order for any number of processes.
+
+    row_of : (seed, number) -> row, a function at the top of a module
+    """
+    work = partial(row_of, seed)
+    return [work(number) for number in numbers] if jobs == 1 else map_parallel(work, numbers, jobs, CHUNK)
+
+
+def write_campaign(
+    path: Path, rows: Sequence[Row], classes: Sequence[Mapping[str, Any]], seeds: Mapping[str, int]
+) -> None:
+    """Write seeds, summary and rows, each row on a line of its own, in one step."""
+    head = {"seeds": seeds, "problems": len(rows), "failures": len(failures(rows))}
+    lines = [json.dumps(head, allow_nan=False)[:-1] + ","]
+    for name, entries, end in (("summary", classes, ","), ("rows", rows, "}")):
+        lines += [f'"{name}": [', ",\n".join(json.dumps(entry, allow_nan=False) for entry in entries), f"]{end}"]
+    store.write_text(path, "\n".join(lines) + "\n")
+
+
+def command(
+    description: str | None, stage: str, row_of: Callable[[int, int], Row], keys: Sequence[str], problems: int
+) -> int:
+    """Run the campaign of a stage from the command line and return the exit status, which is 1 if a problem failed.
+
+    keys : of a case, by which the summary counts
+    problems : how many, if the command line does not say
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--output", type=Path, help="the JSON file")
+    parser.add_argument("--seed", default=SEED, type=_seed, help=f"a whole number, or `today`; default {SEED}")
+    parser.add_argument("--problems", type=int, default=problems, help=f"numbers 0 to PROBLEMS - 1; default {problems}")
+    parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="only the problems of these numbers")
+    parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
+    arguments = parser.parse_args()
+    started = time.perf_counter()
+    numbers = arguments.only or range(arguments.problems)
+    rows = run_problems(row_of, arguments.seed, numbers, arguments.jobs)
+    if arguments.output:
+        write_campaign(arguments.output, rows, summary(rows, keys), {stage: arguments.seed})
+    return report(rows, f"{stage}, seed {arguments.seed}, {time.perf_counter() - started:.0f} s")
+
+
+def report(rows: Sequence[Row], title: str) -> int:
+    """Write counts of outcomes and the failures to standard error and return the exit status."""
+    wrong = failures(rows)
+    counts = ", ".join(f"{count} {name}" for name, count in Counter(row["outcome"] for row in rows).most_common())
+    print(f"{title}: {len(rows)} problems: {counts}; {len(wrong)} failures", file=sys.stderr)
+    for row in wrong[:LISTED]:
+        print(f"{row['outcome']}: {row['case']}: {row['why']}", file=sys.stderr)
+    if len(wrong) > LISTED:
+        print(f"and {len(wrong) - LISTED} more", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+def _seed(text: str) -> int:
+    return int(f"{datetime.date.today():%Y%m%d}") if text == "today" else int(text)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Join the campaigns of all stages in one file.")
+    parser.add_argument("--campaigns", type=Path, nargs="+", required=True, help="files of the stages")
+    parser.add_argument("--output", type=Path, required=True, help="the JSON file")
+    arguments = parser.parse_args()
+    campaigns = [json.loads(path.read_text(encoding="utf-8")) for path in arguments.campaigns]
+    rows, classes = ([entry for one in campaigns for entry in one[name]] for name in ("rows", "summary"))
+    seeds = {stage: seed for one in campaigns for stage, seed in one["seeds"].items()}
+    write_campaign(arguments.output, rows, classes, seeds)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-"""The stress campaign of friction: problems by number, judges against known answers, false claims that they catch."""
+"""Judges of pressure expansions, friction and motions accept right answers and reject wrong ones."""
 
 from __future__ import annotations
 
@@ -8,122 +8,115 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.interpolate import CubicHermiteSpline
 
+from roughslip.chaos import local
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.distribution_families import fit_candidates
-from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
+from roughslip.friction.marginal import PROBABILITIES, fit_beta
 from roughslip.friction.paths import METHODS
 from roughslip.friction.process import FrictionProcess
-from roughslip.friction.statistics import combine, window_statistics
+from roughslip.friction.statistics import window_statistics
+from roughslip.oscillator.law import CoulombLaw, StribeckLaw
+from roughslip.oscillator.system import Oscillator
 from roughslip.probability import BetaDistribution, Estimate
-from workflow.benchmarks.measure import fields
-from workflow.stress import (
-    friction,
-    friction_judge,
-    friction_lengths,
-    friction_paths,
-    friction_penetration,
-    friction_shapes,
-    outcomes,
-)
-from workflow.stress.friction_problem import ENTRIES, KINDS, Problem, random_problem
-from workflow.stress.outcomes import verdict_of
+from workflow.stress import chaos, chaos_strip, friction, friction_fits, friction_paths, friction_windows, oscillator
+from workflow.stress.chaos_strip import RISK, beyond, seen_error
+from workflow.stress.friction_paths import PathProblem
+from workflow.stress.friction_windows import WindowProblem
+from workflow.stress.oscillator import Judge, Slide
+from workflow.stress.oscillator_problem import BLOCK, MotionProblem
+from workflow.stress.runner import Conditions, Verdict, verdict_of
 
 
-def names(met: friction_judge.Met) -> set[str]:
-    return {what.split(":")[0] for what in verdict_of(met).broken}
+def names(found: Verdict | Conditions) -> set[str]:
+    verdict = found if isinstance(found, Verdict) else verdict_of(found)
+    return {line.split(":")[0] for line in verdict.broken}
 
 
-def problem_of(strips: int = 8, windows: int = 30) -> Problem:
-    """Windows along which friction is correlated, some missing, and a control that resembles them."""
+def test_points_that_samples_cannot_have_seen_are_left_out():
+    """100 samples miss nine points of 1000 with a probability of 0.991^100 = 0.4, 2000 samples with 1e-8."""
+    squares = np.ones(1000)
+    squares[:9] = 1e6
+    assert seen_error(squares, 100) <= 1.0
+    assert seen_error(squares, 2000) > 1e3
+
+
+def test_few_degrees_of_freedom_determine_little():
+    """With one, the square of a normal is below 1.6e-12 in one of a million cases: pi / 2 times RISK^2."""
+    assert beyond(1) == pytest.approx(2 / (math.pi / 2 * RISK**2), rel=1e-5)
+    assert beyond(100_000) == pytest.approx(2.0, rel=0.05)
+    assert beyond(0) == math.inf
+
+
+def test_a_wrong_distribution_of_pressure_is_rejected():
+    """A plane that is lower by a standard deviation moves the distribution by 0.2; 0.098 are allowed."""
+    problems = (chaos.random_problem(5, number) for number in range(400))
+    problem = next(one for one in problems if chaos.is_well_posed(one) and one.entry == "local")
+    samples = problem.surfaces_of(0, problem.surfaces)
+    found = local.fit_local(samples, problem.degree, problem.target(problem.kinds[0]))
+    assert chaos.judge(problem, found, samples, 0.06).broken == ()
+    lower = replace(problem, plane=problem.plane + 1.0)
+    assert "the distribution" in names(chaos.judge(lower, found, samples, 0.06))
+    higher = replace(found, coefficients=100 * found.coefficients)
+    assert "the distribution" in names(chaos.judge(problem, higher, samples, 0.06))
+
+
+def test_a_strip_that_understates_its_error_is_rejected(monkeypatch):
+    problems = (chaos_strip.random_problem(5, number) for number in range(400))
+    problem = next(one for one in problems if chaos_strip.is_well_posed(one) and one.bend and one.degree == 2)
+    assert chaos_strip.judged(problem).broken == ()
+    plain = chaos_strip.fit_strip
+
+    def praised(*arguments):
+        expansion, quality = plain(*arguments)
+        return expansion, quality | {"leave_one_out": quality["leave_one_out"] / 1e3}
+
+    monkeypatch.setattr(chaos_strip, "fit_strip", praised)
+    assert any("error" in line for line in chaos_strip.judged(problem).broken)
+
+
+def window_problem() -> WindowProblem:
+    """Return windows along which friction is correlated, some of them missing."""
     generator = np.random.default_rng(11)
-    z = np.cumsum(generator.standard_normal((strips + 12, windows)), axis=1) / 5
-    mu, control = np.exp(0.1 * z), 1 + 0.1 * z + 0.02 * generator.standard_normal(z.shape)
-    valid = generator.random(z.shape) > 0.1
-    columns = generator.random((strips, 40)) + 0.1
-    kept = np.where(valid, mu, 0.0)[:strips]
-    return Problem(
-        2, "statistics", "rough", columns, columns + 0.1, 9, 2, 2.0, 5.4, kept, valid[:strips], control, valid,
-        10, 1e-6, (1, 2, 1),
-    )  # fmt: skip
+    mu = np.exp(0.02 * np.cumsum(generator.standard_normal((8, 30)), axis=1))
+    valid = generator.random(mu.shape) > 0.1
+    return WindowProblem(2, "statistics", "rough", np.where(valid, mu, 0.0), valid, 10, 1e-6, (1, 2, 1))
 
 
-PROBLEM = problem_of()
-WEIGHTS = friction.weights_of(PROBLEM)
+WINDOWS = window_problem()
+WEIGHTS = friction.weights_of(WINDOWS)
+ARRAYS = WINDOWS.mu, WINDOWS.valid, WEIGHTS
 
 
 def shifted(estimate: Estimate, by: float) -> Estimate:
-    """Another value, with the interval and the replicates moved along."""
+    """Return an estimate whose value, interval and replicates are moved."""
     return Estimate(estimate.value + by, estimate.low + by, estimate.high + by, estimate.replicates + by)
 
 
-# Problems.
+def test_wrong_statistics_are_rejected():
+    found = window_statistics(*ARRAYS)
 
+    def broken(**changes: object) -> set[str]:
+        return names(friction_windows.judge_statistics(WINDOWS, replace(found, **changes), WEIGHTS))
 
-def test_a_number_makes_the_same_problem_again_and_another_seed_another():
-    one, again, other = random_problem(3, 17), random_problem(3, 17), random_problem(4, 17)
-    assert friction.case_of(one) == friction.case_of(again) != friction.case_of(other)
-    assert all(np.array_equal(getattr(one, name), getattr(again, name)) for name in ("mu", "valid", "area", "control"))
-
-
-def test_problems_cover_what_they_should():
-    """Of 600 problems; 1 of 33 is expected of the rarest, and then none of it has a chance of exp(-18)."""
-    problems = [random_problem(5, number) for number in range(600)]
-    assert {problem.entry for problem in problems} == set(ENTRIES)
-    assert {problem.kind for problem in problems} == set(KINDS)
-    assert any(problem.mu.shape[1] == 1 for problem in problems)
-    assert any(len(problem.mu) == 1 for problem in problems)
-    assert any(not problem.valid.any() for problem in problems)
-    assert any(0 < problem.valid.mean() < 0.5 for problem in problems)
-    sizes = [float(problem.mu.max()) for problem in problems if problem.valid.any()]
-    assert 1e-12 <= min(sizes) < 1e-10 < 1e5 < max(sizes)
-    paths = [friction_paths.random_problem(5, number) for number in range(400)]
-    assert {path.method for path in paths} == set(METHODS)
-    betas = [path.process.marginal for path in paths if isinstance(path.process.marginal, BetaDistribution)]
-    assert min(min(law.a, law.b) for law in betas) < 0.35
-    assert max(max(law.a, law.b) for law in betas) > 40
-
-
-# Judges of windows.
-
-
-def test_statistics_that_are_right_pass_and_spoilt_ones_do_not():
-    found = window_statistics(PROBLEM.mu, PROBLEM.valid, WEIGHTS)
-    assert names(friction_judge.judge_statistics(PROBLEM, found, WEIGHTS)) == set()
+    assert broken() == set()
     for name in ("mean", "std", "variation", "skewness", "kurtosis", "missing_share"):
-        wrong = replace(found, **{name: shifted(getattr(found, name), 1e-8)})
-        broken = names(friction_judge.judge_statistics(PROBLEM, wrong, WEIGHTS))
-        assert broken == {f"{name.replace('_', ' ')}, sample", f"{name.replace('_', ' ')}, replicate"}, name
-    narrow = replace(found.mean, low=found.mean.value, high=found.mean.value)
-    assert names(friction_judge.judge_statistics(PROBLEM, replace(found, mean=narrow), WEIGHTS)) == {"mean"}
-    more = replace(found, effective_windows=shifted(found.effective_windows, 1e-3))
-    assert "effective windows, sample" in names(friction_judge.judge_statistics(PROBLEM, more, WEIGHTS))
-    assert "missing" in names(friction_judge.judge_statistics(PROBLEM, replace(found, missing=0), WEIGHTS))
+        words = name.replace("_", " ")
+        assert {f"{words}, sample", f"{words}, replicate"} <= broken(**{name: shifted(getattr(found, name), 1e-8)})
+    assert broken(mean=replace(found.mean, low=found.mean.value, high=found.mean.value)) == {"mean"}
+    assert "effective windows, sample" in broken(effective_windows=shifted(found.effective_windows, 1e-3))
+    assert "missing" in broken(missing=0)
 
 
-def test_sums_that_are_wrong_are_caught():
-    area, force = (friction.window_sums(part, 9, 2) for part in (PROBLEM.area, PROBLEM.force))
-    mu, valid = friction.friction_coefficient(area, force, 2.0, 5.4)
-    assert names(friction_judge.judge_sums(PROBLEM, area, force, mu, valid)) == set()
-    assert 0 < valid.mean() < 1
-    wrong = {
-        "area of windows": (area * (1 + 1e-13), force, mu, valid),
-        "friction": (area, force, mu * (1 + 1e-14), valid),
-        "which have friction": (area, force, mu, ~valid),
-        "no friction": (area, force, mu + 1e-300, valid),
-    }
-    for name, parts in wrong.items():
-        assert name in names(friction_judge.judge_sums(PROBLEM, *parts)), name
-
-
-def test_autocorrelations_and_lengths_that_are_wrong_are_caught():
-    curve = autocorrelation(PROBLEM.mu, PROBLEM.valid, 10, WEIGHTS)
-    assert names(friction_judge.judge_autocorrelation(PROBLEM, curve, WEIGHTS)) == set()
-    assert "r, sample" in names(friction_judge.judge_autocorrelation(PROBLEM, shifted(curve, 1e-9), WEIGHTS))
+def test_wrong_autocorrelations_and_lengths_are_rejected():
+    curve = autocorrelation(WINDOWS.mu, WINDOWS.valid, 10, WEIGHTS)
+    assert names(friction_fits.judge_autocorrelation(WINDOWS, curve, WEIGHTS)) == set()
+    assert "r, sample" in names(friction_fits.judge_autocorrelation(WINDOWS, shifted(curve, 1e-9), WEIGHTS))
     lags = 1e-6 * np.arange(10)
     found = correlation_fit(lags, curve, 6e-6)
-    assert names(friction_lengths.judge(lags, curve, 6e-6, found)) == set()
+    assert names(friction_fits.judge_lengths(lags, curve, 6e-6, found)) == set()
     for name, broken in {
         "least_squares": "no better length, row 0",
         "half_window": "half a window, row 0",
@@ -131,155 +124,146 @@ def test_autocorrelations_and_lengths_that_are_wrong_are_caught():
         "integral": "integral, row 0",
         "misfit_triangle": "misfit of the triangle, row 0",
     }.items():
-        wrong = replace(found, **{name: shifted(getattr(found, name), 1e-3 * float(getattr(found, name).value))})
-        assert broken in names(friction_lengths.judge(lags, curve, 6e-6, wrong)), name
-    assert "told at a bound" in names(friction_lengths.judge(lags, curve, 6e-6, replace(found, at_bound=True)))
+        wrong = replace(found, **{name: shifted(getattr(found, name), 1e-2 * float(getattr(found, name).value))})
+        assert broken in names(friction_fits.judge_lengths(lags, curve, 6e-6, wrong)), name
+    at_bound = replace(found, at_bound=True)
+    assert "stated at a bound" in names(friction_fits.judge_lengths(lags, curve, 6e-6, at_bound))
 
 
-def test_shapes_that_are_wrong_are_caught():
-    beta = fit_beta(PROBLEM.mu, PROBLEM.valid, WEIGHTS)
-    assert names(friction_shapes.judge_beta(PROBLEM, beta, WEIGHTS)) == set()
+def test_wrong_distributions_are_rejected():
+    beta = fit_beta(*ARRAYS)
+    assert names(friction_fits.judge_beta(WINDOWS, beta, WEIGHTS)) == set()
     other = replace(beta, a=shifted(beta.a, 0.3 * float(beta.a.value)))
-    assert {"distance, sample", "no nearer Beta, sample"} <= names(friction_shapes.judge_beta(PROBLEM, other, WEIGHTS))
-    assert "its mean, sample" in names(
-        friction_shapes.judge_beta(PROBLEM, replace(beta, lower=shifted(beta.lower, 1e-6)), WEIGHTS)
-    )
-    laws = fit_candidates(PROBLEM.mu, PROBLEM.valid, WEIGHTS)
-    assert names(friction_shapes.judge_candidates(PROBLEM, laws, WEIGHTS)) == set()
-    moved = {**laws, "gamma": replace(laws["gamma"], skewness=shifted(laws["gamma"].skewness, 0.02))}
-    assert "gamma" in names(friction_shapes.judge_candidates(PROBLEM, moved, WEIGHTS))
-    scaled = scaled_beta(PROBLEM.mu, PROBLEM.valid, WEIGHTS)
-    assert names(friction_shapes.judge_scaled(PROBLEM, scaled, WEIGHTS)) == set()
-    assert "a, row 0" in names(
-        friction_shapes.judge_scaled(PROBLEM, replace(scaled, a=shifted(scaled.a, 1e-6)), WEIGHTS)
-    )
-    far = distance_to_beta(PROBLEM.mu, PROBLEM.valid, WEIGHTS, 2.0, 3.0)
-    assert names(friction_shapes.judge_distance(PROBLEM, far, WEIGHTS, 2.0, 3.0)) == set()
-    for by, broken in ((0.01, "too large"), (-0.01, "too small")):
-        wrong = replace(far, standardised=shifted(far.standardised, by))
-        assert f"standardised, row 0, {broken}" in names(
-            friction_shapes.judge_distance(PROBLEM, wrong, WEIGHTS, 2.0, 3.0)
-        )
+    assert {"distance, sample", "no nearer Beta, sample"} <= names(friction_fits.judge_beta(WINDOWS, other, WEIGHTS))
+    moved = replace(beta, lower=shifted(beta.lower, 1e-6))
+    assert "its mean, sample" in names(friction_fits.judge_beta(WINDOWS, moved, WEIGHTS))
+    families = fit_candidates(*ARRAYS)
+    assert names(friction_fits.judge_candidates(WINDOWS, families, WEIGHTS)) == set()
+    skewed = {**families, "gamma": replace(families["gamma"], skewness=shifted(families["gamma"].skewness, 0.02))}
+    assert "gamma, distance, sample" in names(friction_fits.judge_candidates(WINDOWS, skewed, WEIGHTS))
 
 
-def test_members_of_families_have_the_skewness_of_their_name():
-    """Members at left are mirror images; by scipy's moments."""
-    for family, law in (("gamma", stats.gamma(8.0)), ("lognormal", stats.lognorm(0.3))):
-        skewness = float(law.stats("s"))
-        found = friction_shapes._member(family, skewness)
-        np.testing.assert_allclose(found, law.ppf(friction_shapes.PROBABILITIES), rtol=1e-10)
-        np.testing.assert_allclose(friction_shapes._member(family, -skewness), -found[::-1], rtol=1e-10)
+@pytest.mark.parametrize(("family", "law"), [("gamma", stats.gamma(8.0)), ("lognormal", stats.lognorm(0.3))])
+def test_the_judges_families_have_the_skewness_of_their_name(family, law):
+    skewness = float(law.stats("s"))
+    found = friction_fits.family_member(family, skewness)
+    scores = (law.ppf(PROBABILITIES) - law.mean()) / law.std()
+    np.testing.assert_allclose(np.corrcoef(found, scores)[0, 1], 1.0, rtol=1e-12)
+    np.testing.assert_allclose(friction_fits.family_member(family, -skewness), -found[::-1], rtol=1e-10)
 
 
-def test_controls_that_are_wrong_are_caught():
-    strips = len(PROBLEM.mu)
-    many = friction.strip_weights(12, PROBLEM.replicates, np.random.default_rng(2))
-    sets = [(PROBLEM.control[rows], PROBLEM.control_valid[rows]) for rows in (slice(strips), slice(strips, None))]
-    found = combine((PROBLEM.mu, PROBLEM.valid), *sets, WEIGHTS, many)
-    assert float(found.mean_variance_ratio.value) < 0.5
-    assert names(friction_judge.judge_combined(PROBLEM, found, WEIGHTS, many)) == set()
-    for name, broken in {
-        "mean": "mean, row 0",
-        "std": "std, row 0",
-        "mean_coefficient": "alpha of mean, row 0",
-        "std_variance_ratio": "ratio of std, row 0",
-    }.items():
-        wrong = replace(found, **{name: shifted(getattr(found, name), 1e-5)})
-        assert broken in names(friction_judge.judge_combined(PROBLEM, wrong, WEIGHTS, many)), name
-
-
-class Straight:
-    """A curve through the levels that is broken at each of them."""
-
-    def __init__(self, law):
-        self.law = law
-
-    def at(self, points):
-        rows = np.stack([np.interp(points, self.law.percentiles, row) for row in self.law.rows])
-        return Estimate.from_rows(rows)
-
-    def slope(self, points):
-        return self.law.slope(points)
-
-
-def test_a_curve_that_is_not_the_one_of_its_slopes_is_caught(monkeypatch):
-    """Of twelve sets of levels a few have two levels or are flat, where a straight line is right."""
-    assert set().union(*(names(friction_penetration.judged((1, k))) for k in range(12))) == set()
-    plain = friction_penetration.penetration_law
-    monkeypatch.setattr(friction_penetration, "penetration_law", lambda *parts: Straight(plain(*parts)))
-    assert sum("its slope" in names(friction_penetration.judged((1, k))) for k in range(12)) >= 6
-
-
-# The judge of paths.
+PROCESS = FrictionProcess(BetaDistribution(2.1, 5.0, 0.2, 0.6), 1e-4)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_paths_of_another_correlation_are_caught(method, monkeypatch):
-    process = FrictionProcess(BetaDistribution(2.1, 5.0, 0.2, 0.6), 1e-4)
-    problem = friction_paths.Problem(0, method, process, 2e-5, 1e-3)
+def test_paths_of_another_process_are_rejected(method, monkeypatch):
+    problem, plain = PathProblem(0, method, PROCESS, 2e-5, 1e-3), friction_paths.prepare
     assert friction_paths.judged(problem).broken == ()
-    plain = friction_paths.prepare
-
-    def longer(law, spacing, length, name):
-        return plain(replace(law, correlation_length_m=1.001 * law.correlation_length_m), spacing, length, name)
-
-    monkeypatch.setattr(friction_paths, "prepare", longer)
-    assert "the autocorrelation" in {what.split(":")[0] for what in friction_paths.judged(problem).broken}
-
-    def wider(law, spacing, length, name):
-        return plain(replace(law, marginal=BetaDistribution(0.7, 0.7, 0.2, 0.61)), spacing, length, name)
-
-    monkeypatch.setattr(friction_paths, "prepare", wider)
-    broken = {what.split(":")[0] for what in friction_paths.judged(problem).broken}
-    assert {"the marginal", "its bounds, below"} <= broken
+    longer = replace(PROCESS, correlation_length_m=1.001e-4)
+    monkeypatch.setattr(friction_paths, "prepare", lambda _, *rest: plain(longer, *rest))
+    assert "the autocorrelation" in names(friction_paths.judged(problem))
+    wider = replace(PROCESS, marginal=BetaDistribution(0.7, 0.7, 0.2, 0.61))
+    monkeypatch.setattr(friction_paths, "prepare", lambda _, *rest: plain(wider, *rest))
+    assert {"the marginal", "its bounds, below"} <= names(friction_paths.judged(problem))
 
 
-def test_paths_that_forget_their_seed_are_caught(monkeypatch):
-    """Every path anew with other numbers: not the same bits again, and in time no correlation of what is drawn."""
-    process = FrictionProcess(BetaDistribution(2.1, 5.0, 0.2, 0.6), 1e-4)
-    problem = friction_paths.Problem(0, "recursion", process, 2e-5, 1e-3)
-    generator = np.random.default_rng(5)
-    plain = friction_paths._path
+def test_paths_that_do_not_follow_their_seed_are_rejected(monkeypatch):
+    generator, plain = np.random.default_rng(5), friction_paths._path
     monkeypatch.setattr(friction_paths, "_path", lambda *parts: generator.permutation(plain(*parts)))
-    broken = {what.split(":")[0] for what in friction_paths.judged(problem).broken}
-    assert broken == {"again the same bits", "the correlation of paths"}
+    found = friction_paths.judged(PathProblem(0, "recursion", PROCESS, 2e-5, 1e-3))
+    assert names(found) == {"again the same bits", "the correlation of paths"}
 
 
-# Refusals.
-
-
-def test_errors_that_are_no_answer():
+def test_errors_that_answer_no_friction_problem():
     advice = IllPosedError("too few: solve more strips")
-    assert not friction.honest(PROBLEM, advice)
-    assert not friction.honest(replace(PROBLEM, entry="combine"), advice)
-    flat = replace(PROBLEM, mu=np.where(PROBLEM.valid, 0.3, 0.0))
-    assert friction.honest(flat, advice)
-    assert not friction.honest(flat, IllPosedError("no"))
-    assert not friction.honest(flat, ParameterError("solve more strips"))
-    assert friction.honest(replace(PROBLEM, entry="autocorrelation", lags=40), advice)
-    path = friction_paths.Problem(0, "recursion", FrictionProcess(BetaDistribution(2.1, 5.0, 0.0, 1.0), 1.0), 1.0, 9.0)
-    assert not friction_paths.honest(path, IllPosedError("use larger shapes"))
-    steps = replace(path, process=FrictionProcess(BetaDistribution(0.01, 0.01, 0.0, 1.0), 1.0))
-    assert friction_paths.honest(steps, IllPosedError("use larger shapes"))
-    assert friction_paths.honest(replace(path, spacing=math.e**3), ParameterError("use another spacing"))
+    flat = replace(WINDOWS, mu=np.where(WINDOWS.valid, 0.3, 0.0))
+    assert not friction.is_answer(WINDOWS, advice)
+    assert friction.is_answer(flat, advice)
+    assert not friction.is_answer(flat, IllPosedError("no"))
+    assert not friction.is_answer(flat, ParameterError("solve more strips"))
+    assert friction.is_answer(replace(WINDOWS, entry="autocorrelation", lags=40), advice)
+    steps = FrictionProcess(BetaDistribution(0.01, 0.01, 0.0, 1.0), 1.0)
+    for process, answers in ((PROCESS, False), (steps, True)):
+        problem = PathProblem(0, "recursion", process, 1.0, 9.0)
+        assert friction_paths.is_answer(problem, IllPosedError("use larger shapes")) is answers
 
 
-# The campaign.
+MOTION = MotionProblem(
+    number=0,
+    oscillator=Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 60.0, 430.0),
+    law=StribeckLaw(0.3),
+    nodes=0.03 * np.random.default_rng(1).uniform(-1, 1, BLOCK),
+    spacing=2e-4,
+    start=0.0,
+    periods=6.0,
+    tolerance=1e-9,
+    stochastic=True,
+    interpolation="cubic",
+    follows="slip",
+    negative="clip",
+    integrator="fehlberg45",
+    labels={"law": "stribeck"},
+)
 
 
-@pytest.fixture(scope="module")
-def rows() -> list[outcomes.Row]:
-    return outcomes.campaign(friction.rows_of, outcomes.SEED, range(120), jobs=1)
+def test_the_judges_friction_is_the_interpolant_of_its_nodes():
+    """scipy's Hermite spline with the slopes of the central differences, one-sided at zero; and straight lines."""
+    nodes = np.concatenate([MOTION.nodes, MOTION.nodes[:2]])
+    places = MOTION.spacing * np.arange(nodes.size)
+    slopes = np.gradient(nodes, MOTION.spacing)
+    slopes[0] = (nodes[1] - nodes[0]) / MOTION.spacing
+    s = np.random.default_rng(2).uniform(0, BLOCK * MOTION.spacing, 500)
+    cubic = Judge(MOTION).scatter(np.zeros(500), s)
+    linear = Judge(replace(MOTION, interpolation="linear")).scatter(np.zeros(500), s)
+    assert cubic == pytest.approx(CubicHermiteSpline(places, nodes, slopes)(s), abs=1e-13)
+    assert linear == pytest.approx(np.interp(s, places, nodes), abs=1e-13)
 
 
-def test_problems_of_every_class_without_a_failure(rows):
-    assert outcomes.failures(rows) == []
-    entries = {fields(row["case"])["entry"] for row in rows}
-    assert entries == {*ENTRIES, "process"}
-    assert [fields(row["case"])["number"] for row in rows] == [f"{number}" for number in range(120)]
+def test_the_judges_slip_is_the_closed_form():
+    """Undamped with friction of one sign: a circle. The classical method errs by (h / steps)^4 / 120."""
+    free = Oscillator(1.0, 316.0, 0.0, 0.948, 2500.0)
+    judge = Judge(replace(MOTION, oscillator=free, law=CoulombLaw(0.4, 0.4), nodes=np.zeros(0)))
+    one, F, V = np.ones(1), free.F, free.V
+    x, u = judge.slip(Slide(0 * one, 0.012 * one, V * one, 0 * one, one), 0.5 * one, 50)
+    c, s = math.cos(0.5), math.sin(0.5)
+    assert x[0] == pytest.approx(0.4 * F + (0.012 - 0.4 * F) * c + V * s, abs=1e-10 * F)
+    assert u[0] == pytest.approx(-(0.012 - 0.4 * F) * s + V * c, abs=1e-10 * F)
 
 
-def test_all_bad_input_is_refused():
-    refused = friction.refused()
-    assert len(refused) > 300
-    assert outcomes.failures(refused) == []
+@pytest.mark.parametrize("follows", ["slip", "belt", "time"])
+def test_right_motions_are_accepted(follows):
+    spacing = MOTION.spacing / (0.948 if follows == "time" else 1.0)
+    problem = replace(MOTION, follows=follows, spacing=spacing)
+    found = oscillator.drawn(problem)
+    assert found.motion.cycles > 2
+    verdict = oscillator.judge(problem, found)
+    assert verdict.broken == ()
+    assert verdict.residual < 3e-6
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"law": StribeckLaw(0.29)}, "slip errs"),
+        ({"oscillator": replace(MOTION.oscillator, damping_ratio=0.171)}, "slip errs"),
+        ({"oscillator": replace(MOTION.oscillator, excitation_force_n=66.0)}, "slip errs"),
+        ({"follows": "belt"}, "slip errs"),
+        ({"nodes": 1.2 * MOTION.nodes}, "slip errs"),
+        ({"law": StribeckLaw(0.3, static=0.39)}, "exceeds its limit"),
+        ({"law": StribeckLaw(0.3, static=0.41)}, "within the limit"),
+    ],
+)
+def test_motions_of_another_problem_are_rejected(change, reason):
+    verdict = oscillator.judge(replace(MOTION, **change), oscillator.drawn(MOTION))
+    assert any(reason in line for line in verdict.broken)
+
+
+def test_changed_events_are_rejected():
+    found = oscillator.drawn(MOTION)
+    events = found.motion
+    first, late = events.kind.copy(), events.time.copy()
+    first[0] = 1
+    late[3] = late[4] + 0.1
+    for change, reason in (({"kind": first}, "alternate"), ({"time": late}, "runs back")):
+        changed = replace(found, motion=replace(events, **change))
+        assert any(reason in line for line in oscillator.judge(MOTION, changed).broken)

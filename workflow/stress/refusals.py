@@ -395,4 +395,4 @@ def row_of(seed: int, number: int) -> Row:
 
 
 if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, len(NUMBERED)))
+    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, len(NUMBERED), len(NUMBERED)))

@@ -195,22 +195,28 @@ def write_campaign(
 
 
 def command(
-    description: str | None, stage: str, row_of: Callable[[int, int], Row], keys: Sequence[str], problems: int
+    description: str | None,
+    stage: str,
+    row_of: Callable[[int, int], Row],
+    keys: Sequence[str],
+    problems: int,
+    most: int = sys.maxsize,
 ) -> int:
     """Run the campaign of a stage from the command line and return the exit status, which is 1 if a problem failed.
 
     keys : of a case, by which the summary counts
     problems : how many, if the command line does not say
+    most : how many there are
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--output", type=Path, help="the JSON file")
     parser.add_argument("--seed", default=SEED, type=_seed, help=f"a whole number, or `today`; default {SEED}")
-    parser.add_argument("--problems", type=int, default=problems, help=f"numbers 0 to PROBLEMS - 1; default {problems}")
+    parser.add_argument("--problems", type=int, default=problems, help=f"how many, from number 0; default {problems}")
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="only the problems of these numbers")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
     arguments = parser.parse_args()
     started = time.perf_counter()
-    numbers = arguments.only or range(arguments.problems)
+    numbers = arguments.only or range(min(arguments.problems, most))
     rows = run_problems(row_of, arguments.seed, numbers, arguments.jobs)
     if arguments.output:
         write_campaign(arguments.output, rows, summary(rows, keys), {stage: arguments.seed})

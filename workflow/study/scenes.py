@@ -21,7 +21,7 @@ from workflow.study import memory
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain", "skips")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
-STRESSED = ("surface", "contact", "chaos", "friction", "oscillator")
+STRESSED = ("surface", "contact", "chaos", "friction", "oscillator", "refusals")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
 EVIDENCE = (
     "benchmark",

@@ -76,10 +76,10 @@ def test_bad_input_is_refused(subject):
 @pytest.mark.parametrize("stage", CAMPAIGNS)
 def test_a_small_campaign_has_no_failure_and_can_be_repeated(stage):
     row_of = CAMPAIGNS[stage].row_of
-    rows = runner.run_problems(row_of, SEED, range(8))
+    rows = runner.run_problems(row_of, SEED, range(4))
     assert runner.failures(rows) == []
-    assert [fields(row["case"])["number"] for row in rows] == [f"{number}" for number in range(8)]
-    assert row_of(SEED, 3) == rows[3] != row_of(SEED + 1, 3)
+    assert [fields(row["case"])["number"] for row in rows] == [f"{number}" for number in range(4)]
+    assert row_of(SEED, 2) == rows[2] != row_of(SEED + 1, 2)
 
 
 @pytest.mark.slow

@@ -27,8 +27,7 @@ from roughslip.chaos.regression import least_squares
 from roughslip.chaos.residual_distribution import residual_scatter
 from roughslip.chaos.sensitivity import sensitivity
 from roughslip.chaos.strip import fit_strip
-from roughslip.contact.influence import Influence
-from roughslip.contact.material import Material
+from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.correlation import autocorrelation, correlation_fit

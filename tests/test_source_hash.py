@@ -60,6 +60,11 @@ def test_a_closure_is_what_an_import_can_execute(source):
     assert [file.relative_to(source).as_posix() for file in closure(STAGE, source)] == REACHED
 
 
+def test_a_subpackage_can_be_left_out(source):
+    names = [file.relative_to(source).as_posix() for file in closure(STAGE, source, without="pkg.sub")]
+    assert names == [name for name in REACHED if not name.startswith("pkg/sub/") and name != "pkg/grid.py"]
+
+
 def test_a_cycle_of_imports_ends(source):
     (source / "pkg/errors.py").write_text("import pkg.grid\n")
     assert len(closure(STAGE, source)) == len(REACHED)

@@ -1,7 +1,7 @@
-"""Hash of what source code does: import closures, without comments, docstrings and layout.
+"""Hash what source code does: import closures, without comments, docstrings and layout.
 
-Key files of stages and the cache of compiled functions are both named by it. Parsing takes longer than all else, so a
-parsed file is remembered under the hash of its bytes.
+Key files of stages and the cache of compiled functions use it. Parsing takes most of the time, so a parsed file is
+remembered under the hash of its bytes.
 """
 
 from __future__ import annotations
@@ -49,11 +49,12 @@ def compiled_folder() -> Path:
     return Path(os.environ.get("NUMBA_CACHE_DIR") or cache_folder() / "numba")
 
 
-def closure(module_name: str, source_root: Path) -> list[Path]:
+def closure(module_name: str, source_root: Path, without: str = "") -> list[Path]:
     """Files of the package that importing a module can execute: its own, those it imports, and every parent package.
 
     module_name : dotted name of the module, such as roughslip.stages.contact_strip
     source_root : folder that holds the package
+    without : dotted name of a subpackage that is left out, with what only it imports
 
     Imports inside functions and under TYPE_CHECKING count; `importlib.import_module` is not seen. Raises
     ModuleNotFoundError for a module of the package that has no file.
@@ -63,7 +64,7 @@ def closure(module_name: str, source_root: Path) -> list[Path]:
     pending = [(module_name, "the caller")]
     while pending:
         module, importer = pending.pop()
-        if module in found:
+        if module in found or (without and f"{module}.".startswith(f"{without}.")):
             continue
         file = _module_file(module, source_root)
         if file is None:
@@ -79,13 +80,13 @@ def closure(module_name: str, source_root: Path) -> list[Path]:
     return sorted(found.values())
 
 
-def closure_hash(module_name: str, source_root: Path) -> str:
+def closure_hash(module_name: str, source_root: Path, without: str = "") -> str:
     """SHA-256 of what the closure of a module does. A file that moves changes it; raises as `closure`.
 
     Templates of a package in the closure count as code.
     """
     digest = hashlib.sha256()
-    for file in closure(module_name, source_root):
+    for file in closure(module_name, source_root, without):
         if file.name == "__init__.py":
             for template in sorted(file.parent.glob("templates/*.j2")):
                 digest.update(template.read_bytes())

@@ -8,13 +8,16 @@ from pathlib import Path
 from roughslip.source_hash import closure_hash
 from workflow.keys.environment_check import departures
 
+# The values of a scene are in the slice of a stage, and the classes of its sections only hold them.
+_SCENE = "roughslip.scene"
+
 
 def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:
     """SHA-256 of what the closure of a module does, of the locked packages, and of packages that differ from the lock.
 
     Comments, docstrings, layout and the Python version do not change it. A file that moves changes it.
     """
-    digest = hashlib.sha256(closure_hash(module_name, Path(source_root)).encode())
+    digest = hashlib.sha256(closure_hash(module_name, Path(source_root), without=_SCENE).encode())
     locked = Path(lock).read_text(encoding="utf-8")
     pins = (line.strip() for line in locked.splitlines())
     digest.update(

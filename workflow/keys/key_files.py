@@ -26,6 +26,8 @@ _out_of_date: set[str] = set()
 
 def write_drafts() -> None:
     """From now on write drafts of key files, for a dry run."""
+    while _draft_folders:
+        _draft_folders.pop().cleanup()
     _draft_folders.append(tempfile.TemporaryDirectory(prefix="roughslip-dry-run-"))
 
 

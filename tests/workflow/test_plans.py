@@ -1,0 +1,244 @@
+"""What a dry run plans: the stages of a scene, the jobs that an edit repeats, and random scenes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, Phase, given, settings
+from snakemake.api import SnakemakeApi
+from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, ResourceSettings
+
+from roughslip.errors import InputError
+from tests.scene.fuzzed import overlays
+from tests.scene.shipped import SCENES
+from workflow.recovery import run_lock
+from workflow.study.scenes import Scenes, checked
+
+# Snakemake runs in this process, and its warnings are its own.
+pytestmark = pytest.mark.filterwarnings("default")
+
+
+@pytest.fixture
+def plan(monkeypatch):
+    """Jobs of each scene by rule that a dry run in a project announces: {scene: {rule: jobs}}."""
+
+    def planned(folder: Path, *targets: str) -> dict[str, dict[str, int]]:
+        held: list = []
+        monkeypatch.setattr(run_lock, "_held", held)
+        monkeypatch.setattr(sys, "argv", ["snakemake", "-n", *targets])
+        monkeypatch.setenv("PYTHONPATH", str(folder / "src"))
+        with SnakemakeApi(OutputSettings(quiet={Quietness.ALL}, dryrun=True)) as api:
+            workflow = api.workflow(
+                resource_settings=ResourceSettings(cores=1), snakefile=folder / "Snakefile", workdir=folder
+            )
+            workflow.dag(DAGSettings(targets=set(targets), max_checksum_file_size=10**9)).execute_workflow(
+                executor="dryrun"
+            )
+            jobs = list(workflow._workflow_store.dag.needrun_jobs(exclude_finished=False))
+        for file in held:
+            file.close()
+        found: dict[str, Counter] = {}
+        for job in jobs:
+            if job.output:
+                found.setdefault(job.wildcards_dict.get("scene", ""), Counter()).update([job.rule.name])
+        return {scene: dict(rules) for scene, rules in found.items()}
+
+    return planned
+
+
+# One job a batched stage, three for the designs of the square.
+END = {"claims": 1, "costs": 1, "scene_report": 1}
+SQUARE = {"surface": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1}
+STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
+FIGURE3 = {"figure3": 1, "figure3_law": 1}
+OSCILLATOR = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
+FIELD = {"field_square": 1, "figure_field": 1}
+MAP = {"stick_slip_map": 1, "survival": 1, "figure_map": 1}
+SCAN = {"grinding": 1, "scan": 1, "twins": 1, "figure_scan": 1}
+STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
+GIVEN = f"friction: {{statistics: {STATISTICS}}}"
+SPACED = "ensemble: {nodes_per_correlation_length: auto, count_error: 0.05}"
+FOUND = "expansion: {samples: auto, cdf_error: 0.1}"
+GROUND = """roughness: {scan: {form: plane, covariance: best, marginal: gaussian, grinding: {points: 96,
+  spacing_m: 1.0e-6, grains_per_m2: 2.0e+10, depth_m: 3.0e-7, tip_radius_m: 3.0e-6, path_radius_m: 1.5e-4,
+  blank_rms_m: 3.0e-7, blank_length_m: 3.0e-6}}}"""
+STAGES = {
+    "targets: [figure2]": SQUARE,
+    "targets: [figure2, figure_field]": {**SQUARE, **FIELD},
+    f"targets: [figure_field]\n{GROUND}": {"surface": 1, **FIELD, **SCAN},
+    "targets: [figure3]": {**STRIP, **FIGURE3},
+    "targets: [figure5]": {**STRIP, **OSCILLATOR},
+    "targets: [figure2, figure3]": {**SQUARE, **STRIP, **FIGURE3},
+    f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP},
+    "targets: [figure_map]": {**STRIP, **MAP},
+    f"targets: [figure5]\n{GIVEN}\n{SPACED}": {"spacing": 1, **OSCILLATOR},
+    f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "training_square": 1},
+    f"targets: [figure3]\n{FOUND}": {**STRIP, **FIGURE3},
+    f"targets: [figure2, figure_scan]\n{GROUND}": {**SQUARE, **SCAN},
+    f"targets: [figure5]\n{GIVEN}\n{GROUND}": OSCILLATOR,
+}
+
+
+def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
+    """All scenes in one dry run. A result is a target too, and no dry run leaves a key file."""
+    project = empty.copy(tmp_path / "copy")
+    names = [f"mine{number}" for number in range(len(STAGES))]
+    for name, text in zip(names, STAGES, strict=True):
+        project.scene(name, f"extends: tiny\ndescription: Mine\n{text}\n")
+    planned = plan(project.folder, *names, "results/given/figure5.png", "results/tiny/contact/strip-0-8.nc")
+    assert planned.pop("given") == {**OSCILLATOR, "oscillator": 2}
+    assert planned.pop("tiny") == {"contact_strip": 1}
+    assert planned == {name: {**stages, **END} for name, stages in zip(names, STAGES.values(), strict=True)}
+    assert not project.path("results").exists()
+
+
+# Jobs that an edit repeats. The report shows figures, verdicts and costs, so it ends each list.
+REPORT = {"scene_report": 1}
+COSTS = {"costs": 1, **REPORT}
+CLAIMS = {"claims": 1, **COSTS}
+CYCLES = {"cycles": 1, "figure5": 1, **CLAIMS}
+AFTER_FRICTION = {"deterministic": 1, "oscillator": 1, **CYCLES}
+AFTER_SQUARE = {"chaos_square": 1, "figure2": 1}
+CONTACT = {"contact_square": 3, **AFTER_SQUARE, **STRIP, **FIGURE3, **AFTER_FRICTION}
+SURFACE = {"surface": 1, "design": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
+SCENE = "config/scenes/tiny.yaml"
+MARGINAL = "roughness: {marginal: {family: beta, shapes: [2.1, 5]}}\nsquare:"
+ACTS = ("\n\n\n", "\n\n_EDITED = 1\n\n\n")
+EDITS = [
+    (SCENE, "[0.17, 0.34]", "[0.17, 0.30]", AFTER_FRICTION),
+    (SCENE, "square:", "seed: 1\nsquare:", {"design": 1, **CONTACT}),
+    (SCENE, "draws: 2000", "draws: 3000", {**AFTER_SQUARE, **CLAIMS}),
+    (SCENE, "realisations: 8}", "realisations: 4}", {**CYCLES, "oscillator": 2}),
+    (SCENE, "modes: 64", "variance_share: 0.2", SURFACE),
+    (SCENE, "square:", MARGINAL, {"surface": 1, "design": 1, **CONTACT}),
+    (SCENE, "Every stage", "Each stage", {"figure2": 1, **FIGURE3, "figure5": 1, **CLAIMS}),
+    (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", CLAIMS),
+    ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"surface": 1, "design": 1, **CONTACT}),
+    ("src/roughslip/figures/style.py", *ACTS, {"figure2": 1, **FIGURE3, "figure5": 1, **COSTS}),
+    ("src/roughslip/surface/karhunen_loeve.py", *ACTS, SURFACE),
+    ("src/roughslip/contact/solve.py", *ACTS, CONTACT),
+    ("src/roughslip/scan/covariance_fit.py", *ACTS, {}),
+    (SCENE, "samples: 8\n", "samples: 8  # few\n", {}),
+    (SCENE, "[30, 50]", "[30.0, 50]", {}),
+    ("src/roughslip/scene/square.py", "at_most=1024", "at_most=2048", {}),
+    ("src/roughslip/contact/solve.py", '"""', '"""Edited: ', {}),
+    ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy==", {}),
+    ("Snakefile", "rule all:", "# By default:\nrule all:", {}),
+]  # fmt: skip
+
+
+def state(folder: Path) -> dict[str, tuple[int, bytes]]:
+    """Time and content of all files of a project, without Snakemake's folder and Python's caches."""
+    found = [path for path in folder.rglob("*") if not {".snakemake", "__pycache__"} & set(path.parts)]
+    return {str(path): (path.stat().st_mtime_ns, path.read_bytes()) for path in found if path.is_file()}
+
+
+@pytest.mark.slow
+def test_an_edit_repeats_the_jobs_that_depend_on_it(project, plan):
+    """Each edit is planned and taken back, all by dry runs, which change no file."""
+    before = state(project.folder)
+    for name, old, new, jobs in EDITS:
+        file = project.path(name)
+        text, changed = file.read_text(), file.stat().st_mtime_ns
+        project.edit(name, old, new)
+        planned = plan(project.folder, "tiny")
+        file.write_text(text)
+        os.utime(file, ns=(changed, changed))
+        assert planned == ({"tiny": jobs} if jobs else {}), (name, new)
+    shutil.rmtree(project.path(".snakemake"))
+    assert plan(project.folder, "tiny") == {}
+    assert state(project.folder) == before
+
+
+@pytest.mark.slow
+def test_a_run_of_an_edit_that_is_taken_back_repeats_nothing(project, plan):
+    """Also without Snakemake's records, and whatever part of the edit ran."""
+    project.edit(SCENE, "[0.17, 0.34]", "[0.17, 0.30]")
+    project.make("-j1", "results/tiny/figure2.png")
+    project.edit(SCENE, "[0.17, 0.30]", "[0.17, 0.34]")
+    shutil.rmtree(project.path(".snakemake"))
+    assert plan(project.folder, "tiny") == {}
+    assert "Nothing to be done" in project.make("-j1", "tiny")
+    project.edit(SCENE, "[0.17, 0.34]", "[0.17, 0.30]")
+    assert plan(project.folder, "tiny") == {"tiny": AFTER_FRICTION}
+
+
+@pytest.mark.slow
+def test_damage_and_disorder_are_planned(project, plan):
+    """Lost and damaged results run again, times alone repeat nothing."""
+    files = sorted(
+        (path for path in project.folder.rglob("*") if path.is_file()), key=lambda path: path.stat().st_mtime
+    )
+    for age, file in enumerate(files):
+        if ".snakemake" not in file.parts:
+            os.utime(file, (1.7e9 - age, 1.7e9 - age))
+    assert plan(project.folder, "tiny") == {}
+    results = project.path("results/tiny")
+    for name, jobs in (("claims", CLAIMS), ("costs", COSTS), ("report", REPORT)):
+        text = (results / f"usage/{name}.json").read_text()
+        (results / f"usage/{name}.json").write_text("")
+        assert plan(project.folder, "tiny") == {"tiny": jobs}
+        (results / f"usage/{name}.json").write_text(text)
+    (results / "figure2.svg").unlink()
+    assert plan(project.folder, "tiny") == {"tiny": {"figure2": 1, **COSTS}}
+    (results / "contact/square-expansion-0-200.nc").write_bytes(b"cut")
+    assert plan(project.folder, "tiny") == {"tiny": {"contact_square": 1, **AFTER_SQUARE, **CLAIMS}}
+
+
+CASES = int(os.environ.get("SCENE_CASES", "100"))
+TOGETHER = 50  # scenes in one graph: starting Snakemake costs more than planning a scene
+
+
+def random_scenes(folder: Path, count: int) -> list[str]:
+    """Write random scenes into the folder and return the names of those that are accepted."""
+    names: list[str] = []
+
+    @settings(
+        max_examples=count,
+        deadline=None,
+        derandomize="SCENE_SEED" not in os.environ,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(overlay=overlays(SCENES, valid=True))
+    def write(overlay: dict) -> None:
+        name = f"fuzz{len(names)}"
+        file = folder / f"{name}.yaml"
+        file.write_text(yaml.safe_dump(overlay), encoding="utf-8")
+        try:
+            checked(name, folder)
+            names.append(name)
+        except InputError:
+            file.unlink()
+
+    write()
+    return names
+
+
+def too_large(folder: Path, names: list[str]) -> dict[str, str]:
+    """Scenes that this machine has no memory for, with the line that says so."""
+    try:
+        Scenes(folder, names)
+    except InputError as error:
+        return {Path(line.partition(": ")[0]).stem: line for line in error.lines}
+    return {}
+
+
+@pytest.mark.slow
+def test_each_random_scene_that_is_accepted_is_planned(empty, tmp_path, plan):
+    """Those that this machine has no memory for are named first, in one line each."""
+    project = empty.copy(tmp_path / "copy")
+    names = random_scenes(project.path("config/scenes"), CASES)
+    large = too_large(project.folder, names)
+    assert all(" MB of memory, and " in line for line in large.values())
+    names = [name for name in names if name not in large]
+    assert len(names) > CASES / 10
+    for first in range(0, len(names), TOGETHER):
+        some = names[first : first + TOGETHER]
+        assert set(plan(project.folder, *some)) >= set(some)

@@ -19,18 +19,18 @@ configfile: f"{ROOT}/config/config.yaml"
 
 
 from roughslip.errors import InputError
+from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import scene_names
 from roughslip.stages.runtime.usage import PARENT
 from workflow.keys import key_files
 from workflow.recovery import slurm_orphans, start
+from workflow.study.commands import log, outputs, run
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes
 
-# The command of a stage. With `exec` it is a child of Snakemake itself and ends with it. Paths are in the environment:
-# in the command they would re-run all jobs when the tree is moved or .venv is made again.
+# Paths are in the environment: in a command they would re-run all jobs when the tree is moved or .venv is made again.
 os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
 os.environ[PARENT] = str(os.getpid())
-STAGE = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
 EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow.job'  # references, benchmarks and stress campaigns
 
 # What only describes the workflow changes no file outside .snakemake, like a dry run.
@@ -80,10 +80,10 @@ include: "workflow/rules/surface.smk"
 include: "workflow/rules/square.smk"
 include: "workflow/rules/strip.smk"
 include: "workflow/rules/oscillator.smk"
-include: "workflow/rules/map.smk"
 include: "workflow/rules/references.smk"
 include: "workflow/rules/evidence.smk"
 include: "workflow/rules/outputs.smk"
+include: "workflow/rules/several_scenes.smk"
 
 
 for name in scenes.valid:

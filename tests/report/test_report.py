@@ -7,11 +7,12 @@ from html.parser import HTMLParser
 import pytest
 
 from roughslip.report.evidence import MEASURED, Evidence
-from roughslip.report.page import CAPTIONS, SceneReport, page
+from roughslip.report.page import SceneReport, page
 from roughslip.report.sensitivity_table import legend, sensitivity_line
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 PICTURE = b"\x89PNG\r\n\x1a\n not much of a picture"
+CAPTIONS = {"figure2": "Pressure.", "figure3": "Friction.", "figure5": "Cycles."}
 
 
 class Page(HTMLParser):
@@ -76,6 +77,7 @@ def scene(**changes):
             "name": "mine",
             "description": "A scan of my own",
             "figures": dict.fromkeys(CAPTIONS, PICTURE),
+            "captions": CAPTIONS,
             "surfaces": {},
             "claims": [claim()],
             "costs": [cost(), cost(stage="all", did={"everything": 1})],
@@ -153,12 +155,12 @@ def test_costs_where_the_platform_measures_no_memory():
 
 def test_skipped_work_stands_in_the_costs_with_its_reason():
     """Zero counts are not shown; kept costs without counts of skips can be shown too."""
-    not_needed = {"contact_strip": "given & done", "friction": "given & done", "spacing": "a number"}
+    not_needed = {"contact_strip": "given & done", "friction": "given & done", "path_resolution": "a number"}
     content = parsed(scene(costs=[cost(), cost(stage="all", not_needed=not_needed)]))
     text = " ".join(content.text)
     assert "1,234 nodes: below <the> plane" in text
     assert "no contact" not in text
-    assert "contact_strip, friction (given & done); spacing (a number)." in text
+    assert "contact_strip, friction (given & done); path_resolution (a number)." in text
     older = {name: value for name, value in cost().items() if name != "skipped"}
     assert "Stages that did not run" not in " ".join(parsed(scene(costs=[older])).text)
     assert "everything" not in text
@@ -303,7 +305,7 @@ def test_the_page_has_a_line_a_claim_as_text(words):
         claim | {"rule": "r", "id": "one"} | {"stands": CYCLE["stands"]},
         claim | {"rule": "r", "id": "two"} | {"stands": PAPER["stands"] | {"always": words}},
     ]
-    content = Page(page([SceneReport("mine", "Mine", {}, {}, claims, [], "{}")], {}))
+    content = Page(page([SceneReport("mine", "Mine", {}, {}, {}, claims, [], "{}")], {}))
     assert content.mistakes == content.open == []
     text = " ".join(content.text)
     assert "mass 0.1* to 1.36 (1.958) kg; runs 73 to 4000*" in text

@@ -68,7 +68,7 @@ def text():
         kept = REFERENCE / name
         figures = {figure: (kept / f"{figure}.png").read_bytes() for figure in ("figure2", "figure3", "figure5")}
         claims, costs = (store.read_json(kept / f"{file}.json") for file in ("claims", "costs"))
-        scenes.append(SceneReport(name, "Kept", figures, {}, claims, costs, "{}"))
+        scenes.append(SceneReport(name, "Kept", figures, dict.fromkeys(figures, "A caption."), {}, claims, costs, "{}"))
     picture = (REFERENCE / "paper" / "figure2.png").read_bytes()
     stress = [{"stage": "a", "problems": 1, "outcomes": {"converged": 1}, "worst_residual_over_tolerance": 0.1}]
     budget = {"scene=paper number=mu_std_50": {"value": 0.1, "error": 0.01, "largest": "mesh"}}

@@ -27,9 +27,9 @@ TABLE = "{speeds_m_per_s: [0, 1], values: [0.4, 0.3]}"
 ALWAYS = {"claims", "costs", "report"}
 ASIDE = {"reference", "comparison", "verify"}  # of several scenes together, asked for by name
 OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
-SCAN_STAGES = {"grinding", "scan", "twins", "figure_scan"}
+SCAN_STAGES = {"grinding", "scan", "synthetic_surfaces", "figure_scan"}
 FIELD_STAGES = {"field_square", "figure_field"}
-MAP_STAGES = {"stick_slip_map", "survival", "figure_map"}
+MAP_STAGES = {"stick_slip_map", "lifetimes", "figure_map"}
 
 
 def shipped_scene(name: str) -> dict:

@@ -33,7 +33,7 @@ def test_slices_read_keys_of_the_schema_and_leave_none_out():
 def test_a_slice_has_the_shape_of_the_scene():
     scene = shipped_scene("paper")
     square = scene["square"]
-    assert slice_for(scene, "surface") == {
+    assert slice_for(scene, "karhunen_loeve") == {
         "roughness": scene["roughness"],
         "square": {key: square[key] for key in ("edge_m", "nodes", "modes")},
     }
@@ -46,12 +46,12 @@ def test_a_slice_has_the_shape_of_the_scene():
 @pytest.mark.parametrize(
     ("key", "value", "stages"),
     [
-        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "spacing", "oscillator"}),
+        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "path_resolution", "oscillator"}),
         ("batches.strip_samples", 7, set()),
         ("map.points", 7, {"stick_slip_map"}),
-        ("survival.points", 7, {"survival"}),
-        ("ensemble.duration_periods", 7, {"deterministic", "spacing", "oscillator", "cycles"}),
-        ("numerics.contact_tolerance", 1e-9, {"contact_square", "training_square", "field_square", "contact_strip"}),
+        ("survival.points", 7, {"lifetimes"}),
+        ("ensemble.duration_periods", 7, {"deterministic", "path_resolution", "oscillator", "cycles"}),
+        ("numerics.contact_tolerance", 1e-9, {"contact_square", "adaptive_training", "field_square", "contact_strip"}),
         ("strip.samples", 99, {"expansion_strip", "friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
         ("square.monte_carlo_samples", 999, set()),
@@ -79,23 +79,23 @@ def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
 
 def test_only_stages_that_the_targets_need():
     paper = shipped_scene("paper")
-    square = {"surface", "design", "contact_square", "chaos_square", "figure2"}
+    square = {"karhunen_loeve", "design", "contact_square", "chaos_square", "figure2"}
     strip = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-    not_asked = {*ASIDE, "training_square", "spacing", *SCAN_STAGES, *FIELD_STAGES, *MAP_STAGES}
+    not_asked = {*ASIDE, "adaptive_training", "path_resolution", *SCAN_STAGES, *FIELD_STAGES, *MAP_STAGES}
     assert stages_needed(paper) == set(declarations()) - not_asked
     assert stages_needed(paper | {"targets": ["figure2"]}) == square | ALWAYS
     assert stages_needed(paper | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     found = paper | {"expansion": paper["expansion"] | {"samples": "auto", "cdf_error": 0.01}}
-    assert stages_needed(found | {"targets": ["figure2"]}) == square | {"training_square"} | ALWAYS
+    assert stages_needed(found | {"targets": ["figure2"]}) == square | {"adaptive_training"} | ALWAYS
     assert stages_needed(found | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     assert stages_needed(paper | {"targets": ["figure5"]}) == strip | OSCILLATOR | ALWAYS
     spaced = paper | {"ensemble": paper["ensemble"] | {"nodes_per_correlation_length": "auto", "count_error": 0.01}}
-    assert stages_needed(spaced | {"targets": ["figure5"]}) == strip | OSCILLATOR | {"spacing"} | ALWAYS
+    assert stages_needed(spaced | {"targets": ["figure5"]}) == strip | OSCILLATOR | {"path_resolution"} | ALWAYS
     assert stages_needed(spaced | {"targets": ["figure3"]}) == strip | {"figure3", "figure3_law"} | ALWAYS
     assert stages_needed(paper | {"targets": ["figure_map"]}) == strip | MAP_STAGES | ALWAYS
     assert stages_needed(spaced | {"targets": ["figure_map"]}) == strip | MAP_STAGES | ALWAYS
-    assert stages_needed(paper | {"targets": ["figure_field"]}) == {"surface"} | FIELD_STAGES | ALWAYS
-    assert stages_needed(found | {"targets": ["figure_field"]}) == {"surface"} | FIELD_STAGES | ALWAYS
+    assert stages_needed(paper | {"targets": ["figure_field"]}) == {"karhunen_loeve"} | FIELD_STAGES | ALWAYS
+    assert stages_needed(found | {"targets": ["figure_field"]}) == {"karhunen_loeve"} | FIELD_STAGES | ALWAYS
 
 
 def test_given_statistics_need_no_contact():

@@ -10,7 +10,7 @@ from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.contact.influence import Influence
 from roughslip.scene.types import scene_of
-from roughslip.stages import chaos_square, design, surface
+from roughslip.stages import chaos_square, design, karhunen_loeve
 from roughslip.stages.from_scene import expansion, geometry, nodes, surface_model
 from roughslip.stages.result_tables import centre_distribution
 
@@ -33,7 +33,7 @@ def trial_pressure(xi: np.ndarray, variables: np.ndarray) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def modes(run):
-    return run(surface, CONFIGURATION)
+    return run(karhunen_loeve, CONFIGURATION)
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def expanded(run, modes, designs, batches):
         with pytest.MonkeyPatch.context() as patch:  # intervals have tests of their own
             patch.setattr(centre_distribution, "REPLICATES", 20)
             patch.setattr(centre_distribution, "REFIT_BLOCKS", 1)
-            return run(chaos_square, configuration, surface=modes.path, design=designs.path, contact=batches)
+            return run(chaos_square, configuration, surface=modes.path, designs=designs.path, contact=batches)
 
     return expand
 

@@ -70,13 +70,13 @@ def test_a_stage_gets_its_slice_and_its_arguments_and_leaves_its_record(run):
         inputs={"surface": ""},
         many={"contact": ""},
         optional={"friction": "", "scan": ""},
-        result="contact/{design_name}-{first}-{last}.nc",
+        result="contact/{design}-{first}-{last}.nc",
         outputs={"png": ""},
     )
     given = {
         "surface": "s.nc",
         "contact": ("a.nc", "b.nc"),
-        "design_name": "lhs",
+        "design": "lhs",
         "png": "f.png",
         "first": 4,
         "last": 8,
@@ -85,7 +85,7 @@ def test_a_stage_gets_its_slice_and_its_arguments_and_leaves_its_record(run):
     run(work, *arguments, "--friction", stage=stage)  # an optional file that the scene does not have
     assert seen["configuration"] == {"seed": 5}
     assert (seen["surface"], seen["contact"]) == (Path("s.nc"), [Path("a.nc"), Path("b.nc")])
-    assert (seen["design_name"], seen["png"]) == ("lhs", Path("f.png"))
+    assert (seen["design"], seen["png"]) == ("lhs", Path("f.png"))
     assert seen["friction"] is seen["scan"] is None
     assert (seen["first"], seen["last"]) == (4, 8)
     record = json.loads((run.folder / "usage.json").read_text())

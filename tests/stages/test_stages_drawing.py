@@ -21,9 +21,9 @@ def job(tmp_path):
         "other": store.Variable(("x",), np.arange(3.0), "m", "what is not"),
     }
     store.write(tmp_path / "result.nc", variables, store.Key({"seed": 1}, "of the result"))
-    names = {"result": "result.nc", "png": "out/f.png", "svg": "out/f.svg", "output": "out/f.nc"}
+    names = {"png": "out/f.png", "svg": "out/f.svg", "output": "out/f.nc"}
     paths = {option: tmp_path / name for option, name in names.items()}
-    return SimpleNamespace(arguments=SimpleNamespace(**paths), key=KEY)
+    return SimpleNamespace(arguments=SimpleNamespace(**paths, results=[tmp_path / "result.nc"]), key=KEY)
 
 
 def draw(result):

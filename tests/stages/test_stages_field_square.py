@@ -9,7 +9,7 @@ from roughslip.contact.solve import solve
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
-from roughslip.stages import field_square, surface
+from roughslip.stages import field_square, karhunen_loeve
 from roughslip.stages.from_scene import geometry
 
 SQ, NODES, MODES, SAMPLES = 2e-7, 6, 36, 600
@@ -25,7 +25,7 @@ SCENE = {
 
 @pytest.fixture(scope="module")
 def modes(run):
-    return run(surface, SCENE, "modes")
+    return run(karhunen_loeve, SCENE, "modes")
 
 
 @pytest.fixture(scope="module")

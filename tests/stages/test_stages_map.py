@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError
-from roughslip.stages import stick_slip_map, survival
+from roughslip.stages import lifetimes, stick_slip_map
 from tests.stages.test_stages_motion import scattered
 
 MAP = {
@@ -30,7 +30,7 @@ def hardly(run):
 
 @pytest.fixture(scope="module")
 def lived(run):
-    return run(survival, asked(0.03))
+    return run(lifetimes, asked(0.03))
 
 
 def test_without_scatter_the_map_is_cut_at_the_limit(hardly):
@@ -97,7 +97,7 @@ def test_bands_order_their_levels_and_starts(lived):
 def test_bands_that_the_runs_do_not_hold_are_told(run, capsys):
     """Hardly any scatter, at the Hopf damping and just beyond the limit: runs from rest cycle at the first alone, those
     from sliding at neither."""
-    found = run(survival, asked(1e-9) | {"survival": SURVIVAL | {"points": 2}}, "narrow")
+    found = run(lifetimes, asked(1e-9) | {"survival": SURVIVAL | {"points": 2}}, "narrow")
     assert np.isfinite(found["band"][:, 0]).all()
     assert np.isnan(found["band"][:, 1]).all()
     assert "from steady sliding: the damping ratios from 0.2311 to 0.3244 do not hold" in capsys.readouterr().err
@@ -105,4 +105,4 @@ def test_bands_that_the_runs_do_not_hold_are_told(run, capsys):
 
 def test_an_oscillator_without_a_cycle_is_refused(run):
     with pytest.raises(IllPosedError, match="no stick-slip cycle"):
-        run(survival, asked(0.03, belt_velocity_m_per_s=20.0), "none")
+        run(lifetimes, asked(0.03, belt_velocity_m_per_s=20.0), "none")

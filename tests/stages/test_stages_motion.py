@@ -132,7 +132,7 @@ def test_keys_of_the_ensemble_reach_the_runs(run, stored):
 
     def places(name, **keys):
         configuration = plain | {"ensemble": plain["ensemble"] | keys}
-        extra = {"spacing": spacing} if keys.get("nodes_per_correlation_length") == "auto" else {}
+        extra = {"path_resolution": spacing} if keys.get("nodes_per_correlation_length") == "auto" else {}
         return run(oscillator, configuration, name, first=0, last=2, **extra)["reattachment"]
 
     spacing = stored("spacing.nc", nodes_per_correlation_length=((), 4))

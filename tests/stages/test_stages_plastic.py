@@ -64,8 +64,8 @@ def test_a_cell_alone_bears_its_hardness_and_sinks_by_the_rest(run, stored):
     surface = stored("modes.nc", modes=(("mode", "x", "y"), modes))
     design = stored("design.nc", expansion=(("sample", "mode"), xi))
     found = run(
-        contact_square, changed(material={"hardness_pa": hardness}), surface=surface, design=design,
-        design_name="expansion", first=0, last=5,
+        contact_square, changed(material={"hardness_pa": hardness}), surface=surface, designs=design,
+        design="expansion", first=0, last=5,
     )  # fmt: skip
     np.testing.assert_allclose(
         found["pressure"][:, 0], np.clip(interference / DIAGONAL, 0.0, hardness), rtol=10 * TOLERANCE

@@ -11,6 +11,8 @@ from roughslip.errors import StoreError
 from roughslip.scene.types import scene_of
 from roughslip.stages.report import merged, read_scene, represented, variables_chosen
 
+CAPTIONS = {"figure2": "Pressure.", "figure5": "Cycles."}
+
 
 def test_slices_of_several_stages_merge_at_every_depth():
     slices = [
@@ -49,7 +51,7 @@ def scene(tmp_path):
 
 
 def test_only_what_this_run_made_is_shown(scene):
-    found = read_scene(scene)
+    found = read_scene(scene, CAPTIONS)
     assert (found.name, found.description) == (scene.name, "Mine")
     assert found.figures == {"figure5": b"figure5"}
     assert json.loads(found.configuration) == {
@@ -63,7 +65,7 @@ def test_only_what_this_run_made_is_shown(scene):
 def test_what_is_missing_is_named(scene, name):
     (scene / name).unlink()
     with pytest.raises(StoreError, match=name.partition("/")[2] or name):
-        read_scene(scene)
+        read_scene(scene, CAPTIONS)
 
 
 FIELD = {"covariance": "gaussian", "rms_height_m": 1e-7, "correlation_length_m": 1e-7}
@@ -104,9 +106,9 @@ def test_what_the_modes_of_the_square_carry_is_told_below_figure_2(tmp_path):
         ({"modes": 101}, "as many as the scene asks for"),
         ({"variance_share": 0.95}, "the fewest that carry 95 %"),
     ):
-        found = represented(tmp_path, ["surface"], scene_of({"square": square, "targets": ["figure2"]}))
+        found = represented(tmp_path, ["karhunen_loeve"], scene_of({"square": square, "targets": ["figure2"]}))
         assert found == {"figure2": [f"The square is expanded in 101 modes, {why}.", carried]}
-        alone = represented(tmp_path, ["surface"], scene_of({"square": square, "targets": ["figure_field"]}))
+        alone = represented(tmp_path, ["karhunen_loeve"], scene_of({"square": square, "targets": ["figure_field"]}))
         assert alone == {"figure_field": found["figure2"]}
 
 

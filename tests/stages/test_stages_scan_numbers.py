@@ -8,7 +8,7 @@ from scipy.stats import skew
 
 from roughslip.grid import Grid
 from roughslip.scan.topography import topography
-from roughslip.stages import scan, twins
+from roughslip.stages import scan, synthetic_surfaces
 from roughslip.stages.from_scene import geometry, scan_model
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.model import gaussian_model
@@ -43,8 +43,8 @@ def scanned(run, heights):
 @pytest.fixture(scope="module")
 def copies(run, scanned):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(twins, "TWINS", 5)
-        return run(twins, CONFIGURATION, scan=scanned.path)
+        patch.setattr(synthetic_surfaces, "TWINS", 5)
+        return run(synthetic_surfaces, CONFIGURATION, scan=scanned.path)
 
 
 def test_a_scan_is_described_by_its_own_moments(scanned, heights):

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ndtr, ndtri
 
 from roughslip.chaos.designs import monte_carlo
-from roughslip.stages import contact_square, design, surface
+from roughslip.stages import contact_square, design, karhunen_loeve
 from roughslip.stages.from_scene import geometry
 
 SQ = 2e-7
@@ -35,7 +35,7 @@ CELL = 1e-5
 
 def test_all_modes_together_are_the_covariance(run):
     """sum_k modes_k(r) modes_k(r') = Sq^2 exp(-(x/lx)^2 - (y/ly)^2), as no mode is left out."""
-    found = run(surface, CONFIGURATION)
+    found = run(karhunen_loeve, CONFIGURATION)
     modes = found["modes"]
     place = CELL * np.arange(6)
     squares = (place[:, None] - place) ** 2
@@ -50,7 +50,7 @@ def test_all_modes_together_are_the_covariance(run):
 
 def test_fewer_modes_carry_their_share(run):
     fewer = CONFIGURATION | {"square": CONFIGURATION["square"] | {"modes": 5}}
-    all_of_them, found = run(surface, CONFIGURATION, "all"), run(surface, fewer)
+    all_of_them, found = run(karhunen_loeve, CONFIGURATION, "all"), run(karhunen_loeve, fewer)
     assert found["modes"].shape == (5, 6, 6)
     np.testing.assert_allclose(found["eigenvalue"], all_of_them["eigenvalue"][:5], rtol=1e-10)
     assert found["captured_variance"] == pytest.approx(all_of_them["eigenvalue"][:5].sum() / (36 * SQ**2))
@@ -58,7 +58,7 @@ def test_fewer_modes_carry_their_share(run):
 
 def test_designs_have_one_sample_a_stratum_and_nothing_in_common(run):
     scene = CONFIGURATION | {"square": CONFIGURATION["square"] | {"latin_hypercube_samples": 60}}
-    modes = run(surface, CONFIGURATION, "modes").path
+    modes = run(karhunen_loeve, CONFIGURATION, "modes").path
     found = run(design, scene, surface=modes)
     for name, count in (("latin_hypercube", 60), ("expansion", 40)):
         assert found[name].shape == (count, 36)
@@ -104,7 +104,7 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
     for sample, (mode, height) in lifts.items():
         xi[sample, mode] = height
     designs = stored("design.nc", latin_hypercube=(("sample", "mode"), xi), expansion=(("sample", "mode"), -xi))
-    arguments = {"surface": lifted, "design": designs, "design_name": "latin_hypercube", "first": 1, "last": 6}
+    arguments = {"surface": lifted, "designs": designs, "design": "latin_hypercube", "first": 1, "last": 6}
     found = run(contact_square, CONFIGURATION, **arguments)
     assert found["pressure"].shape == (5, 4)
     for sample, (mode, height) in lifts.items():
@@ -116,7 +116,7 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
 
 def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
     """With one mode: its height is the first variable of the stream of that number."""
-    arguments = {"surface": lifted, "design": None, "design_name": "monte_carlo", "first": 100, "last": 130}
+    arguments = {"surface": lifted, "designs": None, "design": "monte_carlo", "first": 100, "last": 130}
     found = run(contact_square, CONFIGURATION, **arguments)
     drawn = np.array([monte_carlo([7, geometry.STREAM_MONTE_CARLO, number], 36)[:4] for number in range(100, 130)])
     single = np.flatnonzero(np.count_nonzero(SQ * drawn > PLANE, axis=1) == 1)

@@ -9,7 +9,7 @@ from roughslip import store
 from roughslip.chaos.designs import latin_hypercube
 from roughslip.errors import IllPosedError, InputError
 from roughslip.scene.types import scene_of
-from roughslip.stages import design, surface
+from roughslip.stages import design, karhunen_loeve
 from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN, STREAM_LATIN_HYPERCUBE
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
@@ -33,7 +33,7 @@ def run(tmp_path):
 
 
 def modes_of(run, roughness, nodes, **truncation):
-    return run(surface, {"roughness": roughness, "square": {"edge_m": 1.0, "nodes": nodes, **truncation}})
+    return run(karhunen_loeve, {"roughness": roughness, "square": {"edge_m": 1.0, "nodes": nodes, **truncation}})
 
 
 def test_a_share_takes_the_fewest_modes_that_carry_it(run):

@@ -10,7 +10,7 @@ from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.errors import ConvergenceError
 from roughslip.scene.types import scene_of
-from roughslip.stages import contact_square, surface, training_square
+from roughslip.stages import adaptive_training, contact_square, karhunen_loeve
 from roughslip.stages import design as design_stage
 from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN
 from roughslip.stages.runtime.command import Job
@@ -45,20 +45,20 @@ def run(tmp_path):
             stage.work(Job(store.Key(scene, "code"), arguments, usage))
         return store.read(path), json.loads(record.read_text())["did"]
 
-    run_stage(surface, "modes.nc")
+    run_stage(karhunen_loeve, "modes.nc")
     return run_stage
 
 
 def test_solves_are_those_of_a_design_with_as_many_samples(run, tmp_path):
     """Bit for bit, with the design beside them, in the variables that stage chaos_square reads."""
-    found, did = run(training_square, "training.nc", {"cdf_error": 0.008})
+    found, did = run(adaptive_training, "training.nc", {"cdf_error": 0.008})
     count = len(found["pressure"])
-    assert count > training_square.LEAST
+    assert count > adaptive_training.LEAST
     xi = design("sobol", [7, STREAM_EXPANSION_DESIGN], count, 64)
     np.testing.assert_array_equal(found["xi"], xi)
     given = store.Variable(("sample", "mode"), xi, "1", "variables")
     store.write(tmp_path / "design.nc", {"expansion": given}, store.Key({}, "code"))
-    batch = {"design": tmp_path / "design.nc", "design_name": "expansion", "first": 0, "last": count}
+    batch = {"designs": tmp_path / "design.nc", "design": "expansion", "first": 0, "last": count}
     known, _ = run(contact_square, "batch.nc", **batch)
     for name in known:
         np.testing.assert_array_equal(found[name], known[name])
@@ -68,27 +68,27 @@ def test_solves_are_those_of_a_design_with_as_many_samples(run, tmp_path):
     assert did["cdf_error_asked"] == 0.008
     assert did["cdf_error"] == pytest.approx(found["cdf_error_scatter"] + found["cdf_error_bias"], abs=1e-6)
     assert did["cdf_error"] <= 0.008
-    assert training_square.LEAST * 2 ** (did["fits"] - 1) == count
+    assert adaptive_training.LEAST * 2 ** (did["fits"] - 1) == count
 
 
 def test_more_is_not_solved_than_what_is_asked_takes(run):
-    found, did = run(training_square, "training.nc", {"cdf_error": 0.2, "design": "monte_carlo"})
-    assert did["solves"] == len(found["pressure"]) == training_square.LEAST
+    found, did = run(adaptive_training, "training.nc", {"cdf_error": 0.2, "design": "monte_carlo"})
+    assert did["solves"] == len(found["pressure"]) == adaptive_training.LEAST
     np.testing.assert_array_equal(found["xi"], design("monte_carlo", [7, STREAM_EXPANSION_DESIGN], 128, 64))
 
 
 def test_the_most_ends_in_an_error_that_says_what_was_reached(run, monkeypatch):
-    monkeypatch.setattr(training_square, "MOST", 128)
+    monkeypatch.setattr(adaptive_training, "MOST", 128)
     with pytest.raises(ConvergenceError, match=r"128 surfaces do not give the distribution to within 0\.001"):
-        run(training_square, "training.nc", {"cdf_error": 0.001})
+        run(adaptive_training, "training.nc", {"cdf_error": 0.001})
 
 
 def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold():
     """165 terms are the study's; 2^20 numbers of 1e8 are 95 modes or terms at a node."""
-    assert training_square.numbers(10, 10, 4, 64) == (128, 2**14)
-    assert training_square.numbers(165, 165, 16, 101) == (256, 2**14)
-    assert training_square.numbers(715, 715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
-    assert training_square.numbers(165, 165, 16, 50_000) == (256, 2**10)  # 2000
+    assert adaptive_training.numbers(10, 10, 4, 64) == (128, 2**14)
+    assert adaptive_training.numbers(165, 165, 16, 101) == (256, 2**14)
+    assert adaptive_training.numbers(715, 715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
+    assert adaptive_training.numbers(165, 165, 16, 50_000) == (256, 2**10)  # 2000
 
 
 def test_the_design_of_these_solves_is_not_drawn_whole(run):

@@ -120,7 +120,7 @@ POOL = """
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 import time
-from roughslip.stages.usage import die_with_parent
+from roughslip.stages.runtime.usage import die_with_parent
 
 def work(number):
     print("ready", flush=True)

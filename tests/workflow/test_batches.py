@@ -25,7 +25,7 @@ SUMMED_UP = (
 
 # Stage of each result of a scene.
 STAGES = {
-    "surface/modes.nc": "surface",
+    "surface/modes.nc": "karhunen_loeve",
     "surface/design.nc": "design",
     "contact/square-*.nc": "contact_square",
     "chaos/square.nc": "chaos_square",

@@ -76,7 +76,7 @@ def test_default_scenes_are_one_or_a_list():
 )
 def test_a_misspelt_scene_gets_a_suggestion(words):
     with pytest.raises(InputError, match=r"is no target: no scene 'papr'; did you mean paper\? allowed: paper, smoke"):
-        check_targets(words, ["paper", "smoke"], {"all", "surface"})
+        check_targets(words, ["paper", "smoke"], {"all", "karhunen_loeve"})
 
 
 @pytest.mark.parametrize(
@@ -85,11 +85,11 @@ def test_a_misspelt_scene_gets_a_suggestion(words):
         ["-j2", "smoke", "all", "--config", "scenes=papr"],
         ["--profile", "smoked"],
         ["results/smoke/figure2.png", "results/report.html", "results/reference/paper/x.nc"],
-        ["--forcerun", "surface", "nothing_like_it"],
+        ["--forcerun", "karhunen_loeve", "nothing_like_it"],
     ],
 )
 def test_other_words_of_the_command_line_pass(words):
-    check_targets(words, ["paper", "smoke"], {"all", "surface"})
+    check_targets(words, ["paper", "smoke"], {"all", "karhunen_loeve"})
 
 
 def test_default_scenes_count_as_asked_for(tmp_path, monkeypatch):
@@ -116,7 +116,7 @@ def test_no_rule_is_the_name_of_a_scene():
     names = {
         line[5:].strip(": ") for path in rules for line in path.read_text().splitlines() if line.startswith("rule ")
     }
-    assert {"all", "surface", "scene_report"} <= names
+    assert {"all", "karhunen_loeve", "scene_report"} <= names
     assert names - {"all"} <= RULES
 
 

@@ -69,7 +69,7 @@ def test_a_ground_surface_goes_from_its_scan_to_figure_3(ground):
 @needs_library
 def test_twins_show_what_the_scan_shows(ground):
     """The median of 19 twins, which scatters by a quarter of one of them, lies within the intervals of the scan."""
-    result = store.read(ground.path("results/ground/surface/twins.nc"))
+    result = store.read(ground.path("results/ground/surface/synthetic_surfaces.nc"))
     assert result["sufficient"] == 1
     for name in ("rms_height", "skewness", "kurtosis", "length_x", "length_y", "length_along", "length_across"):
         assert result[f"{name}_low"] < sorted(result[f"twin_{name}"])[9] < result[f"{name}_high"], name
@@ -82,7 +82,7 @@ def test_twins_show_what_the_scan_shows(ground):
 def test_a_change_of_the_scan_reruns_what_hangs_on_it(ground):
     """A made scan by its numbers, a file by its contents; how twins are drawn by the seed alone."""
     scene = ground.path("config/scenes/ground.yaml")
-    after = {"twins": 1, "figure_scan": 1, **STRIP, **END}
+    after = {"synthetic_surfaces": 1, "figure_scan": 1, **STRIP, **END}
     ground.edit("config/scenes/ground.yaml", "depth_m: 3.0e-7", "depth_m: 2.0e-7")
     assert ground.plan("ground") == {"grinding": 1, "scan": 1, **after}
     scene.write_text(GROUND.replace("empirical", "weibull"))
@@ -133,11 +133,11 @@ def test_real_scans_go_to_figures_3_and_5(shared):
         scan = f"{{file: {file}, form: quadratic, {models}}}"
         text = f"extends: tiny\ndescription: Real\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n"
         shared.scene(name, text)
-    shared.make("-j2", "focus", "results/matrix/surface/twins.nc")
+    shared.make("-j2", "focus", "results/matrix/surface/synthetic_surfaces.nc")
     drawn = (*PRODUCTS, "figure3.png", "figure5.png")
     assert all(shared.path(f"results/focus/{product}").is_file() for product in drawn)
     for name in scenes:
-        result = store.read(shared.path(f"results/{name}/surface/twins.nc"))
+        result = store.read(shared.path(f"results/{name}/surface/synthetic_surfaces.nc"))
         for number in ("rms_height", "skewness", "kurtosis"):
             twins = sorted(result[f"twin_{number}"])
             assert result[f"{number}_low"] < twins[len(twins) // 2] < result[f"{number}_high"], number

@@ -27,7 +27,7 @@ from roughslip.probability import BetaDistribution
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.stages.from_scene.nodes import central_nodes
-from roughslip.stages.spacing import Thinned
+from roughslip.stages.path_resolution import Thinned
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from workflow.benchmarks.chaos_problem import JUDGED, MEDIAN, PERCENTILES, QUANTILES, Square, read_references
 from workflow.benchmarks.runner import make_row, report_progress

@@ -25,7 +25,7 @@ from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.system import Oscillator
 from roughslip.probability import BetaDistribution
-from roughslip.stages.spacing import Thinned, error_bounds
+from roughslip.stages.path_resolution import Thinned, error_bounds
 from workflow.benchmarks.oscillator_peers import LANES, LONGEST, OFF, SOLVERS, slips_by_diffrax, taylor_start
 from workflow.benchmarks.runner import make_row, race, report_rows, run_command, timed
 from workflow.evidence.rows import Row, case, power

@@ -45,7 +45,7 @@ def solves_key(name: str, scene: dict[str, Any], kind: str = "pressure") -> str:
     """Write the key file of a scene's solves if the slice of the scene changed, and return its path."""
     path = f"results/{name}/{kind}_solves/key.json"
     if kind == "pressure":
-        configuration = {**slice_for(scene, "surface"), "seed": scene["seed"], "material": scene["material"]}
+        configuration = {**slice_for(scene, "karhunen_loeve"), "seed": scene["seed"], "material": scene["material"]}
     else:
         configuration = slice_for(scene, "contact_strip")
         del configuration["strip"]["training_samples"], configuration["numerics"]

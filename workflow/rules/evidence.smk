@@ -38,7 +38,6 @@ for stage in BENCHMARKS:
             result=f"results/benchmarks/{stage}.json",
         log:
             f"results/benchmarks/logs/{stage}.log",
-        threads: 1
         resources:
             mem_mb=EVIDENCE_MB,
         params:
@@ -59,7 +58,6 @@ for stage in BENCHMARKS:
             usage=f"results/benchmarks/usage/{stage}_figure.json",
         log:
             f"results/benchmarks/logs/{stage}_figure.log",
-        threads: 1
         resources:
             mem_mb=EVIDENCE_MB,
         shell:
@@ -79,7 +77,6 @@ rule evidence_drawn:
         "results/evidence/logs/{stage}.log",
     wildcard_constraints:
         stage="|".join(BENCHMARKS),
-    threads: 1
     resources:
         mem_mb=EVIDENCE_MB,
     shell:
@@ -94,7 +91,6 @@ rule stress:
         result="results/stress.json",
     log:
         "results/stress/logs/gather.log",
-    threads: 1
     resources:
         mem_mb=EVIDENCE_MB,
     shell:

@@ -23,7 +23,6 @@ for kind in SAMPLES:
             f"results/{{scene}}/logs/{kind}_solves-{{first}}-{{last}}.log",
         wildcard_constraints:
             scene="|".join(SAMPLES[kind]),
-        threads: 1
         resources:
             mem_mb=scenes.memory({"pressure": "contact_square", "friction": "contact_strip"}[kind]),
         params:
@@ -44,7 +43,6 @@ for kind in SAMPLES:
             f"results/{{scene}}/logs/{kind}_reference.log",
         wildcard_constraints:
             scene="|".join(SAMPLES[kind]),
-        threads: 1
         resources:
             mem_mb=scenes.memory({"pressure": "contact_square", "friction": "contact_strip"}[kind]),
         params:

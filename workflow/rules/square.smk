@@ -1,125 +1,85 @@
-# The square of Figure 2 and of the whole field of pressures.
-# In:  key files.
-# Out: surface/modes.nc, surface/design.nc, contact/square-<design>-<first>-<last>.nc, contact/training.nc where the number of
-#      training samples is found while running, chaos/square.nc; chaos/field.nc.
+# The square of Figure 2, and the field of pressures on it.
+# In:  surface/scan.nc where the surface is that of a scan.
+# Out: surface/modes.nc, surface/design.nc, contact/square-<design>-<first>-<last>.nc, chaos/square.nc, chaos/field.nc;
+#      contact/training.nc where the study finds the number of training samples.
 
 
-rule surface:
+rule karhunen_loeve:
     input:
-        key=scenes.key("surface"),
-        scan=scan_models,
+        key=scenes.key("karhunen_loeve"),
+        scan=scenes.made("scan"),
     output:
-        result="results/{scene}/surface/modes.nc",
-        usage="results/{scene}/usage/surface.json",
+        **outputs("karhunen_loeve"),
     log:
-        "results/{scene}/logs/surface.log",
-    threads: 1
+        log("karhunen_loeve"),
     resources:
-        mem_mb=scenes.memory("surface"),
-    params:
-        scan=scan_option,
+        mem_mb=scenes.memory("karhunen_loeve"),
     shell:
-        STAGE
-        + ".surface --key {input.key:q} {params.scan} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        run("karhunen_loeve")
 
 
 rule design:
     input:
         key=scenes.key("design"),
-        surface=rules.surface.output.result,
+        surface=scenes.made("karhunen_loeve"),
     output:
-        result="results/{scene}/surface/design.nc",
-        usage="results/{scene}/usage/design.json",
+        **outputs("design"),
     log:
-        "results/{scene}/logs/design.log",
-    threads: 1
+        log("design"),
     resources:
         mem_mb=scenes.memory("design"),
     shell:
-        STAGE + ".design --key {input.key:q} --surface {input.surface:q}"
-        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        run("design")
 
 
 rule contact_square:
     input:
         key=scenes.key("contact_square"),
-        scan=scan_models,
-        surface=rules.surface.output.result,
-        design=rules.design.output.result,
+        scan=scenes.made("scan"),
+        surface=scenes.made("karhunen_loeve"),
+        designs=scenes.made("design"),
     output:
-        result="results/{scene}/contact/square-{design}-{first}-{last}.nc",
-        usage="results/{scene}/usage/contact_square-{design}-{first}-{last}.json",
+        **outputs("contact_square"),
     log:
-        "results/{scene}/logs/contact_square-{design}-{first}-{last}.log",
-    threads: 1
+        log("contact_square"),
     resources:
         mem_mb=scenes.memory("contact_square"),
-    params:
-        scan=scan_option,
     shell:
-        STAGE
-        + ".contact_square --key {input.key:q} {params.scan} --surface {input.surface:q} --design {input.design:q}"
-        " --design_name {wildcards.design} --first {wildcards.first} --last {wildcards.last}"
-        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        run("contact_square")
 
 
-rule training_square:
-    input:
-        key=scenes.key("training_square"),
-        scan=scan_models,
-        surface=rules.surface.output.result,
-    output:
-        result="results/{scene}/contact/training.nc",
-        usage="results/{scene}/usage/training_square.json",
-    log:
-        "results/{scene}/logs/training_square.log",
-    threads: 1
-    resources:
-        mem_mb=scenes.memory("training_square"),
-    params:
-        scan=scan_option,
-    shell:
-        STAGE + ".training_square --key {input.key:q} {params.scan} --surface {input.surface:q}"
-        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+# Two stages that solve samples of their own.
+for stage in ("adaptive_training", "field_square"):
+
+    rule:
+        name:
+            stage
+        input:
+            key=scenes.key(stage),
+            scan=scenes.made("scan"),
+            surface=scenes.made("karhunen_loeve"),
+        output:
+            **outputs(stage),
+        log:
+            log(stage),
+        resources:
+            mem_mb=scenes.memory(stage),
+        shell:
+            run("field_square", module="{rule}")
 
 
 rule chaos_square:
     input:
         key=scenes.key("chaos_square"),
-        scan=scan_models,
-        surface=rules.surface.output.result,
-        design=rules.design.output.result,
-        contact=lambda wildcards: scenes.square_contacts(wildcards.scene) + scenes.square_training(wildcards.scene),
+        scan=scenes.made("scan"),
+        surface=scenes.made("karhunen_loeve"),
+        designs=scenes.made("design"),
+        contact=scenes.made("contact_square", "adaptive_training"),
     output:
-        result="results/{scene}/chaos/square.nc",
-        usage="results/{scene}/usage/chaos_square.json",
+        **outputs("chaos_square"),
     log:
-        "results/{scene}/logs/chaos_square.log",
-    threads: 1
+        log("chaos_square"),
     resources:
         mem_mb=scenes.memory("chaos_square"),
-    params:
-        scan=scan_option,
     shell:
-        STAGE + ".chaos_square --key {input.key:q} {params.scan} --surface {input.surface:q} --design {input.design:q}"
-        " --contact {input.contact:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
-
-
-rule field_square:
-    input:
-        key=scenes.key("field_square"),
-        scan=scan_models,
-        surface=rules.surface.output.result,
-    output:
-        result="results/{scene}/chaos/field.nc",
-        usage="results/{scene}/usage/field_square.json",
-    log:
-        "results/{scene}/logs/field_square.log",
-    threads: 1
-    resources:
-        mem_mb=scenes.memory("field_square"),
-    params:
-        scan=scan_option,
-    shell:
-        STAGE + ".field_square --key {input.key:q} {params.scan} --surface {input.surface:q}"
-        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        run("chaos_square")

@@ -1,31 +1,19 @@
-# What a scan shows, and surfaces sampled after it.
-# In:  key files; the user's scan, or results/<scene>/scan.x3p where the scene has one made.
-# Out: surface/scan.nc with statistics and fitted models, surface/twins.nc.
-
-
-def scan_models(wildcards):
-    """The models of a scan where the surface is after one, else nothing."""
-    return [rules.scan.output.result.format(scene=wildcards.scene)] if "scan" in scenes.stages(wildcards.scene) else []
-
-
-def scan_option(wildcards, input):
-    """What hands them to a stage."""
-    return f"--scan {shlex.quote(input.scan[0])}" if input.scan else ""
+# What a scan shows, and surfaces sampled from the models fitted to it.
+# In:  the user's scan, or results/<scene>/scan.x3p where the scene has one made.
+# Out: surface/scan.nc with statistics and fitted models, surface/synthetic_surfaces.nc.
 
 
 rule grinding:
     input:
         key=scenes.key("grinding"),
     output:
-        result="results/{scene}/scan.x3p",
-        usage="results/{scene}/usage/grinding.json",
+        **outputs("grinding"),
     log:
-        "results/{scene}/logs/grinding.log",
-    threads: 1
+        log("grinding"),
     resources:
         mem_mb=scenes.memory("grinding"),
     shell:
-        STAGE + ".grinding --key {input.key:q} --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        run("grinding")
 
 
 rule scan:
@@ -33,30 +21,24 @@ rule scan:
         key=scenes.key("scan"),
         scan=lambda wildcards: scenes.scan_file(wildcards.scene),
     output:
-        result="results/{scene}/surface/scan.nc",
-        usage="results/{scene}/usage/scan.json",
+        **outputs("scan"),
     log:
-        "results/{scene}/logs/scan.log",
-    threads: 1
+        log("scan"),
     resources:
         mem_mb=scenes.memory("scan"),
     shell:
-        STAGE + ".scan --key {input.key:q} --scan {input.scan:q}"
-        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        run("scan")
 
 
-rule twins:
+rule synthetic_surfaces:
     input:
-        key=scenes.key("twins"),
-        scan=rules.scan.output.result,
+        key=scenes.key("synthetic_surfaces"),
+        scan=scenes.made("scan"),
     output:
-        result="results/{scene}/surface/twins.nc",
-        usage="results/{scene}/usage/twins.json",
+        **outputs("synthetic_surfaces"),
     log:
-        "results/{scene}/logs/twins.log",
-    threads: 1
+        log("synthetic_surfaces"),
     resources:
-        mem_mb=scenes.memory("twins"),
+        mem_mb=scenes.memory("synthetic_surfaces"),
     shell:
-        STAGE + ".twins --key {input.key:q} --scan {input.scan:q}"
-        " --output {output.result:q} --usage {output.usage:q} 2> {log:q}"
+        run("synthetic_surfaces")

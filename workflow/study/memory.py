@@ -1,34 +1,31 @@
-"""Memory that a job of each stage takes, from the sizes of its scene: declared to Snakemake before anything runs.
+"""Estimate the memory of a job from the sizes of its scene, before anything runs.
 
-Each estimate is what Python, its libraries and compiled functions take, and the arrays that grow with the scene, in so
-many copies as the peaks that stages measure of themselves ask for (`peak_memory_mib` in costs.json, kept for two scenes
-in results/reference). Too high by a factor of up to two or so in a small scene, which a scheduler forgives; one that is
-too low kills the job.
+A stage declares what Python and its libraries take, and doubles per product of the sizes below. The numbers come from
+the peaks that stages measure of themselves (`peak_memory_mib` in costs.json). An estimate may be too high by a factor
+of two in a small scene; one that is too low would end the job.
 """
 
 from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, VARIABLE_COUNTS
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, TRAINING_NODES, VARIABLE_COUNTS
 from roughslip.scene import plan
+from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
+from roughslip.scene.plan import get
 
 Scene = dict[str, Any]
 
 NODE_MB = 400  # of the two Snakemakes that start a job on a node of a cluster
 
 _MB = 1_000_000
-_NUMBER = 8  # bytes
-_PLAIN, _DRAWING, _COMPILED = 260, 320, 420  # MB: Python with libraries; with plots; with compiled functions
-_MOTION = 520  # MB: with those of the oscillator, while they are compiled
-_NODES_KEPT = 16  # around the centre of the square, at most
-_AUTO_SOLVES = 2**14  # of training_square, and 2048 or more of field_square
-_REPLICATES = 400  # of the bootstrap
-_LEAST_BATCH = 1
+_DOUBLE_MB = 8 / _MB
+_AUTO_SOLVES = 2**14  # of adaptive_training, at most
 
 
 def needed_mb(scene: Scene, stage: str, count: int = 0) -> int:
@@ -36,19 +33,21 @@ def needed_mb(scene: Scene, stage: str, count: int = 0) -> int:
 
     count : samples of its batch, 0 for a stage without batches
     """
-    estimate = _STAGES.get(stage)
-    if estimate is not None:
-        return math.ceil(estimate(scene, count))
-    return _DRAWING if stage.startswith("figure") else _PLAIN
+    declared = declarations()[stage]
+    doubles = sum(
+        number * math.prod(SIZES[name](scene, count) for name in product.split())
+        for product, number in declared.memory_doubles.items()
+    )
+    return math.ceil(declared.memory_mb + doubles * _DOUBLE_MB)
 
 
 def largest_batch(scene: Scene, stage: str, count: int, available_mb: float) -> int:
     """As many samples of a batch as fit into memory, at most those that the scene asks for and at least one."""
-    least = needed_mb(scene, stage, _LEAST_BATCH)
+    least = needed_mb(scene, stage, 1)
     each = (needed_mb(scene, stage, count) - least) / count
     if least + each * count <= available_mb or each <= 0:
         return count
-    return max(_LEAST_BATCH, int((available_mb - least) / each))
+    return max(1, int((available_mb - least) / each))
 
 
 def machine_mb() -> int:
@@ -64,154 +63,66 @@ def machine_mb() -> int:
     return min(limits) // _MB
 
 
-def _megabytes(numbers: float) -> float:
-    return numbers * _NUMBER / _MB
-
-
 def _nodes(scene: Scene) -> int:
-    return int(plan.get(scene, "square.nodes")) ** 2
+    return int(get(scene, "square.nodes")) ** 2
 
 
 def _modes(scene: Scene) -> int:
-    """Modes of the square; the most that its memory allows where they are given by their share."""
-    given = plan.get(scene, "square.modes")
+    """Modes of the square; the most that its memory allows where the scene gives their share of the variance."""
+    given = get(scene, "square.modes")
     return int(given) if given is not None else min(_nodes(scene) // 4 + 1, MOST_NUMBERS // _nodes(scene))
 
 
-def _modes_mb(scene: Scene) -> float:
-    return _megabytes(_modes(scene) * _nodes(scene))
+def _square_modes(scene: Scene) -> int:
+    """Numbers in all modes of the square; none where the scene does not expand it."""
+    return _modes(scene) * _nodes(scene) if "karhunen_loeve" in plan.stages_needed(scene) else 0
 
 
-def _samples(scene: Scene, auto: int) -> int:
-    given = plan.get(scene, "expansion.samples")
+def _covariance_matrix(scene: Scene) -> int:
+    """Numbers in the covariance matrix of the nodes, where surface.karhunen_loeve forms it."""
+    nodes = _nodes(scene)
+    return nodes**2 if nodes <= 1024 or (nodes <= 4096 and _modes(scene) > nodes // 4) else 0
+
+
+def _training_samples(scene: Scene, auto: int = _AUTO_SOLVES) -> int:
+    given = get(scene, "expansion.samples")
     return auto if given == AUTO else int(given)
 
 
+def _design_numbers(scene: Scene) -> int:
+    """Numbers in both designs of the square."""
+    latin = get(scene, "square.latin_hypercube_samples") or 0
+    return int(latin + _training_samples(scene, 0)) * _modes(scene)
+
+
 def _terms(scene: Scene) -> int:
-    variables, degree = (plan.get(scene, f"expansion.{key}") for key in ("variables", "degree"))
+    variables, degree = (get(scene, f"expansion.{key}") for key in ("variables", "degree"))
     return terms(FUNCTIONALS if variables == BEST else variables, degree, VARIABLE_COUNTS[-1])
 
 
-def _designs(scene: Scene) -> float:
-    """Variables of both designs of the square."""
-    latin = plan.get(scene, "square.latin_hypercube_samples") or 0
-    return (latin + _samples(scene, 0)) * _modes(scene)
+def _fit_table(scene: Scene) -> float:
+    """Numbers in the basis at all training nodes."""
+    return min(_training_samples(scene) * TRAINING_NODES * _terms(scene) / 4, MOST_NUMBERS)
 
 
-def _surface(scene: Scene, _: int) -> float:
-    """Modes, and the covariance matrix of the nodes where these are few, or the modes many."""
-    nodes = _nodes(scene)
-    formed = nodes <= 1024 or (nodes <= 4096 and _modes(scene) > nodes // 4)  # as karhunen_loeve decides
-    return _PLAIN + 80 + 4 * _modes_mb(scene) + (3 * _megabytes(nodes**2) if formed else 0)
-
-
-def _read_modes(scene: Scene) -> float:
-    """Modes, read and checked."""
-    return 2.5 * _modes_mb(scene)
-
-
-def _design(scene: Scene, _: int) -> float:
-    return _PLAIN + _read_modes(scene) + 3 * _megabytes(_designs(scene))
-
-
-def _report(scene: Scene, _: int) -> float:
-    return _DRAWING + (_read_modes(scene) if "surface" in plan.stages_needed(scene) else 0)
-
-
-def _solver(scene: Scene) -> float:
-    """Modes, and the mesh in the solver with its transforms on a mesh four times as large."""
-    return _COMPILED + _read_modes(scene) + _megabytes(80 * _nodes(scene))
-
-
-def _contact_square(scene: Scene, count: int) -> float:
-    return _solver(scene) + _megabytes(2 * _designs(scene) + 4 * count * (2 * _NODES_KEPT + 4))
-
-
-def _fit(scene: Scene, samples: float) -> float:
-    """Tables of samples times terms: the basis at all nodes, its factor, and those of groups that are left out."""
-    return 6 * min(_megabytes(samples * _NODES_KEPT * _terms(scene) / 4), _megabytes(MOST_NUMBERS))
-
-
-def _training_square(scene: Scene, _: int) -> float:
-    samples = _samples(scene, _AUTO_SOLVES)
-    return _solver(scene) + _fit(scene, samples) + 4 * _megabytes(samples * _modes(scene))
-
-
-def _chaos_square(scene: Scene, _: int) -> float:
-    draws, samples = scene["expansion"]["draws"], _samples(scene, _AUTO_SOLVES)
-    latin = plan.get(scene, "square.latin_hypercube_samples")
-    carlo = plan.get(scene, "square.monte_carlo_samples")
-    paper = _megabytes(2 * (20_000 + 2 * latin) * _terms(scene))
-    return (
-        _COMPILED
-        + 80
-        + 3 * _modes_mb(scene)
-        + _fit(scene, samples)
-        + 2 * paper
-        + _megabytes(20 * draws + 40 * carlo + 3 * (_designs(scene) + samples * _modes(scene)))
-    )
-
-
-def _field_square(scene: Scene, _: int) -> float:
-    samples = _samples(scene, max(2048, 4 * _modes(scene)))
-    groups = 10 * _modes(scene) * _nodes(scene)
-    return _solver(scene) + _megabytes(4 * samples * _nodes(scene) + 3 * groups + 20 * samples * _modes(scene))
+def _columns(scene: Scene) -> float:
+    """Columns of a strip with its margins."""
+    strip = scene["strip"]
+    return float((strip["length_m"] + 2 * strip["margin_m"]) / strip["cell_m"])
 
 
 def _cells(scene: Scene) -> float:
-    """Cells of a strip with its margins."""
-    strip = scene["strip"]
-    return (strip["length_m"] + 2 * strip["margin_m"]) / strip["cell_m"] * (strip["width_m"] / strip["cell_m"])
+    return _columns(scene) * float(scene["strip"]["width_m"] / scene["strip"]["cell_m"])
+
+
+def _levels(scene: Scene) -> int:
+    return len(scene["strip"]["penetration_percentiles"])
 
 
 def _windows(scene: Scene) -> float:
     """Windows of a strip at all its penetrations."""
     strip = scene["strip"]
-    return len(strip["penetration_percentiles"]) * (
-        (strip["length_m"] - strip["window_m"]) / strip["window_spacing_m"] + 1
-    )
-
-
-def _sampler(scene: Scene) -> float:
-    """Strips drawn by embedding them in a torus of several times their cells, and the solver on their mesh."""
-    return _COMPILED + _megabytes(150 * _cells(scene))
-
-
-def _training_columns(scene: Scene, strips: int) -> float:
-    """Pressure and gap on every eighth column of the strips that train, at every penetration."""
-    return strips * len(scene["strip"]["penetration_percentiles"]) * _cells(scene) / 8
-
-
-def _contact_strip(scene: Scene, count: int) -> float:
-    trained = min(count, scene["strip"]["training_samples"])
-    return _sampler(scene) + _megabytes(8 * count * _windows(scene) + 8 * _training_columns(scene, trained))
-
-
-def _chaos_strip(scene: Scene, _: int) -> float:
-    strips = scene["strip"]["training_samples"]
-    samples = strips * _cells(scene) / 8
-    along = terms(FUNCTIONALS, scene["expansion"]["degree"], VARIABLE_COUNTS[-1])
-    rows = max(1.0, scene["strip"]["width_m"] / scene["strip"]["cell_m"])
-    return (
-        _sampler(scene)
-        + _megabytes(12 * _training_columns(scene, strips))
-        + _megabytes(samples * 60 + 4 * samples / rows * 2 * along)
-    )
-
-
-def _expansion_strip(scene: Scene, count: int) -> float:
-    levels = len(scene["strip"]["penetration_percentiles"])
-    return _sampler(scene) + _megabytes(8 * count * _windows(scene) + 8 * levels * _cells(scene))
-
-
-def _friction(scene: Scene, _: int) -> float:
-    strip = scene["strip"]
-    solved, many = strip["samples"], strip["expansion_samples"]
-    windows = _windows(scene)
-    levels = len(strip["penetration_percentiles"])
-    lags = windows / levels
-    replicates = _REPLICATES * (2 * many + 3 * lags * levels * 8)
-    return _COMPILED + _megabytes(10 * (solved + many) * windows + replicates)
+    return _levels(scene) * float((strip["length_m"] - strip["window_m"]) / strip["window_spacing_m"] + 1)
 
 
 def _path_nodes(scene: Scene) -> float:
@@ -219,54 +130,56 @@ def _path_nodes(scene: Scene) -> float:
     ensemble, oscillator = scene["ensemble"], scene["oscillator"]
     if ensemble.get("process", "recursion") == "recursion":
         return 1e5
-    given = plan.get(scene, "friction.statistics.correlation_length_m")
-    length = given if given is not None else 1e-6 + plan.get(scene, "strip.window_m") / 20
+    given = get(scene, "friction.statistics.correlation_length_m")
+    length = given if given is not None else 1e-6 + get(scene, "strip.window_m") / 20
     nodes = ensemble["nodes_per_correlation_length"]
     periods = ensemble["duration_periods"]
     way = oscillator["belt_velocity_m_per_s"] * periods * 2 * math.pi / oscillator["natural_frequency_rad_per_s"]
-    return min((way / length + 300) * (1000 if nodes == AUTO else nodes), 2.0**26)
+    return float(min((way / length + 300) * (1000 if nodes == AUTO else nodes), 2.0**26))
 
 
-def _oscillator(scene: Scene, count: int) -> float:
-    ensemble = scene["ensemble"]
-    periods = ensemble["duration_periods"]
-    drawn = 2 * ensemble["drawn_realisations"] * 4000
-    return (
-        _MOTION
-        + _megabytes(10 * _path_nodes(scene) + 4 * drawn)
-        + _megabytes(6 * count * (3 * len(ensemble["damping_ratios"]) + 4 * periods) + 2000 * periods)
-    )
+def _scan_points(scene: Scene) -> int:
+    """Points of a scan: those of one that is made; else as many as are read at all, since its file is not read yet."""
+    points = get(scene, "roughness.scan.grinding.points")
+    return 2**23 if points is None else int(points) ** 2
 
 
-def _cycles(scene: Scene, _: int) -> float:
-    ensemble = scene["ensemble"]
-    runs = ensemble["realisations"] * (3 * len(ensemble["damping_ratios"]) + 4 * ensemble["duration_periods"])
-    return _PLAIN + _megabytes(8 * runs + _REPLICATES * 2 * ensemble["realisations"])
+def _value(key: str) -> Callable[[Scene, int], float]:
+    return lambda scene, count: float(get(scene, key))
 
 
-def _scan(scene: Scene, _: int) -> float:
-    """Of a scan the number of points is not known before it is read: as many as are read at all."""
-    points = plan.get(scene, "roughness.scan.grinding.points")
-    return _DRAWING + _megabytes(40 * (2**23 if points is None else points**2))
+def _of_scene(size: Callable[[Scene], float]) -> Callable[[Scene, int], float]:
+    return lambda scene, count: size(scene)
 
 
-_STAGES = {
-    "surface": _surface,
-    "design": _design,
-    "report": _report,
-    "contact_square": _contact_square,
-    "training_square": _training_square,
-    "chaos_square": _chaos_square,
-    "field_square": _field_square,
-    "contact_strip": _contact_strip,
-    "chaos_strip": _chaos_strip,
-    "expansion_strip": _expansion_strip,
-    "friction": _friction,
-    "deterministic": lambda *_: _MOTION,
-    "spacing": _oscillator,
-    "oscillator": _oscillator,
-    "cycles": _cycles,
-    "stick_slip_map": lambda *_: _MOTION + 100,
-    "survival": lambda *_: _MOTION + 100,
-    **dict.fromkeys(("grinding", "scan", "twins", "figure_scan"), _scan),
+# The sizes that the products in the declarations of the stages name.
+SIZES: dict[str, Callable[[Scene, int], float]] = {
+    "batch": lambda scene, count: count,
+    "nodes": _of_scene(_nodes),
+    "modes": _of_scene(_modes),
+    "square_modes": _of_scene(_square_modes),
+    "covariance_matrix": _of_scene(_covariance_matrix),
+    "design_numbers": _of_scene(_design_numbers),
+    "training_samples": _of_scene(_training_samples),
+    "field_samples": lambda scene, count: _training_samples(scene, max(2048, 4 * _modes(scene))),
+    "terms": _of_scene(_terms),
+    "fit_table": _of_scene(_fit_table),
+    "latin_hypercube": _value("square.latin_hypercube_samples"),
+    "monte_carlo": _value("square.monte_carlo_samples"),
+    "draws": _value("expansion.draws"),
+    "cells": _of_scene(_cells),
+    "columns": _of_scene(_columns),
+    "levels": _of_scene(_levels),
+    "windows": _of_scene(_windows),
+    "strips": _value("strip.samples"),
+    "expansion_strips": _value("strip.expansion_samples"),
+    "training_strips": _value("strip.training_samples"),
+    "trained_strips": lambda scene, count: min(count, scene["strip"]["training_samples"]),
+    "strip_terms": lambda scene, count: terms(FUNCTIONALS, scene["expansion"]["degree"], VARIABLE_COUNTS[-1]),
+    "path_nodes": _of_scene(_path_nodes),
+    "drawn_realisations": _value("ensemble.drawn_realisations"),
+    "realisations": _value("ensemble.realisations"),
+    "dampings": lambda scene, count: len(scene["ensemble"]["damping_ratios"]),
+    "periods": _value("ensemble.duration_periods"),
+    "scan_points": _of_scene(_scan_points),
 }

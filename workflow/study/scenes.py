@@ -14,9 +14,11 @@ from roughslip.scene import plan, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load, scene_names
+from roughslip.scene.plan import get
 from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
+from workflow.study.commands import job_name
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain", "skips")
@@ -115,6 +117,8 @@ class Scenes:
             part = plan.slice_for(self.valid[name], stage)
             if stage == "costs":
                 part["not_needed"] = plan.skip_reasons(self.valid[name])
+            if stage == "report":
+                part["captions"] = plan.captions()
             write_key(
                 f"results/{name}/keys/{stage}.json",
                 part,
@@ -129,8 +133,9 @@ class Scenes:
         """An input function: the stage's key file for the scene of the wildcards."""
 
         def key_file(wildcards: Any) -> str:
-            tail = [getattr(wildcards, part) for part in ("design", "first", "last") if hasattr(wildcards, part)]
-            record = f"results/{wildcards.scene}/usage/{'-'.join([stage, *tail])}.json"
+            record = (
+                f"results/{wildcards.scene}/usage/{job_name(declarations()[stage], **dict(wildcards.items()))}.json"
+            )
             return self.key_file(wildcards.scene, stage, record)
 
         return key_file
@@ -162,94 +167,67 @@ class Scenes:
             "fewer nodes, modes, samples or draws, or say how much there is where the jobs run: --config memory_mb=..."
         ]
 
-    def batches(self, name: str, total: str, size: str) -> list[tuple[int, int]]:
-        """Ranges [first, last) of sample numbers, from the dotted keys of their total and of the batch size.
+    def batches(self, name: str, stage: str, design: str = "") -> list[tuple[int, int]]:
+        """Ranges [first, last) of the sample numbers of the jobs of a stage, for one of its designs.
 
         Batches are smaller than the scene asks for where they would not fit into memory; no result depends on it.
         """
-        count, step = plan.get(self.valid[name], total), plan.get(self.valid[name], size)
-        room = self.memory_mb - self._beside_mb
-        (stage,) = [one.name for one in declarations().values() if one.batches and one.batches.size == size]
-        step = memory.largest_batch(self.valid[name], stage, min(step, count), room)
+        declared = declarations()[stage].batches
+        assert declared is not None
+        count, step = (get(self.valid[name], key) for key in (declared.totals[design], declared.size))
+        if count == AUTO:  # then another stage finds the number of samples
+            return []
+        step = memory.largest_batch(self.valid[name], stage, min(step, count), self.memory_mb - self._beside_mb)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
-    def square_contacts(self, name: str) -> list[str]:
-        """Contact results of every design on the square whose number of samples is given."""
+    def jobs(self, name: str, stage: str) -> list[dict[str, Any]]:
+        """The jobs of a stage in the scene, each as the values of the placeholders in the name of its result."""
+        if stage not in self.stages(name):
+            return []
+        declared = declarations()[stage]
+        if declared.batches is None:
+            return [{}]
         return [
-            f"results/{name}/contact/square-{design}-{first}-{last}.nc"
-            for design, total in declarations()["contact_square"].batches.totals.items()
-            if plan.get(self.valid[name], total) != AUTO
-            for first, last in self.batches(name, total, "batches.square_samples")
+            {"design": design, "first": first, "last": last}
+            for design in declared.batches.totals
+            for first, last in self.batches(name, stage, design)
         ]
 
-    def square_training(self, name: str) -> list[str]:
-        """The solves that train the expansion of the square where their number is found while running, else nothing."""
-        return [f"results/{name}/contact/training.nc"] if "training_square" in self.stages(name) else []
+    def results(self, name: str, *stages: str, below: str = "") -> list[str]:
+        """The results of these stages, as far as the scene runs them.
 
-    def strip_contacts(self, name: str, below: int | None = None) -> list[str]:
-        """Contact results of the strips, all or those of batches that begin below a sample number."""
+        below : scene key of a number of samples, for the batches that begin below it alone
+        """
         return [
-            f"results/{name}/contact/strip-{first}-{last}.nc"
-            for first, last in self.batches(name, "strip.samples", "batches.strip_samples")
-            if below is None or first < below
+            f"results/{name}/{declarations()[stage].result.format(**job)}"
+            for stage in stages
+            for job in self.jobs(name, stage)
+            if not below or job["first"] < get(self.valid[name], below)
         ]
 
-    def training_contacts(self, name: str) -> list[str]:
-        """Contact results of the strips that train the expansion."""
-        return self.strip_contacts(name, below=self.valid[name]["strip"]["training_samples"])
+    def made(self, *stages: str, below: str = "") -> Callable[[Any], list[str]]:
+        """An input function: the results of these stages in the scene of the wildcards, as `results` lists them."""
+        return lambda wildcards: self.results(wildcards.scene, *stages, below=below)
 
-    def expansion_strips(self, name: str) -> list[str]:
-        """Window sums from the expansion."""
-        return [
-            f"results/{name}/friction/expansion-{first}-{last}.nc"
-            for first, last in self.batches(name, "strip.expansion_samples", "batches.expansion_samples")
-        ]
-
-    def spacing(self, name: str) -> list[str]:
-        """The pilot that finds how many nodes friction paths take, where the scene leaves that to it, else nothing."""
-        return [f"results/{name}/oscillator/spacing.nc"] if "spacing" in self.stages(name) else []
-
-    def oscillator_runs(self, name: str) -> list[str]:
-        """Events and counts of the ensemble."""
-        return [
-            f"results/{name}/oscillator/ensemble-{first}-{last}.nc"
-            for first, last in self.batches(name, "ensemble.realisations", "batches.realisations")
-        ]
-
-    def results(self, name: str) -> dict[str, str]:
-        """The results that sum up each branch that the scene's targets need, by the options that take them."""
-        found = {
-            "square": ("chaos_square", "chaos/square.nc"),
-            "friction": ("friction", "friction/statistics.nc"),
-            "oscillator": ("cycles", "oscillator/statistics.nc"),
-            "deterministic": ("deterministic", "oscillator/deterministic.nc"),
-        }
-        return {
-            option: f"results/{name}/{path}" for option, (stage, path) in found.items() if stage in self.stages(name)
-        }
+    def inputs(self, stage: str) -> dict[str, Callable[[Any], list[str]]]:
+        """Input functions of a stage by the options of its command, for inputs that other stages make."""
+        one = declarations()[stage]
+        options = {**one.inputs, **one.optional, **one.many, **one.collects}
+        return {option: self.made(*made_by.split()) for option, made_by in options.items()}
 
     def figures(self, name: str) -> list[str]:
         """The figures of the scene."""
         return [f"results/{name}/{figure}.png" for figure in plan.figures(self.valid[name])]
 
-    def surfaces(self, name: str) -> list[str]:
-        """What is told of the surfaces of the scene: modes and variables of the square, the models of a scan."""
-        found = {"surface": "surface/modes.nc", "chaos_square": "chaos/square.nc", "scan": "surface/scan.nc"}
-        return [f"results/{name}/{path}" for stage, path in found.items() if stage in self.stages(name)]
-
     def scan_file(self, name: str) -> str:
         """The scan that the scene reads: the user's, or the one that is made for it."""
-        file = plan.get(self.valid[name], "roughness.scan.file")
-        return f"results/{name}/scan.x3p" if file is None else _scan_file(self.root, file)
+        file = get(self.valid[name], "roughness.scan.file")
+        return f"results/{name}/{declarations()['grinding'].result}" if file is None else _scan_file(self.root, file)
 
     def products(self, name: str) -> list[str]:
         """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""
-        names = plan.figures(self.valid[name])
-        figures = [f"{figure}.{kind}" for figure in names for kind in ("png", "svg", "nc")]
-        summary = ["summary.csv"] if "friction" in self.stages(name) else []
-        return [
-            f"results/{name}/{product}" for product in (*figures, *summary, "claims.json", "costs.json", "report.html")
-        ]
+        needed = [declarations()[stage] for stage in sorted(self.stages(name))]
+        return [f"results/{name}/{file}" for stage in needed for file in stage.results.values() if "/" not in file]
 
     def all_of(self, name: str) -> list[str]:
         """What the scene's own target asks for: its products, and of every job the record, so that one whose result
@@ -258,27 +236,18 @@ class Scenes:
 
     def all_records(self, name: str) -> list[str]:
         """The records of cost of every job of the scene."""
-        return [
-            *self.usage_records(name),
-            *(f"results/{name}/usage/{stage}.json" for stage in plan.stages_after_costs()),
-        ]
+        return self._records(name, self.stages(name))
 
     def usage_records(self, name: str) -> list[str]:
         """The records of cost of every job up to figures and claims."""
-        batched = {
-            "contact_square": self.square_contacts,
-            "contact_strip": self.strip_contacts,
-            "expansion_strip": self.expansion_strips,
-            "oscillator": self.oscillator_runs,
-        }
-        records = []
-        for stage in sorted(self.stages(name) - {*plan.stages_after_costs()}):
-            if stage in batched:
-                tails = [Path(result).stem.partition("-")[2] for result in batched[stage](name)]
-                records += [f"results/{name}/usage/{stage}-{tail}.json" for tail in tails]
-            else:
-                records.append(f"results/{name}/usage/{stage}.json")
-        return records
+        return self._records(name, self.stages(name).difference(plan.stages_after_costs()))
+
+    def _records(self, name: str, stages: frozenset[str]) -> list[str]:
+        return [
+            f"results/{name}/usage/{job_name(declarations()[stage], **job)}.json"
+            for stage in sorted(stages)
+            for job in self.jobs(name, stage)
+        ]
 
 
 def checked(name: str, folder: Path) -> dict[str, Any]:
@@ -290,7 +259,7 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
         file = strict_yaml.display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     scene = load(folder / f"{name}.yaml", folder)
-    file = plan.get(scene, "roughness.scan.file")
+    file = get(scene, "roughness.scan.file")
     if file is not None:
         found = Path(_scan_file(folder.parents[1], file))
         text = "is not there; a path from the folder of the scenes or of the project"

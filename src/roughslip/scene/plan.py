@@ -53,6 +53,11 @@ def figures(scene: Scene) -> list[str]:
     return [stage.name for stage in (*(stage for stage in drawn if stage.comes_with), *asked)]
 
 
+def captions() -> dict[str, str]:
+    """Captions of the figures that a scene can have."""
+    return {stage.name: stage.caption for stage in declarations().values() if stage.target and stage.caption}
+
+
 def needs(scene: Scene, target: str) -> list[str]:
     """Sections and keys without which the stages of a target cannot run."""
     found: dict[str, None] = {}

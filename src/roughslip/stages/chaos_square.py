@@ -40,9 +40,9 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="chaos_square",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile expansion",
-    inputs={"surface": "surface", "design": "design"},
+    inputs={"surface": "karhunen_loeve", "designs": "design"},
     optional={"scan": "scan"},
-    many={"contact": "contact_square training_square"},
+    many={"contact": "contact_square adaptive_training"},
     result="chaos/square.nc",
     memory_mb=500,
     memory_doubles={
@@ -69,7 +69,7 @@ FITS = {
 
 def expansions(batches: list[store.Result], directions: np.ndarray, job: Job) -> dict[str, Expansion]:
     """Eqs. (8) and (9) before their fit, in the variables : (variables, modes) of the centre."""
-    xi = store.read(job.arguments.design)["latin_hypercube"]
+    xi = store.read(job.arguments.designs)["latin_hypercube"]
     indices = multi_indices(len(directions), job.scene.expansion.degree)
     basis = hermite_basis(xi @ directions.T, indices)
     pressure = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
@@ -80,8 +80,8 @@ def local_expansion(
     batches: list[store.Result], candidates: expansion.Candidates, targets: tuple[PressureTarget, ...], job: Job
 ) -> Chosen:
     """Ours, from the training nodes of its design, with what its target and its variables were chosen from."""
-    chosen = job.scene.expansion.samples == "auto"  # then stage training_square drew the samples
-    xi = samples_of(batches, "expansion", "xi") if chosen else store.read(job.arguments.design)["expansion"]
+    chosen = job.scene.expansion.samples == "auto"  # then stage adaptive_training drew the samples
+    xi = samples_of(batches, "expansion", "xi") if chosen else store.read(job.arguments.designs)["expansion"]
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = candidates.samples(xi, pressure, gap)
     degree = job.scene.expansion.degree

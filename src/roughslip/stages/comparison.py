@@ -14,8 +14,8 @@ STAGE = Stage(
     reads="description",
     many={"scenes": "figure3"},
     result="comparison.nc",
-    caption="Friction coefficient of several scenes against penetration, mean and standard deviation: from solved "
-    "contact, from the expansion, and from both.",
+    caption="Friction coefficient of several scenes against penetration, mean and standard deviation, from "
+    "solved contact, from the expansion, and from both.",
     memory_mb=320,
 )
 

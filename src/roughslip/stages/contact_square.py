@@ -13,9 +13,9 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="contact_square",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance",
-    inputs={"surface": "surface", "design": "design"},
+    inputs={"surface": "karhunen_loeve", "designs": "design"},
     optional={"scan": "scan"},
-    result="contact/square-{design_name}-{first}-{last}.nc",
+    result="contact/square-{design}-{first}-{last}.nc",
     batches=Batches(
         size="batches.square_samples",
         totals={
@@ -33,17 +33,17 @@ def work(job: Job) -> None:
     """Write pressure and gap around the centre, area fraction, mean pressure and residual of every sample."""
     arguments, numbers = job.arguments, range(job.arguments.first, job.arguments.last)
     problem = square(job)
-    if arguments.design_name == "monte_carlo":
+    if arguments.design == "monte_carlo":
         seed = [job.scene.seed, geometry.STREAM_MONTE_CARLO]
         xi = (monte_carlo([*seed, number], len(problem.modes)) for number in numbers)
     else:
-        design = store.read(arguments.design)[arguments.design_name]
+        design = store.read(arguments.designs)[arguments.design]
         xi = (design[number] for number in numbers)
-    wanted = training_nodes if arguments.design_name == "expansion" else central_nodes
+    wanted = training_nodes if arguments.design == "expansion" else central_nodes
     nodes = wanted(problem.model, problem.grid)
     with job.usage.core():
         variables = solved(problem, xi, len(numbers), nodes, job)
-    store.write(arguments.output, variables, job.key, {"first": arguments.first, "design": arguments.design_name})
+    store.write(arguments.output, variables, job.key, {"first": arguments.first, "design": arguments.design})
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ STAGE = Stage(
     name="design",
     reads="seed square.latin_hypercube_samples expansion.samples",
     reads_if_given="expansion.design",
-    inputs={"surface": "surface"},
+    inputs={"surface": "karhunen_loeve"},
     result="surface/design.nc",
     memory_doubles={"square_modes": 2.5, "design_numbers": 3},
 )
@@ -27,10 +27,10 @@ def samples_of(scene: Scene, modes: int) -> dict[str, int]:
     """Samples by the name of the design.
 
     Raises InputError with a line for each design too large for memory. The rules of scenes cannot check this, because
-    stage surface finds the number of modes that a share of the variance takes.
+    stage karhunen_loeve finds the number of modes that a share of the variance takes.
     """
     found, lines = {"latin_hypercube": scene.square.latin_hypercube_samples}, []
-    if scene.expansion.samples != "auto":  # else stage training_square draws as many as it needs
+    if scene.expansion.samples != "auto":  # else stage adaptive_training draws as many as it needs
         found["expansion"] = scene.expansion.samples
     keys = {"latin_hypercube": "square.latin_hypercube_samples", "expansion": "expansion.samples"}
     for name, samples in found.items():

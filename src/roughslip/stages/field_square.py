@@ -22,7 +22,7 @@ STAGE = Stage(
     name="field_square",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
     "expansion.samples expansion.variables",
-    inputs={"surface": "surface"},
+    inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="chaos/field.nc",
     memory_mb=420,

@@ -10,12 +10,12 @@ from roughslip.stages.runtime.drawing import draw_and_save
 STAGE = Stage(
     name="figure2",
     reads="description",
-    inputs={"result": "chaos_square"},
+    many={"results": "chaos_square"},
     result="figure2.nc",
     target="figure2",
     caption="Figure 2. Pressure at the centre of the square: Monte Carlo, Latin hypercube, the two polynomial "
-    "chaos variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals, "
-    "of sampling, and for an expansion of its fit, not of the truncation of its series.",
+    "chaos variants of the paper, and the expansion that uses every sample. Bands are 95 % intervals of "
+    "sampling, and for an expansion of its fit. They do not include the truncation of its series.",
     memory_mb=320,
 )
 

@@ -10,7 +10,7 @@ from roughslip.stages.runtime.drawing import draw_and_save
 STAGE = Stage(
     name="figure3",
     reads="description",
-    inputs={"result": "friction"},
+    many={"results": "friction"},
     result="figure3.nc",
     target="figure3",
     caption="Figure 3. Friction coefficient of the test surface against penetration, from solved contact, from "

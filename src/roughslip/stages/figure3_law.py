@@ -10,13 +10,13 @@ from roughslip.stages.runtime.drawing import draw_and_save
 STAGE = Stage(
     name="figure3_law",
     reads="description",
-    inputs={"result": "friction"},
+    many={"results": "friction"},
     result="figure3_law.nc",
     target="figure3",
-    caption="The law of the friction coefficient. Autocorrelation beside that of windows of white pressure, "
-    "measured the same way, which is the window's own part; exponential lengths; the marginal at median "
-    "penetration, less its mean and over its standard deviation; distances of the windows from families "
-    "of laws; skewness and excess kurtosis.",
+    caption="The distribution of the friction coefficient. Autocorrelation, with that of windows of white "
+    "pressure measured the same way, which is the window's own part. Exponential lengths. The "
+    "standardised distribution at median penetration. Distances of the windows from families of "
+    "distributions; skewness and excess kurtosis.",
     memory_mb=320,
 )
 

@@ -10,7 +10,7 @@ from roughslip.stages.runtime.drawing import draw_and_save
 STAGE = Stage(
     name="figure5",
     reads="description",
-    inputs={"result": "cycles"},
+    many={"results": "cycles"},
     result="figure5.nc",
     target="figure5",
     caption="Figure 5. Stick-slip limit cycle with and without scatter, the point where the mass sticks again, "

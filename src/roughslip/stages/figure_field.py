@@ -10,16 +10,16 @@ from roughslip.stages.runtime.drawing import draw_and_save
 STAGE = Stage(
     name="figure_field",
     reads="description",
-    inputs={"result": "field_square"},
+    many={"results": "field_square"},
     result="figure_field.nc",
     target="figure_field",
     caption="The pressure at every node of the square. Contact probability, mean and standard deviation are "
     "those of solved surfaces with the expansion as control variate: what it misses widens their errors "
     "and biases nothing. In the titles: their standard error, as the median over the nodes. Gain: "
-    "variance of the mean pressure from the solves alone, over that with the expansion. Modes: their "
-    "Sobol' indices for the expected pressure, all nodes together, with two standard errors. Below, a "
-    "solved field, what the expansion expects at the same variables though it has not seen it, and a "
-    "field drawn with the scatter that it leaves.",
+    "variance of the mean pressure from the solves alone, divided by that with the expansion. Modes: "
+    "their Sobol' indices for the expected pressure, all nodes together, with two standard errors. "
+    "Below: a solved field, the expectation at the same variables by an expansion fitted without it, "
+    "and a field drawn with the residual scatter.",
     memory_mb=320,
 )
 

@@ -10,14 +10,14 @@ from roughslip.stages.runtime.drawing import draw_and_save
 STAGE = Stage(
     name="figure_scan",
     reads="description",
-    inputs={"result": "twins"},
+    many={"results": "synthetic_surfaces"},
     result="figure_scan.nc",
     target="figure_scan",
     comes_with="scan",
-    caption="The scan beside surfaces sampled from the models fitted to it: map of the scan and of one twin, "
-    "density of heights, autocorrelation, radially averaged power spectrum, and numbers in units of the "
-    "half width of the scan's 95 % intervals. Bands around the scan are those intervals; bands of the "
-    "twins go from the least to the largest of them.",
+    caption="A scan, and surfaces sampled from the models fitted to it: map of the scan and of one sampled "
+    "surface, density of heights, autocorrelation, radially averaged power spectrum. Numbers are in "
+    "units of the half width of the scan's 95 % intervals. Bands around the scan are those intervals. "
+    "Bands of the sampled surfaces reach from the least to the largest of them.",
     memory_mb=320,
     memory_doubles={"scan_points": 40},
 )

@@ -17,7 +17,7 @@ STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble numerics.oscillator_tolerance",
     reads_if_given="friction.statistics",
-    optional={"friction": "friction", "spacing": "spacing"},
+    optional={"friction": "friction", "path_resolution": "path_resolution"},
     result="oscillator/ensemble-{first}-{last}.nc",
     batches=Batches(size="batches.realisations", totals={"": "ensemble.realisations"}),
     memory_mb=520,
@@ -39,8 +39,8 @@ def work(job: Job) -> None:
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     process = friction_process(scene, numbers, arguments.friction)
     nodes = ensemble.nodes_per_correlation_length
-    if nodes == "auto":  # then stage spacing found it
-        nodes = int(store.read(arguments.spacing)["nodes_per_correlation_length"])
+    if nodes == "auto":  # then stage path_resolution found it
+        nodes = int(store.read(arguments.path_resolution)["nodes_per_correlation_length"])
     periods, discarded = ensemble.duration_periods, ensemble.discarded_periods
     dampings = ensemble.damping_ratios
     count = arguments.last - arguments.first

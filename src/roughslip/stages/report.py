@@ -9,7 +9,7 @@ from typing import Any
 from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.report.evidence import BUDGET, MEASURED, Evidence
-from roughslip.report.page import CAPTIONS, SceneReport, page
+from roughslip.report.page import SceneReport, page
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import geometry, surface_model
@@ -87,7 +87,7 @@ def strips_represented(scene: Scene, scan: Path | None) -> list[str]:
 def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list[str]]:
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     found = {}
-    if "surface" in stages:
+    if "karhunen_loeve" in stages:
         figure = "figure2" if "figure2" in scene.targets else "figure_field"
         found[figure] = square_represented(store.read(folder / "surface" / "modes.nc"), scene)
     if "chaos_square" in stages:
@@ -99,16 +99,17 @@ def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list
     return found
 
 
-def read_scene(folder: Path) -> SceneReport:
-    """What a scene left in its folder of results."""
+def read_scene(folder: Path, captions: dict[str, str]) -> SceneReport:
+    """What a scene left in its folder of results. captions : of all figures, in their order on the page"""
     costs = store.read_json(folder / "costs.json")
     stages = sorted({row["stage"] for row in costs} - {"all"})  # of this run: the folder may hold keys of older targets
     configuration = merged([store.read_key(folder / "keys" / f"{stage}.json").configuration for stage in stages])
-    drawn = [name for name in CAPTIONS if name in stages]
+    drawn = [name for name in captions if name in stages]
     return SceneReport(
         name=folder.name,
         description=configuration["description"],
         figures={name: picture(folder / f"{name}.png") for name in drawn},
+        captions=captions,
         surfaces=represented(folder, stages, scene_of(configuration)),
         claims=store.read_json(folder / "claims.json"),
         costs=costs,
@@ -132,7 +133,7 @@ def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
 
 def work(job: Job) -> None:
     """Write the page."""
-    scenes = [read_scene(folder) for folder in job.arguments.scenes]
+    scenes = [read_scene(folder, job.configuration["captions"]) for folder in job.arguments.scenes]
     evidence = read_evidence(job.arguments.evidence, job.arguments.drawn)
     store.write_text(job.arguments.output, page(scenes, store.versions(), evidence))
 

@@ -16,10 +16,9 @@ def draw_and_save(
     job: Job,
     draw: Callable[[Mapping[str, np.ndarray]], Any],
     drawn: Sequence[str],
-    options: Sequence[str] = ("result",),
 ) -> None:
-    """Draw the results under these options, no name in two of them, as PNG and SVG; the variables `drawn` go beside."""
-    results = [store.read(getattr(job.arguments, option)) for option in options]
+    """Draw the results of a figure stage as PNG and SVG, and write the variables `drawn`; no name is in two results."""
+    results = [store.read(path) for path in job.arguments.results]
     owner = {name: result for result in results for name in result}
     figure = draw({name: result[name] for name, result in owner.items()})
     for path in (job.arguments.png, job.arguments.svg):

@@ -1,4 +1,4 @@
-"""Stage survival: how long stick-slip and steady sliding live near the existence limit, at several scatters."""
+"""Stage lifetimes: how long stick-slip and steady sliding live near the existence limit, at several scatters."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
-    name="survival",
+    name="lifetimes",
     reads="seed oscillator survival numerics.oscillator_tolerance",
     reads_if_given="ensemble.marginal ensemble.interpolation friction.statistics",
     optional={"friction": "friction"},
-    result="oscillator/survival.nc",
+    result="oscillator/lifetimes.nc",
     memory_mb=620,
 )
 
@@ -109,7 +109,7 @@ def told(ask: Callable[[], np.ndarray], where: str) -> np.ndarray:
         found = np.reshape(ask(), 3)
         return np.where(np.isfinite(found), found, np.nan)
     except IllPosedError as error:
-        print(f"survival: {where}: {error}; stored as NaN", file=sys.stderr)
+        print(f"lifetimes: {where}: {error}; stored as NaN", file=sys.stderr)
         return np.full(3, np.nan)
 
 

@@ -1,4 +1,4 @@
-"""Stage training_square: as many solves as the error asked of the distribution at the centre of the square takes."""
+"""Stage adaptive_training: as many solves as the error asked of the distribution at the centre of the square takes."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
-    name="training_square",
+    name="adaptive_training",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
     "expansion.variables expansion.degree expansion.target expansion.samples",
     reads_if_given="expansion.rotation expansion.cdf_error expansion.design",
-    inputs={"surface": "surface"},
+    inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="contact/training.nc",
     runs_if="expansion.samples = auto",
@@ -82,7 +82,7 @@ def work(job: Job) -> None:
         drawing = [job.scene.seed, geometry.STREAM_ENRICHMENT]
         enriched = enrich(solve, fit, asked.cdf_error, least=least, most=most, seed=drawing)
     for count, error in enriched.history:
-        print(f"training_square: {count} solves, estimated error of the distribution {error:.3g}", file=sys.stderr)
+        print(f"adaptive_training: {count} solves, estimated error of the distribution {error:.3g}", file=sys.stderr)
     reached = enriched.error
     job.usage.count(fits=len(enriched.history), cdf_error_asked=asked.cdf_error, cdf_error=round(reached.total, 6))
     job.usage.skip({skip_reasons.ENOUGH_SOLVES: most - enriched.history[-1][0]})

@@ -1,4 +1,4 @@
-"""Stage twins: surfaces sampled from the model of a scan on its own mesh, described as it was.
+"""Stage synthetic_surfaces: surfaces sampled from the model of a scan on its own mesh, described as it was.
 
 The model is one of the surface without its form, so that no form is removed from twins.
 """
@@ -20,10 +20,10 @@ from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
-    name="twins",
+    name="synthetic_surfaces",
     reads="seed",
     inputs={"scan": "scan"},
-    result="surface/twins.nc",
+    result="surface/synthetic_surfaces.nc",
     memory_mb=320,
     memory_doubles={"scan_points": 40},
 )
@@ -46,7 +46,7 @@ def work(job: Job) -> None:
             try:
                 twins.append((twin, scan_statistics(twin, scan_table.sub_areas_of(scan, twin))))
             except IllPosedError as error:
-                print(f"twins: {number} left out: {error}", file=sys.stderr)
+                print(f"synthetic_surfaces: {number} left out: {error}", file=sys.stderr)
             job.usage.progress(number + 1, TWINS)
     job.usage.count(twins=len(twins))
     variables = {name: scan.variable(name) for name in scan if not name.startswith("marginal_")}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from roughslip.errors import ConvergenceError
-from roughslip.stages import spacing
-from roughslip.stages.spacing import Thinned, error_bounds
+from roughslip.stages import path_resolution
+from roughslip.stages.path_resolution import Thinned, error_bounds
 from tests.stages.test_stages_motion import CONFIGURATION, scattered
 
 
@@ -52,7 +52,7 @@ def test_bounds_cover_a_change_of_few_paths():
 
 
 def test_where_nothing_scatters_the_fewest_nodes_are_enough(run):
-    found = run(spacing, asked(0.01))
+    found = run(path_resolution, asked(0.01))
     assert found["nodes_per_correlation_length"] == 4
     paths = found["tried_paths"][-1]
     assert 0 < found["count_error"] <= 0.01
@@ -61,7 +61,7 @@ def test_where_nothing_scatters_the_fewest_nodes_are_enough(run):
 
 def test_scatter_takes_more_paths(run):
     """At a damping where counts scatter eight paths do not tell an error of a fifth; every trial is kept."""
-    found = run(spacing, asked(0.2, 0.05, (0.17, 0.31)), "scatter")
+    found = run(path_resolution, asked(0.2, 0.05, (0.17, 0.31)), "scatter")
     assert found["count_error"] <= 0.2
     assert found["tried_paths"][-1] > 8
     assert found["tried_error"][-1] == found["count_error"]
@@ -69,15 +69,15 @@ def test_scatter_takes_more_paths(run):
 
 
 def test_what_cannot_be_told_is_an_error(run, monkeypatch):
-    monkeypatch.setattr(spacing, "MOST_PATHS", 8)
+    monkeypatch.setattr(path_resolution, "MOST_PATHS", 8)
     with pytest.raises(ConvergenceError, match="8 paths tell it no closer"):
-        run(spacing, asked(0.001, 0.05, (0.17, 0.31)), "untold")
+        run(path_resolution, asked(0.001, 0.05, (0.17, 0.31)), "untold")
 
 
 def test_nodes_that_are_not_enough_are_an_error(run, monkeypatch):
     """Counts that change by a tenth whenever the spacing is halved."""
-    monkeypatch.setattr(spacing, "MOST_NODES", 8)
-    monkeypatch.setattr(spacing, "error_bounds", lambda coarse, fine: (0.1, 0.1))
+    monkeypatch.setattr(path_resolution, "MOST_NODES", 8)
+    monkeypatch.setattr(path_resolution, "error_bounds", lambda coarse, fine: (0.1, 0.1))
     with pytest.raises(ConvergenceError, match="8 nodes are not enough") as caught:
-        run(spacing, asked(0.01), "few")
+        run(path_resolution, asked(0.01), "few")
     assert (caught.value.residual, caught.value.work) == (0.1, 2 * (8 + 8) * 2)  # 4 and 8 nodes, two dampings

@@ -1,8 +1,8 @@
-"""Stage spacing: nodes per correlation length of the friction paths, as few as the error asked of the counts allows.
+"""Stage path_resolution: find how many nodes per correlation length the friction paths take.
 
-Only where the scene leaves their number to the study. Paths of a pilot ensemble are read at all their nodes and at
-every other one: the recursion is exact at any spacing, so that both are the same path, and the change of the counts is
-due to the interpolation alone.
+As few as the error asked of the counts allows, where the scene leaves their number to the study. Paths of a pilot
+ensemble are read at all their nodes and at every other one. The recursion is exact at any spacing, so both are the same
+path, and the change of the counts comes from the interpolation alone.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
-    name="spacing",
+    name="path_resolution",
     reads="seed oscillator ensemble numerics.oscillator_tolerance",
     reads_if_given="friction.statistics",
     optional={"friction": "friction"},
-    result="oscillator/spacing.nc",
+    result="oscillator/path_resolution.nc",
     runs_if="ensemble.nodes_per_correlation_length = auto",
     memory_mb=520,
     memory_doubles={"path_nodes": 10, "drawn_realisations": 32_000, "periods": 2000},

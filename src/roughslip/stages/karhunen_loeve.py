@@ -1,4 +1,4 @@
-"""Stage surface: the Karhunen-Loeve modes of the square."""
+"""Stage karhunen_loeve: the Karhunen-Loeve modes of the square."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve, representation
 
 STAGE = Stage(
-    name="surface",
+    name="karhunen_loeve",
     reads="roughness square.edge_m square.nodes",
     reads_if_given="square.modes square.variance_share",
     optional={"scan": "scan"},
@@ -56,8 +56,8 @@ def work(job: Job) -> None:
         expansion = expanded(model.covariance, grid, job.scene.square)
     if expansion.captured_variance < WELL_CAPTURED:
         print(
-            f"surface: {len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of the "
-            "square: take more of them, or a longer correlation length",
+            f"karhunen_loeve: {len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of "
+            "the square: take more of them, or a longer correlation length",
             file=sys.stderr,
         )
     job.usage.count(modes=len(expansion.modes))

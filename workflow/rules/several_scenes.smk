@@ -1,0 +1,73 @@
+# What takes several scenes together; each is asked for by name.
+# In:  products of the default scenes, or of those that `--config compare=resolved,mine` names; the kept results.
+# Out: results/report.html; results/comparison.png|svg|nc, Figure 3 of several scenes in one picture; results/verify.json|txt;
+#      results/reference, the small results that git keeps.
+DEFAULT_FOLDERS = " ".join(f"results/{name}" for name in scenes.default)
+
+
+rule report_of_the_default_scenes:
+    input:
+        key=lambda wildcards: scenes.key_file(scenes.default[0], "report"),
+        scenes=[f"results/{name}/report.html" for name in scenes.default],
+        kept=kept_evidence(),
+        drawn=[f"results/evidence/{Path(file).stem}.png" for file in kept_evidence() if Path(file).stem in BENCHMARKS],
+    output:
+        **outputs("report", "results"),
+    log:
+        log("report", "results"),
+    resources:
+        mem_mb=scenes.memory("report"),
+    params:
+        evidence="results/reference/evidence" if kept_evidence() else "",
+        drawn="results/evidence" if kept_evidence() else "",
+    shell:
+        run("report", scenes=DEFAULT_FOLDERS, evidence="{params.evidence}", drawn="{params.drawn}")
+
+
+rule comparison:
+    input:
+        key=lambda wildcards: scenes.key_file(compared[0], "comparison"),
+        scenes=[f"results/{name}/figure3.nc" for name in compared],
+    output:
+        **outputs("comparison", "results"),
+    log:
+        log("comparison", "results"),
+    resources:
+        mem_mb=scenes.memory("comparison"),
+    params:
+        caption=declarations()["comparison"].caption,
+        folders=" ".join(f"results/{name}" for name in compared),
+    shell:
+        run("comparison", scenes="{params.folders}")
+
+
+rule verify:
+    input:
+        key=lambda wildcards: scenes.key_file(scenes.default[0], "verify"),
+        scenes=[f"results/{name}/{file}" for name in scenes.default for file in ("claims.json", "summary.csv")],
+        friction=[f"results/{name}/friction/statistics.nc" for name in scenes.default],
+    output:
+        **outputs("verify", "results"),
+    log:
+        log("verify", "results"),
+    resources:
+        mem_mb=scenes.memory("verify"),
+    params:
+        reference=ROOT / "results" / "reference",
+    shell:
+        run("verify", scenes=DEFAULT_FOLDERS, reference="{params.reference:q}")
+
+
+rule reference:
+    input:
+        key=lambda wildcards: scenes.key_file(scenes.default[0], "reference"),
+        scenes=[f"results/{name}/report.html" for name in scenes.default],
+        pressure=missing(scenes.default),
+    output:
+        usage=temp("results/.reference-usage.json"),
+    log:
+        log("reference", "results"),
+    resources:
+        mem_mb=scenes.memory("reference"),
+    shell:
+        run("reference", scenes=DEFAULT_FOLDERS, output="results/reference")

@@ -11,7 +11,7 @@ import pytest
 
 from roughslip.figures.style import save
 from roughslip.stages.runtime import skip_reasons
-from workflow.benchmarks import chain, chaos, contact, friction, oscillator, plot, runner, skips, skips_contact, surface
+from workflow.benchmarks import chain, chaos, contact, friction, oscillator, plot, runner, skips, surface
 from workflow.benchmarks.chaos_problem import Square
 from workflow.benchmarks.runner import OURS, make_row
 from workflow.evidence.rows import case, fields, power
@@ -38,13 +38,6 @@ def test_methods_take_turns_forwards_and_backwards():
     seconds, _ = runner.race(calls, clock=lambda: next(clock))
     assert order == ["ours", "ours", "peer", "peer", "ours", "peer", "peer", "ours", "ours", "peer"]
     assert seconds == {"ours": [1.0] * 3, "peer": [1.0] * 3}
-
-
-def test_a_slow_call_counts_as_the_first_turn():
-    clock = iter(np.arange(0.0, 100.0, 5.0))
-    calls = []
-    seconds, results = runner.race({"slow": lambda: calls.append(1) or 7}, clock=lambda: next(clock))
-    assert (len(calls), seconds, results) == (2, {"slow": [5.0]}, {"slow": 7})
 
 
 def test_a_fast_method_is_called_many_times_a_turn():
@@ -76,7 +69,6 @@ def test_the_summary_of_speed():
     found = runner.summarise_speed(rows)["peer"]
     assert found["geometric_mean"] == pytest.approx({"1e-10": 20.0, "1e-6": 5.0})
     assert found["worst"] == {"case": "n=128 tolerance=1e-6", "ratio": 5.0}
-    assert found["missed"] == ["n=256 tolerance=1e-10"]
 
 
 def test_names_of_cases():
@@ -102,21 +94,10 @@ def test_ratios_of_the_oscillator_are_at_equal_error():
         make_row(f"motion=deterministic asked={number}", method, error, [seconds], 1)
         for number, (method, error, seconds) in enumerate(named)
     ]
-    rows.append(make_row("motion=ensemble-of-8-nodes", "roughslip", 9e-3, [1.5], 1))
-    rows.append(make_row("motion=ensemble-of-4-nodes", "roughslip", 2e-2, [0.8], 1))  # its counts err by more than 1 %
-    found = oscillator.summarise(rows, oscillator.Sizes(runs=100))
-    assert found["times_as_fast"] == {"scipy/RK45": {"motion=deterministic asked=2": 300.0}}
-    assert found["ensemble_seconds"] == pytest.approx(30.0)
+    assert oscillator.ratios_at_equal_error(rows) == {"scipy/RK45": {"motion=deterministic asked=2": 300.0}}
 
 
 # Quick runs.
-
-
-def draw_twice(name: str, rows: list[runner.Row], folder) -> None:
-    """A figure has the same bytes at every drawing."""
-    for file in ("one.svg", "two.svg"):
-        save(plot.FIGURES[name](rows), folder / file)
-    assert (folder / "one.svg").read_bytes() == (folder / "two.svg").read_bytes()
 
 
 def check_rows(rows: list[runner.Row]) -> None:
@@ -135,22 +116,24 @@ def test_contact(tmp_path):
     assert all(runner.is_met(row) for row in equal)
     assert len([row for row in equal if row["method"] == "polonsky-keer"]) == 6
     assert len([row for row in equal if row["method"] == OURS]) == 7
-    assert len(found["summary"]["times_faster_than"]["polonsky-keer"]["cases"]) == 4
-    assert len(found["summary"]["times_faster_than_on_10_x_10"]["polonsky-keer"]["cases"]) == 2
+    for summary in found["summary"].values():
+        assert summary["polonsky-keer"]["geometric_mean"].keys() == {"1e-6", "1e-10"}
     errors = [(row["setting"], row["error"]) for row in rows if row not in equal and row["method"] == "polonsky-keer"]
     loosest, *_, tightest = (error for _, error in sorted(errors, reverse=True))
     assert tightest < 1e-10 < 1e-4 < loosest
-    draw_twice("contact", rows, tmp_path)
+    for file in ("one.svg", "two.svg"):  # the same bytes at every drawing
+        save(plot.FIGURES["contact"](rows), tmp_path / file)
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
 
 
 @pytest.mark.slow
-def test_surface(tmp_path, monkeypatch):
+def test_surface(monkeypatch):
     """A peer that is our method again: samples have the error of exact ones, apart from its scatter.
 
     64 samples: the RMS over 64 sets of one scatters by 5 %, over 4 sets of 16 by 20 %. The torus of a self-affine
     spectrum may add images of 1e-3.
     """
-    monkeypatch.setitem(surface.SAMPLERS, "gstools/fourier", surface.Embedded)
+    monkeypatch.setitem(surface.PEERS, "gstools/fourier", surface.set_up_embedding)
     monkeypatch.setitem(surface.WAVES, "gstools/fourier", (1, 2))
     sizes = surface.Sizes((34, 5), 32, 24, most_samples=64, budget=1.0, quick=True)
     rows = surface.measure_sizes(sizes, ("gstools/fourier",))["rows"]
@@ -164,12 +147,11 @@ def test_surface(tmp_path, monkeypatch):
         assert row["error"] < (5e-3 if "self_affine" in row["case"] else 1e-9)
     for row in by_quantity["covariance"]:
         assert row["error"] == pytest.approx(row["floor"], rel=0.15 if row["samples"] == 1 else 0.6)
-        assert row["systematic"] < 1e-9
-    draw_twice("surface", rows, tmp_path)
+    assert plot.FIGURES["surface"](rows).axes
 
 
 @pytest.mark.slow
-def test_chaos(tmp_path):
+def test_chaos():
     found = chaos.measure(True, False)
     rows = found["rows"]
     check_rows(rows)
@@ -179,7 +161,7 @@ def test_chaos(tmp_path):
         assert len({(row["method"], row["work"]) for row in of_case}) == 4 * 2
         assert all(row["error"] == np.median(row["errors"]["distance"]) < 0.05 for row in of_case)
     assert any("equation_8 250" in name for name in found["summary"]["refused"])  # fewer contacts than terms
-    draw_twice("chaos", rows, tmp_path)
+    assert plot.FIGURES["chaos"](rows).axes
 
 
 def test_each_surface_is_solved_once_and_parts_do_not_overlap():
@@ -194,26 +176,23 @@ def test_each_surface_is_solved_once_and_parts_do_not_overlap():
     assert [entry[1:3] for entry in found if entry[0] == "latin_hypercube"] == [(0, 10), (1, 10), (0, 40)]
 
 
-def test_friction(tmp_path):
+def test_friction():
     """The errors of 16 paths of 16 lengths are at most about 4 / sqrt(128)."""
     rows = friction.measure(True, False)["rows"]
     check_rows(rows)
     assert len(rows) == 2 * 3
     assert [row["work"] for row in rows] == [int(fields(row["case"])["paths"]) * 64 for row in rows]
     assert all(row["error"] < 4 / math.sqrt(128) for row in rows if row["work"] == 16 * 64)
-    draw_twice("friction", rows, tmp_path)
+    assert plot.FIGURES["friction"](rows).axes
 
 
 @pytest.mark.slow
-def test_oscillator(tmp_path):
+def test_oscillator():
     rows = oscillator.measure(True, False)["rows"]
     check_rows(rows)
-    assert len(rows) == 2 * 2 * (2 * 2 + 2) + 2 + 2
-    steady = [row for row in rows if row["case"] == "motion=long-run"]
-    assert all(row["work"] == 2000 for row in steady)
-    assert all(row["error"] < 1e-6 for row in steady)  # two cycles a block
-    assert all(row["error"] < 0.1 for row in rows if "ensemble" not in row["case"])
-    draw_twice("oscillator", rows, tmp_path)
+    assert len(rows) == 2 * 2 * (2 * 2 + 2)
+    assert all(row["error"] < 0.1 for row in rows)
+    assert plot.FIGURES["oscillator"](rows).axes
 
 
 @pytest.mark.slow
@@ -240,11 +219,11 @@ def test_chain(tmp_path, monkeypatch):
     assert all(one["ratio"] == pytest.approx(one["plain"]["seconds"] / one["ours"]["seconds"]) for one in stages)
     (whole,) = benchmark["cost"]["chain"]
     assert whole["plain_seconds"] == pytest.approx(sum(one["plain"]["seconds"] for one in stages))
-    draw_twice("chain", rows, tmp_path)
+    assert plot.FIGURES["chain"](rows).axes
 
 
 @pytest.mark.slow
-def test_skips(tmp_path):
+def test_skips():
     """Results stay within their tolerance, less is computed, and every kind of skip is measured."""
     rows = skips.measure(True, False)["rows"]
     check_rows(rows)
@@ -256,6 +235,5 @@ def test_skips(tmp_path):
         found = work[getattr(skip_reasons, reason).replace(" ", "-")]
         assert found[OURS] < found[skips.PLAIN], reason
     named = {value for name, value in vars(skip_reasons).items() if name.isupper() and isinstance(value, str)}
-    measured = (named - NOT_MEASURED) | {skips_contact.ROWS}
-    assert set(work) == {reason.replace(" ", "-") for reason in measured}
-    draw_twice("skips", rows, tmp_path)
+    assert set(work) == {reason.replace(" ", "-") for reason in named - NOT_MEASURED}
+    assert plot.FIGURES["skips"](rows).axes

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.special import erf, ndtr
+from scipy.special import ndtr
 
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
@@ -16,8 +16,6 @@ from roughslip.surface.covariance import Covariance
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.benchmarks import contact_peers, contact_problem, friction, oscillator, surface, surface_problem
 from workflow.benchmarks.chaos_problem import MonteCarloReference, Square
-from workflow.benchmarks.oscillator_peers import SOLVERS, slips_by_diffrax
-from workflow.benchmarks.surface_peers import SAMPLERS, covariance_of_waves
 from workflow.benchmarks.surface_problem import Lags, covariance_of, residual
 
 # Contact.
@@ -176,37 +174,25 @@ def test_the_expected_error_of_exact_samples_is_the_sum_over_pairs_of_pairs():
     assert lags.floor(covariance) == pytest.approx(math.sqrt(np.mean(variances)), rel=1e-12)
 
 
-def test_the_sum_of_waves_converges_to_the_covariance_and_few_waves_lack_variance():
-    """64 waves reach k l / 2 = 6.7, where the spectrum is e^-45 of its maximum; the nearest image is 12 lengths away.
-
-    Waves -8 ... 7 stand for wavenumbers from -8.5 to 7.5 steps: the midpoint rule, accurate to 1e-3 here.
-    """
-    covariance, lags = covariance_of("gaussian", surface_problem.square(32)), Lags.of(surface_problem.square(32))
-    found = covariance_of_waves(covariance, (1.5, 1.5), 64, lags.x, lags.y)
-    assert found == pytest.approx(covariance(lags.x, lags.y), abs=1e-13)
-    step, zero = 2 * math.pi / 1.5 * surface_problem.LENGTH / 2, np.zeros(1)
-    share = 0.5 * (erf(8.5 * step) + erf(7.5 * step))
-    assert covariance_of_waves(covariance, (1.5, 1.5), 16, zero, zero) == pytest.approx(share**2, abs=1e-3)
-
-
 @pytest.mark.parametrize("name", ["gaussian", "exponential"])
-@pytest.mark.parametrize(("method", "setting"), [("gstools/randomization", 30), ("gstools/fourier", 16)])
-def test_gstools_samples_have_the_covariance_of_their_ensemble(name, method, setting):
+def test_gstools_samples_have_the_covariance_of_the_model(name):
     """The mean of 300 samples, within three times the scatter of exact ones, because few waves scatter more.
 
-    The mean of the Fourier method is further from the model, by what its few waves leave out.
+    The Fourier method is systematically off, by what its few waves leave out.
     """
     pytest.importorskip("gstools")
     grid = surface_problem.square(24)
-    covariance, lags = covariance_of(name, grid), Lags.of(grid)
-    sampler = SAMPLERS[method](covariance, grid, setting)
-    r = np.linspace(0.0, 1.0, 50)
-    assert sampler.field.model.covariance(r) == pytest.approx(covariance(r), abs=1e-12)
-    mean = surface.sample_covariances(sampler, lags, 300).mean(axis=0)
-    error = surface_problem.root_mean_square(mean - sampler.ensemble(lags))
-    assert error < 3 * lags.floor(covariance) / math.sqrt(300)
-    if method == "gstools/fourier":
-        assert surface_problem.root_mean_square(mean - covariance(lags.x, lags.y)) > 1.2 * error
+    covariance, lags, r = covariance_of(name, grid), Lags.of(grid), np.linspace(0.0, 1.0, 50)
+    field = surface_problem.gstools_field(covariance, generator="RandMeth", mode_no=30)
+    assert field.model.covariance(r) == pytest.approx(covariance(r), abs=1e-12)
+    errors = {}
+    for method, waves in (("gstools/randomization", 30), ("gstools/fourier", 16)):
+        mean = surface.sample_covariances(surface_problem.PEERS[method](covariance, grid, waves), lags, 300).mean(
+            axis=0
+        )
+        errors[method] = surface_problem.root_mean_square(mean - covariance(lags.x, lags.y))
+    assert errors["gstools/randomization"] < 3 * lags.floor(covariance) / math.sqrt(300)
+    assert errors["gstools/fourier"] < 0.2
 
 
 # The pressure at the centre.
@@ -257,18 +243,12 @@ def test_designs_have_the_strata_of_their_kind_and_solves_are_those_of_the_study
 # Friction and motion.
 
 
-def test_the_judges_of_friction_paths():
-    """Alternating signs have the autocorrelation (-1)^lag, constants of either sign 1 at every lag.
-
-    Uniform values at the middles of 1000 cells have a distance of half a cell, and moved ones of their shift.
-    """
+def test_the_judge_of_friction_paths():
+    """Alternating signs have the autocorrelation (-1)^lag, constants of either sign 1 at every lag."""
     signs = np.tile([1.0, -1.0], (3, 50))
     assert friction.correlation_error(signs, 4) == pytest.approx(1.0 + math.exp(-1 / 4))
     still = np.array([[1.0], [-1.0]]) * np.ones((2, 100))
     assert friction.correlation_error(still, 4) == pytest.approx(1.0 - math.exp(-4))
-    values = math.sqrt(12.0) * ((np.arange(1000) + 0.5) / 1000 - 0.5)
-    assert friction.marginal_distance(values, 1.0, 1.0) <= 0.5 / 1000 + 1e-12
-    assert friction.marginal_distance(values + 0.1 * math.sqrt(12.0), 1.0, 1.0) == pytest.approx(0.1, abs=1e-3)
 
 
 @pytest.mark.slow
@@ -280,14 +260,13 @@ def test_all_methods_find_one_reattachment_point():
         assert oscillator.slip_by_scipy(slip, "DOP853", 1e-11)[0] == pytest.approx(exact, rel=tolerance)
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("solver", oscillator.SOLVERS)
 def test_diffrax_finds_the_same_point(solver):
     """Without scatter, at 1e-9."""
     pytest.importorskip("diffrax", reason="diffrax is not installed: make benchmark PEERS=1 installs it")
     slip, _ = oscillator.choose_slips(8)
     exact, *_ = oscillator.slip_by_roughslip(slip, "dormand_prince853", 1e-13)
-    call = slips_by_diffrax(oscillator.STUDY, oscillator.LAW, None, 0.0, slip.start, solver, 3)
-    place, evaluations, count = call(1e-9)
+    place, evaluations, count = oscillator.slip_by_diffrax(slip, solver, 3)(1e-9)
     assert place == pytest.approx(exact, rel=1e-7)
     assert count == 3
     assert evaluations > 3 * 100

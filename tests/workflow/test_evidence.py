@@ -60,7 +60,10 @@ def test_the_target_plans_the_evidence(empty, target):
     assert empty.plan(target) == PLANS[target]
 
 
-@pytest.mark.parametrize(("kind", "name"), EDITED)
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [pytest.param(*key, marks=() if key[1] == "contact" else pytest.mark.slow) for key in EDITED],
+)
 def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch, kind, name):
     project = empty.copy(tmp_path / "copy")
     monkeypatch.chdir(project.folder)

@@ -41,7 +41,6 @@ from workflow.benchmarks import chain_plain
 from workflow.benchmarks.chain_budget import DAMPING, NORMAL, compare_paired, read_friction, read_summary
 from workflow.benchmarks.chaos_problem import JUDGED, MEDIAN, QUANTILES, Square
 from workflow.benchmarks.runner import report_progress
-from workflow.benchmarks.surface_peers import dense_modes
 from workflow.evidence.rows import Row, fields
 from workflow.monte_carlo.friction import solve_windows
 
@@ -146,7 +145,7 @@ def surface_stage(square: Square) -> Stage:
     coarse = geometry.square_grid(scene_of({"square": square.configuration["square"] | {"nodes": small}}))
     covariance = square.model.covariance
     ours = mean_cpu_seconds([partial(karhunen_loeve, covariance, square.grid, order)])
-    plain = mean_cpu_seconds([partial(dense_modes, covariance, coarse, min(order, coarse.size))])
+    plain = mean_cpu_seconds([partial(chain_plain.dense_modes, covariance, coarse, min(order, coarse.size))])
     units = (square.grid.size / coarse.size) ** 3
     how = (
         f"One decomposition. LAPACK: time on {small} x {small} nodes, times the cube of the ratio of nodes. Heights of "

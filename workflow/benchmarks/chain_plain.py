@@ -1,7 +1,7 @@
 """Textbook methods for the stages of the chain, correct and public, without what this project adds.
 
-Contact: conjugate gradients of Polonsky and Keer in numpy, each solve from a cold start. Motion: scipy's Runge-Kutta
-pair with an event at the velocity of the belt.
+Modes: LAPACK on the whole matrix. Contact: conjugate gradients of Polonsky and Keer in numpy, each solve from a cold
+start. Motion: scipy's Runge-Kutta pair with an event at the velocity of the belt.
 """
 
 from __future__ import annotations
@@ -10,12 +10,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
 from roughslip.grid import Grid
 from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.system import Oscillator
+from roughslip.surface.covariance import Covariance
 from workflow.benchmarks.contact_peers import PolonskyKeer, tune
 from workflow.benchmarks.contact_problem import MODULUS, Judge, Problem
 from workflow.benchmarks.oscillator import choose_slips, slip_by_roughslip, slip_by_scipy
@@ -115,3 +117,11 @@ def find_equal_tolerance(tolerance: float, nodes: int) -> tuple[float, float, fl
         if plain <= error:
             break
     return one, error, plain
+
+
+def dense_modes(covariance: Covariance, grid: Grid, order: int) -> np.ndarray:
+    """Return the largest eigenvalues (order,), descending, by LAPACK on the whole matrix; vectors are computed too."""
+    x, y = (axis.ravel() for axis in np.meshgrid(grid.x(), grid.y(), indexing="ij"))
+    matrix = covariance(np.subtract.outer(x, x), np.subtract.outer(y, y))
+    values, _ = scipy.linalg.eigh(matrix, subset_by_index=[grid.size - order, grid.size - 1], overwrite_a=True)
+    return values[::-1]

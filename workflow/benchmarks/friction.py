@@ -1,7 +1,7 @@
 """Measure friction paths: points a second of every method, and the error of their autocorrelation.
 
-One process, one thread, in turns. The sample autocorrelation about the known mean, up to four correlation lengths, and
-the Kolmogorov distance of the marginal judge the paths. What a process needs once is listed as `setup_seconds`.
+One process, one thread, in turns. The sample autocorrelation about the known mean, up to four correlation lengths,
+judges the paths. What a process needs once is listed as `setup_seconds`.
 """
 
 from __future__ import annotations
@@ -12,18 +12,16 @@ from functools import partial
 from itertools import islice
 
 import numpy as np
-from scipy.special import betaincinv
 
 from roughslip.friction.paths import METHODS, Paths, prepare
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import PIECE_NODES
 from roughslip.probability import BetaDistribution
 from workflow.benchmarks.runner import make_row, race, report_rows, run_command, timed
-from workflow.evidence.rows import Row, case
+from workflow.evidence.rows import case
 
 SEED = 20110914
 LENGTHS = 4  # correlation lengths up to which the autocorrelation is judged
-QUANTILES = 2000  # at which the marginal is judged; the distance is too small by 1 / 2000 at most
 
 
 @dataclass(frozen=True)
@@ -66,15 +64,6 @@ def correlation_error(values: np.ndarray, nodes: int) -> float:
     return worst
 
 
-def marginal_distance(values: np.ndarray, a: float, b: float) -> float:
-    """Return the Kolmogorov distance, at QUANTILES, of values of zero mean and unit variance from Beta(a, b)."""
-    probability = np.arange(1, QUANTILES) / QUANTILES
-    marginal = BetaDistribution(a, b, 0.0, 1.0)
-    ends = (betaincinv(a, b, probability) - marginal.mean) / marginal.standard_deviation
-    shares = np.searchsorted(np.sort(values, axis=None), ends) / values.size
-    return float(np.max(np.abs(shares - probability)))
-
-
 def measure(quick: bool, _: bool) -> dict[str, object]:
     """Return rows of ensembles of every size, by every method."""
     sizes, rows = QUICK if quick else Sizes(), []
@@ -90,25 +79,11 @@ def measure(quick: bool, _: bool) -> dict[str, object]:
             seconds, results = race(calls, quick)
             name = case(a=a, b=b, nodes=sizes.nodes, lengths=sizes.lengths, paths=count)
             for method, found in results.items():
-                more = {
-                    "marginal_distance": marginal_distance(found, a, b),
-                    "stated_error": prepared[method].correlation_error,
-                    "setup_seconds": setup[method],
-                }
+                more = {"stated_error": prepared[method].correlation_error, "setup_seconds": setup[method]}
                 error = correlation_error(found, sizes.nodes)
                 rows.append(make_row(name, f"roughslip/{method}", error, seconds[method], found.size, **more))
             report_rows(rows[-len(results) :])
-    return {"summary": points_per_second(rows), "rows": rows}
-
-
-def points_per_second(rows: list[Row]) -> dict[str, float]:
-    """Return the speed of each method in its largest ensembles, at its slowest marginal."""
-    most = max(row["work"] for row in rows)
-    speeds: dict[str, float] = {}
-    for row in rows:
-        if row["work"] == most:
-            speeds[row["method"]] = min(row["work"] / row["seconds"], speeds.get(row["method"], math.inf))
-    return speeds
+    return {"summary": {}, "rows": rows}
 
 
 if __name__ == "__main__":

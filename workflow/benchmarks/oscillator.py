@@ -2,15 +2,15 @@
 
 Cycles start at the departure point of the study's oscillator, without scatter and on a friction path. One process, one
 thread, in turns; `--peers` adds diffrax. Errors are relative to X of the reattachment by our pair of order 8 at 1e-13.
-Further rows: the period over many cycles, and ensembles with their paths.
 """
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -25,22 +25,22 @@ from roughslip.oscillator.law import StribeckLaw
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.system import Oscillator
 from roughslip.probability import BetaDistribution
-from roughslip.stages.path_resolution import Thinned, error_bounds
-from workflow.benchmarks.oscillator_peers import LANES, LONGEST, OFF, SOLVERS, slips_by_diffrax, taylor_start
-from workflow.benchmarks.runner import make_row, race, report_rows, run_command, timed
+from workflow.benchmarks.runner import make_row, race, report_rows, run_command
 from workflow.evidence.rows import Row, case, power
 
 PACKAGES = ("diffrax", "jax")
 STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
 SEED = 20110914
-CYCLE = 6.8685 / (2 * math.pi)  # natural periods of a cycle without scatter
 BETWEEN = 0.3  # of a tolerance: a further tolerance of our methods, for an error near that of each peer
 PERIODS = 1000.0, 20.0  # of our motions without scatter and on a path, which makes the cost of a call negligible
 PEERS = ("RK45", "DOP853")
-BLOCKS = 1000  # into which a long run is divided
-RUNS = 2000  # of the ensemble whose time the summary states
-COUNT_ERROR = 0.01  # of the mean count of cycles in that ensemble
+
+SOLVERS = ("Tsit5", "Dopri8")  # of diffrax
+LANES = 256
+OFF = 1e-3  # of tau: a Taylor step leaves the belt, where the event would occur at once
+LONGEST, MOST_STEPS = 9.0, 100_000
+SINGLE_THREAD = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 
 
 @dataclass(frozen=True)
@@ -49,22 +49,17 @@ class Sizes:
 
     tolerances : of every method
     nodes : of a correlation length of the friction path
-    long_run : cycles over which the period is compared
-    runs, cycles : of the ensemble that is measured; its time is scaled to RUNS
-    ensemble_nodes : of a correlation length of its paths
+    lanes : slips that diffrax solves at a time
+    quick : one turn each
     """
 
     tolerances: tuple[float, ...] = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
     nodes: int = 8
-    long_run: int = 1_000_000
-    runs: int = 100
-    cycles: int = 100
-    ensemble_nodes: tuple[int, ...] = (4, 8)
     lanes: int = LANES
     quick: bool = False
 
 
-QUICK = Sizes((1e-4, 1e-7), 4, 2000, 4, 5, (4, 8), 2, True)
+QUICK = Sizes((1e-4, 1e-7), 4, 2, True)
 
 
 @dataclass(frozen=True)
@@ -87,6 +82,14 @@ class Slip:
         """[m] X at departure."""
         static = LAW.static + (0.0 if self.path is None else float(self.path[0]))
         return STUDY.F * static - 2 * STUDY.damping_ratio * STUDY.V
+
+    @property
+    def scatter(self) -> CubicHermiteSpline | None:
+        """mu_S as a function of the slipped distance, for the peers."""
+        if self.path is None:
+            return None
+        grid = self.spacing * np.arange(len(self.path))
+        return CubicHermiteSpline(grid, self.path, np.gradient(self.path, self.spacing))
 
 
 def choose_slips(nodes: int) -> tuple[Slip, Slip]:
@@ -115,14 +118,18 @@ def slip_by_roughslip(slip: Slip, integrator: str, tolerance: float) -> tuple[fl
     return float(motion.position[motion.kind == REATTACHMENT][0]), motion.evaluations, max(motion.cycles, 1)
 
 
+def taylor_start(start: float, V: float) -> tuple[float, float, float]:
+    """Return X, X' and slipped distance at tau = OFF after a departure at X = start, where X'' = 0 and X''' = -V."""
+    return start + V * OFF - V * OFF**3 / 6, V - V * OFF**2 / 2, V * OFF**3 / 6
+
+
 def slip_by_scipy(slip: Slip, method: str, tolerance: float) -> tuple[float, int, int]:
     """Return the same of one cycle by solve_ivp with an event at X' = V.
 
     A Taylor step leaves the belt, where the event would occur at once.
     """
     F, V, D, omega = STUDY.F, STUDY.V, STUDY.damping_ratio, STUDY.natural_frequency_rad_per_s
-    grid = slip.spacing * np.arange(0 if slip.path is None else len(slip.path))
-    scatter = None if slip.path is None else CubicHermiteSpline(grid, slip.path, np.gradient(slip.path, slip.spacing))
+    scatter = slip.scatter
     fit, decay, quadratic, rest = LAW.fit, LAW.decay_s_per_m, LAW.quadratic_s2_per_m2, LAW.static
 
     def slope(_: float, y: np.ndarray) -> list[float]:
@@ -140,6 +147,71 @@ def slip_by_scipy(slip: Slip, method: str, tolerance: float) -> tuple[float, int
     return float(found.y_events[0][0][0]), found.nfev, 1
 
 
+@cache
+def _import_diffrax() -> tuple[Any, Any, Any]:
+    """Import jax in double precision and one thread, diffrax and optimistix; the first import reads the environment."""
+    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {SINGLE_THREAD}".strip()
+    import diffrax
+    import jax
+    import optimistix
+
+    jax.config.update("jax_enable_x64", True)
+    return jax, diffrax, optimistix
+
+
+def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[float], tuple[float, int, int]]:
+    """Return a function of the tolerance: X at the reattachment, evaluations of all slips, and their number.
+
+    A call solves so many slips from one start, compiled and vectorised in one thread, until an event at X' = V that the
+    root finder of diffrax locates. Steps do not end at the nodes of a path, because diffrax has no input for them.
+    """
+    jax, diffrax, optimistix = _import_diffrax()
+    F, V, D, omega = STUDY.F, STUDY.V, STUDY.damping_ratio, STUDY.natural_frequency_rad_per_s
+    fit, decay, quadratic, rest = LAW.fit, LAW.decay_s_per_m, LAW.quadratic_s2_per_m2, LAW.static
+    scatter, spacing = slip.scatter, slip.spacing
+    coefficients = None if scatter is None else jax.numpy.asarray(scatter.c.T)
+
+    def mu_s(s: Any) -> Any:
+        if coefficients is None:
+            return 0.0
+        piece = jax.numpy.clip((s / spacing).astype(int), 0, len(coefficients) - 1)
+        c, t = coefficients[piece], s - piece * spacing
+        return c[3] + t * (c[2] + t * (c[1] + t * c[0]))
+
+    def slope(t: Any, y: Any, args: Any) -> Any:
+        x, u, s = y
+        v = omega * (V - u)
+        mu = fit / (1 + decay * v) + rest - fit + quadratic * v * v
+        return u, F * jax.numpy.maximum(mu + mu_s(s), 0.0) - 2 * D * u - x, V - u
+
+    def at_belt(t: Any, y: Any, args: Any, **_: Any) -> Any:
+        return y[1] - V
+
+    def solve(y: Any, tolerance: Any) -> Any:
+        found = diffrax.diffeqsolve(
+            diffrax.ODETerm(slope),
+            getattr(diffrax, solver)(),
+            OFF,
+            LONGEST,
+            OFF,
+            y,
+            stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance * F),
+            event=diffrax.Event(at_belt, optimistix.Newton(tolerance, tolerance * V)),
+            max_steps=MOST_STEPS,
+        )
+        return found.ys[0][-1], found.stats["num_steps"]
+
+    every = jax.jit(jax.vmap(solve, in_axes=(0, None)))
+    y = tuple(jax.numpy.full(lanes, value) for value in taylor_start(slip.start, V))
+    stages = len(getattr(diffrax, solver).tableau.b_sol)
+
+    def call(tolerance: float) -> tuple[float, int, int]:
+        x, steps = jax.block_until_ready(every(y, tolerance))
+        return float(x[0]), lanes * stages * int(steps[0]), lanes
+
+    return call
+
+
 def slip_phases(sizes: Sizes, peers: Sequence[str] = ()) -> list[Row]:
     """Return rows of the error of the first slip and the time of a cycle, by method and tolerance."""
     rows: list[Row] = []
@@ -151,7 +223,7 @@ def slip_phases(sizes: Sizes, peers: Sequence[str] = ()) -> list[Row]:
                 calls |= {(f"roughslip/{pair}", asked): partial(slip_by_roughslip, slip, pair, asked) for pair in PAIRS}
             calls |= {(f"scipy/{peer}", tolerance): partial(slip_by_scipy, slip, peer, tolerance) for peer in PEERS}
         for peer in peers:
-            compiled = slips_by_diffrax(STUDY, LAW, slip.path, slip.spacing, slip.start, peer, sizes.lanes)
+            compiled = slip_by_diffrax(slip, peer, sizes.lanes)
             compiled(sizes.tolerances[0])  # compiles
             calls |= {(f"diffrax/{peer}", tolerance): partial(compiled, tolerance) for tolerance in sizes.tolerances}
         seconds, results = race(calls, sizes.quick)
@@ -164,72 +236,29 @@ def slip_phases(sizes: Sizes, peers: Sequence[str] = ()) -> list[Row]:
     return rows
 
 
-def period_drift(sizes: Sizes) -> list[Row]:
-    """Return rows of the relative spread of the mean periods of blocks over many cycles, at a tolerance of 1e-9."""
-    rows = []
-    for pair in PAIRS:
-        run = partial(simulate, STUDY, LAW, None, 0.0, (sizes.long_run + 1) * CYCLE, integrator=pair)
-        seconds, motion = timed(run)
-        ends = motion.time[motion.kind == REATTACHMENT]
-        marks = ends[: (len(ends) - 1) // BLOCKS * BLOCKS + 1 : (len(ends) - 1) // BLOCKS]
-        error = float(np.ptp(np.diff(marks)) / np.mean(np.diff(marks)))
-        rows.append(make_row(case(motion="long-run"), f"roughslip/{pair}", error, [seconds], len(ends)))
-        report_rows(rows[-1:])
-    return rows
-
-
-def ensembles(sizes: Sizes) -> list[Row]:
-    """Return rows of ensembles with their paths, at two spacings of nodes.
-
-    The error bounds that of the mean count of cycles due to the spacing, from the same paths at half the spacing (stage
-    spacing).
-    """
-    periods, rows = sizes.cycles * CYCLE, []
-
-    def counts(nodes: int, step: int) -> np.ndarray:
-        paths = recursion(PROCESS, PROCESS.correlation_length_m / (nodes * step))
-        realisations = (Thinned(paths.realisation([SEED, number]), step) for number in range(sizes.runs))
-        spacing = step * paths.spacing
-        return np.array([simulate(STUDY, LAW, one, spacing, periods, 1e-6).cycles for one in realisations])
-
-    for nodes in sizes.ensemble_nodes:
-        counts(nodes, 1)
-        seconds, cycles = timed(partial(counts, nodes, 1))
-        _, error = error_bounds(counts(nodes, 2)[:, None], counts(2 * nodes, 1)[:, None])
-        name = case(motion=f"ensemble-of-{nodes}-nodes", runs=sizes.runs, periods=f"{periods:.4g}")
-        rows.append(make_row(name, "roughslip/fehlberg45", error, [seconds], int(cycles.sum())))
-        report_rows(rows[-1:])
-    return rows
-
-
 def least_seconds(rows: Sequence[Row], method: str, error: float) -> float:
     """Return the least time of a cycle by a method that is at least so accurate, infinity if it never is."""
     return min((r["seconds"] for r in rows if r["method"] == method and r["error"] <= error), default=math.inf)
 
 
-def summarise(rows: Sequence[Row], sizes: Sizes) -> dict[str, Any]:
-    """Return time ratios to each peer at its error, the spread of periods, and the time of the ensemble."""
+def ratios_at_equal_error(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
+    """Return by peer and case its time over our least time at its error."""
     ratios: dict[str, dict[str, float]] = {}
     for entry in rows:
-        if "asked=" in entry["case"] and not entry["method"].startswith("roughslip"):
+        if not entry["method"].startswith("roughslip"):
             motion = entry["case"].split(" ")[0]
             here = [row for row in rows if row["case"].startswith(f"{motion} ")]
             best = min(least_seconds(here, f"roughslip/{pair}", entry["error"]) for pair in PAIRS)
             if best < math.inf:
                 ratios.setdefault(entry["method"], {})[entry["case"]] = entry["seconds"] / best
-    exact_enough = [row for row in rows if row["case"].startswith("motion=ensemble") and row["error"] <= COUNT_ERROR]
-    return {
-        "times_as_fast": ratios,
-        "spread_of_periods": {row["method"]: row["error"] for row in rows if row["case"] == "motion=long-run"},
-        "ensemble_seconds": min((row["seconds"] * RUNS / sizes.runs for row in exact_enough), default=None),
-    }
+    return ratios
 
 
 def measure(quick: bool, peers: bool) -> dict[str, object]:
     """Return the summary and the rows."""
     sizes = QUICK if quick else Sizes()
-    rows = slip_phases(sizes, SOLVERS if peers else ()) + period_drift(sizes) + ensembles(sizes)
-    return {"summary": summarise(rows, sizes), "rows": rows}
+    rows = slip_phases(sizes, SOLVERS if peers else ())
+    return {"summary": {"times_as_fast": ratios_at_equal_error(rows)}, "rows": rows}
 
 
 if __name__ == "__main__":

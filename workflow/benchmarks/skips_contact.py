@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from ducc0 import fft
 
 from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.conjugate_gradients import Problem
-from roughslip.contact.convolution import Convolution, fast_length
 from roughslip.contact.influence import Influence, gathered
 from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid
@@ -22,7 +20,6 @@ from workflow.benchmarks.contact_problem import MODULUS, square, surface
 TOLERANCE = 1e-10
 ROUNDING = 1e-12
 LEAST_EIGENVALUE = 0.5  # of B over B_00, on square cells; contact/periodic.py
-ROWS = "transforms of rows: zeros beyond the mesh"  # in every product; costs.json counts products
 LEVELS = tuple(range(10, 100, 10))
 STRIP_CELL = 2.5e-6  # m
 
@@ -108,7 +105,7 @@ def contact_skips(n: int, nx: int) -> Iterator[Skip]:
         iterated(influence, u_bar),
         apart(influence, u_bar),
     )
-    yield from _transforms(n)
+    yield _summed(n)
 
 
 def _without_contact(influence: Influence, rough: np.ndarray) -> Iterator[Skip]:
@@ -186,38 +183,15 @@ def _swept(grid: Grid) -> Skip:
     return Skip(skip_reasons.WARM, name, within_residual(influence), swept, plain, difference)
 
 
-def _transforms(n: int) -> Iterator[Skip]:
-    """One product u = B p; plain: transforms of the whole torus on both axes."""
+def _summed(n: int) -> Skip:
+    """The product of few pressures, summed directly; plain: transforms of the whole padded mesh."""
     grid = square(n)
-    influence = Influence(grid, MODULUS)
-    torus = (fast_length(2 * n - 1), fast_length(2 * n - 1))
-    kernel = np.zeros(torus)
-    i, j = (np.minimum(np.arange(m), m - np.arange(m)) for m in torus)
-    reached = (i < n)[:, None] & (j < n)
-    kernel[reached] = influence.coefficients[np.minimum(i, n - 1)][:, np.minimum(j, n - 1)][reached]
-    symbol = fft.r2c(kernel, axes=(0, 1)).real
-    convolution = Convolution(symbol, grid.shape, torus)
-    everywhere = np.random.default_rng([1, n]).random(grid.shape)
+    influence, transforms = Influence(grid, MODULUS), contact_problem.Convolution(grid, MODULUS)
     few = np.zeros(grid.shape)
     few.ravel()[:: grid.size // 50] = 1.0
-
-    def whole(pressure: np.ndarray) -> Call:
-        def call() -> tuple[np.ndarray, int]:
-            padded = np.zeros(torus)
-            padded[:n, :n] = pressure
-            product = fft.r2c(padded, axes=(0, 1)) * symbol
-            return fft.c2r(product, axes=(0, 1), lastsize=torus[1], forward=False, inorm=2)[:n, :n], 1
-
-        return call
-
-    def without_rows() -> tuple[np.ndarray, int]:
-        result = np.empty(grid.shape)
-        convolution(everywhere, result)
-        return result, 1
 
     def relative(one: np.ndarray, other: np.ndarray) -> float:
         return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
-    yield Skip(ROWS, f"product-{n}x{n}", ROUNDING, without_rows, whole(everywhere), relative)
-    summed = lambda: (influence.apply(few), 1)  # noqa: E731
-    yield Skip(skip_reasons.SUMMED, f"product-{n}x{n}-few", ROUNDING, summed, whole(few), relative)
+    skipping, plain = lambda: (influence.apply(few), 1), lambda: (transforms(few), 1)
+    return Skip(skip_reasons.SUMMED, f"product-{n}x{n}-few", ROUNDING, skipping, plain, relative)

@@ -20,8 +20,18 @@ from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import Embedding, embed
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.benchmarks.runner import OURS, make_row, race, report_progress, report_rows, run_command, timed
-from workflow.benchmarks.surface_peers import SAMPLERS, SEED, Embedded, Sampler
-from workflow.benchmarks.surface_problem import COVARIANCES, Lags, covariance_of, residual, root_mean_square, square
+from workflow.benchmarks.surface_problem import (
+    COVARIANCES,
+    PEERS,
+    SEED,
+    Lags,
+    Sampler,
+    covariance_of,
+    residual,
+    root_mean_square,
+    set_up_embedding,
+    square,
+)
 from workflow.evidence.rows import Row, case
 
 PACKAGES = ("ducc0", "gstools", "gstools-cython", "gstools-core")
@@ -109,13 +119,12 @@ def compare_samplers(name: str, sizes: Sizes, peers: Sequence[str]) -> list[Row]
 
     error : RMS over the lags, and over all available sets of so many samples, of covariance minus model
     floor : the expected error of as many exact samples
-    systematic : the error that remains for any number of samples
     """
     grid = square(sizes.compared)
     covariance = covariance_of(name, grid)
     samplers, setups, calls = {}, {}, {}
     for key in settings(grid, sizes.quick, peers):
-        make = SAMPLERS.get(key[0], Embedded)
+        make = PEERS.get(key[0], set_up_embedding)
         setups[key], samplers[key] = timed(partial(make, covariance, grid, key[1]))
         calls[key] = partial(_next_sample, samplers[key], itertools.count())
         calls[key]()  # includes what is loaded at the first sample
@@ -125,21 +134,20 @@ def compare_samplers(name: str, sizes: Sizes, peers: Sequence[str]) -> list[Row]
     for key, sampler in samplers.items():
         count = int(min(max(sizes.budget / min(times[key]), 4), sizes.most_samples))
         differences = sample_covariances(sampler, lags, count) - asked
-        systematic = root_mean_square(sampler.ensemble(lags) - asked)
         samples = 1
         while 4 * samples <= count or samples == 1:
             sets = differences[: count // samples * samples].reshape(-1, samples, differences.shape[1]).mean(axis=1)
             whole = [setups[key] + samples * seconds for seconds in times[key]]
             more = {"setting": key[1], "samples": samples, "setup_seconds": setups[key]}
-            more |= {"floor": floor / math.sqrt(samples), "systematic": systematic}
-            rows.append(make_row(label, key[0], root_mean_square(sets), whole, samples, **more))
+            error, least = root_mean_square(sets), floor / math.sqrt(samples)
+            rows.append(make_row(label, key[0], error, whole, samples, floor=least, **more))
             samples *= 4
     report_rows([row for row in rows if row["samples"] == 1])
     return rows
 
 
 def _next_sample(sampler: Sampler, numbers: itertools.count) -> np.ndarray:
-    return sampler.sample(next(numbers))
+    return sampler(next(numbers))
 
 
 def settings(grid: Grid, quick: bool, peers: Sequence[str]) -> list[tuple[str, int]]:
@@ -155,7 +163,7 @@ def settings(grid: Grid, quick: bool, peers: Sequence[str]) -> list[tuple[str, i
 
 def sample_covariances(sampler: Sampler, lags: Lags, count: int) -> np.ndarray:
     """Return the covariances (count, lags) of samples 1, 2, ..."""
-    return np.array([lags.covariance(sampler.sample(number)) for number in range(1, count + 1)])
+    return np.array([lags.covariance(sampler(number)) for number in range(1, count + 1)])
 
 
 def measure_sizes(sizes: Sizes, peers: Sequence[str]) -> dict[str, object]:
@@ -171,7 +179,7 @@ def measure(quick: bool, peers: bool) -> dict[str, object]:
     """Return the summary and the rows."""
     if peers:
         import gstools  # noqa: F401  takes a second, which is not set-up of a sampler
-    return measure_sizes(QUICK if quick else Sizes(), tuple(SAMPLERS) if peers else ())
+    return measure_sizes(QUICK if quick else Sizes(), tuple(PEERS) if peers else ())
 
 
 if __name__ == "__main__":

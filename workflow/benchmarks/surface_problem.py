@@ -1,18 +1,22 @@
-"""Covariances of the benchmark, and judges of modes and samples that share no code with the solvers.
+"""Covariances of the benchmark, ours and public generators of samples, and judges that share no code with either.
 
-The unit of height is Sq and that of length the edge of the mesh; neither changes a time or an error.
+The unit of height is Sq and that of length the edge of the mesh; neither changes a time or an error. A generator is set
+up once for a mesh; a sample is timed. The generators of GSTools are used as documented.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import fft
 
 from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance, StationaryCovariance, self_affine
+from roughslip.surface.embedding import embed
 from roughslip.surface.karhunen_loeve import KarhunenLoeve
 
 LENGTH = 0.1
@@ -134,3 +138,52 @@ class Lags:
 def root_mean_square(difference: np.ndarray) -> float:
     """Return the root mean square over all entries."""
     return math.sqrt(float(np.mean(difference**2)))
+
+
+# Generators.
+
+Sampler = Callable[[int], np.ndarray]  # heights (nx, ny) of the sample of a number
+SEED = 20260
+PERIOD = 1.5  # period of the Fourier method over the edge; images are at least half an edge away
+
+
+def set_up_embedding(covariance: Covariance, grid: Grid, _: int = 0) -> Sampler:
+    """Set up circulant embedding, ours."""
+    embedding = embed(covariance, grid)
+    return lambda number: embedding.sample(np.random.default_rng([SEED, number]))
+
+
+def set_up_randomization(covariance: Covariance, grid: Grid, waves: int) -> Sampler:
+    """Set up GSTools' randomization: plane waves of random wave vectors from the spectrum, redrawn for each sample.
+
+    F. Hesse et al., Environ. Model. Softw. 55 (2014) 32. Its ensemble has the model's covariance; one sample has that
+    of its few waves.
+    """
+    field, axes = gstools_field(covariance, generator="RandMeth", mode_no=waves), (grid.x(), grid.y())
+    return lambda number: field.structured(axes, seed=number, store=False)
+
+
+def set_up_fourier(covariance: Covariance, grid: Grid, waves: int) -> Sampler:
+    """Set up GSTools' Fourier method: plane waves at waves x waves equidistant wave vectors, summed at every node.
+
+    The period is PERIOD edges. Waves beyond the last one and between two are missing, which is a systematic error.
+    """
+    periods, axes = [PERIOD * grid.nx * grid.dx, PERIOD * grid.ny * grid.dy], (grid.x(), grid.y())
+    field = gstools_field(covariance, generator="Fourier", period=periods, mode_no=[waves, waves])
+    return lambda number: field.structured(axes, seed=number, store=False)
+
+
+def gstools_field(covariance: Covariance, **generator: object) -> Any:
+    """Return the field in GSTools, on one thread; with `rescale` 1 its length scale is our 1/e length."""
+    import gstools
+
+    gstools.config.NUM_THREADS = 1
+    models = {"gaussian": gstools.Gaussian, "exponential": gstools.Exponential}
+    length, variance = covariance.correlation_length_m, covariance.rms_height_m**2
+    return gstools.SRF(models[covariance.kind](dim=2, var=variance, len_scale=length, rescale=1.0), **generator)
+
+
+PEERS: dict[str, Callable[[Covariance, Grid, int], Sampler]] = {
+    "gstools/randomization": set_up_randomization,
+    "gstools/fourier": set_up_fourier,
+}

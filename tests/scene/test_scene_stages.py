@@ -7,6 +7,7 @@ import yaml
 
 from roughslip.scene.declarations import declarations
 from roughslip.scene.plan import figures, slice_for, stages_needed
+from roughslip.scene.types import without_nulls
 from tests.scene.shipped import (
     ALWAYS,
     ASIDE,
@@ -33,12 +34,13 @@ def test_slices_read_keys_of_the_schema_and_leave_none_out():
 def test_a_slice_has_the_shape_of_the_scene():
     scene = shipped_scene("paper")
     square = scene["square"]
-    assert slice_for(scene, "karhunen_loeve") == {
+    assert without_nulls(slice_for(scene, "karhunen_loeve")) == {
         "roughness": scene["roughness"],
         "square": {key: square[key] for key in ("edge_m", "nodes", "modes")},
     }
     assert slice_for(shipped_scene("given"), "oscillator")["friction"]["statistics"]["mean"] > 0
-    assert "friction" not in slice_for(scene, "oscillator")
+    assert slice_for(scene, "oscillator")["friction"] == {"statistics": None}
+    assert slice_for(scene, "oscillator")["oscillator"]["integrator"] == "fehlberg45"
     slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
     assert scene["strip"]["penetration_percentiles"]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.scene.plan import slice_for
+from roughslip.scene.types import without_nulls
 from workflow.keys.key_files import replace_if_changed
 
 # Samples of a scene's reference, and of a batch. A batch of surfaces takes about half a minute on one core in `paper`
@@ -45,9 +46,13 @@ def solves_key(name: str, scene: dict[str, Any], kind: str = "pressure") -> str:
     """Write the key file of a scene's solves if the slice of the scene changed, and return its path."""
     path = f"results/{name}/{kind}_solves/key.json"
     if kind == "pressure":
-        configuration = {**slice_for(scene, "karhunen_loeve"), "seed": scene["seed"], "material": scene["material"]}
+        configuration = {
+            **without_nulls(slice_for(scene, "karhunen_loeve")),
+            "seed": scene["seed"],
+            "material": scene["material"],
+        }
     else:
-        configuration = slice_for(scene, "contact_strip")
+        configuration = without_nulls(slice_for(scene, "contact_strip"))
         del configuration["strip"]["training_samples"], configuration["numerics"]
         configuration["friction"] = {"least_contact_fraction": scene["friction"]["least_contact_fraction"]}
     return replace_if_changed(path, {"configuration": configuration, "code": CODE})

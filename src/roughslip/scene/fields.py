@@ -93,27 +93,23 @@ def default_of(field: dataclasses.Field[Any]) -> Any:
     return None if default is REQUIRED else default
 
 
-def build(kind: type[S], values: Mapping[str, Any], place: str = "") -> S:
-    """A section from the keys that `values` holds, and from the defaults of absent optional keys.
+def build(kind: type[S], values: Mapping[str, Any], place: str = "", *, defaults: bool = True) -> S:
+    """A section from the keys that `values` holds.
 
     place : dotted name of the section with a point at its end, for the message of a key that was not read
+    defaults : whether absent optional keys get their defaults
 
-    A required key that `values` lacks is absent from the section too, and reading it raises AttributeError.
+    A key without a value is absent from the section too, and reading it raises AttributeError.
     """
     section = object.__new__(kind)
     section.__dict__["_place"] = place
     for name, field in fields_of(kind).items():
-        inner = field.metadata["kind"]
-        if inner is not None and (name in values or not place):
-            part = values.get(name)
-            if part is not None or not place:
-                section.__dict__[name] = build(inner, part or {}, f"{place}{name}.")
-                continue
-        if name in values:
-            value = values[name]
-            section.__dict__[name] = tuple(value) if isinstance(value, list) else value
-        elif field.metadata["default"] is not REQUIRED:
-            section.__dict__[name] = default_of(field)
+        if name not in values and not (defaults and field.metadata["default"] is not REQUIRED):
+            continue
+        value, inner = values.get(name, default_of(field)), field.metadata["kind"]
+        if inner is not None and (value is not None or (defaults and not place)):
+            value = build(inner, value or {}, f"{place}{name}.", defaults=defaults)
+        section.__dict__[name] = tuple(value) if isinstance(value, list) else value
     return section
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import deepcopy
 from functools import cache
 from pathlib import PurePosixPath
 from typing import Any
 
 from roughslip.scene.declarations import EVERY_SCENE, Stage, declarations
+from roughslip.scene.types import get, part_of
 
 Scene = dict[str, Any]
 
@@ -17,27 +17,9 @@ _KEY_BY_KEY = ("roughness", "friction", "numerics", "batches")
 _ALWAYS_GIVEN = ("seed", "description", "targets")
 
 
-def get(scene: Scene, key: str) -> Any:
-    """The value under a dotted key, None where there is none."""
-    value: Any = scene
-    for part in key.split("."):
-        if not isinstance(value, dict) or part not in value:
-            return None
-        value = value[part]
-    return value
-
-
 def slice_for(scene: Scene, stage: str) -> Scene:
-    """The part of the scene that a stage reads, nested as in the scene; what the scene does not have is left out."""
-    part: Scene = {}
-    for key in declarations()[stage].keys:
-        if (value := get(scene, key)) is not None:
-            *sections, last = key.split(".")
-            inner = part
-            for section in sections:
-                inner = inner.setdefault(section, {})
-            inner[last] = deepcopy(value)
-    return part
+    """The part of the scene that a stage reads: every key that it declares, with the default of a key not given."""
+    return part_of(scene, declarations()[stage].keys)
 
 
 def stages_needed(scene: Scene) -> set[str]:

@@ -5,7 +5,8 @@ A new section is a module with its dataclass and a field here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -66,9 +67,33 @@ class Scene(Section):
     batches: Batches = group(Batches)
 
 
-def scene_of(values: Mapping[str, Any]) -> Scene:
-    """The scene, or the part of it that a stage reads, from nested dicts; absent optional keys get their defaults."""
-    return build(Scene, values)
+def part_of(scene: Values, keys: Iterable[str]) -> Values:
+    """The part of a scene under some dotted keys, nested as in the scene; absent optional keys have their defaults."""
+    part: Values = {}
+    for key in keys:
+        *sections, last = key.split(".")
+        inner = part
+        for section in sections:
+            inner = inner.setdefault(section, {})
+        inner[last] = deepcopy(get(scene, key))
+    return part
+
+
+def without_nulls(values: Any) -> Any:
+    """Nested dicts without the keys that have no value."""
+    if not isinstance(values, dict):
+        return values
+    return {key: without_nulls(value) for key, value in values.items() if value is not None}
+
+
+def scene_of(values: Values, reads: Iterable[str] | None = None) -> Scene:
+    """The scene as an object, from nested dicts; absent optional keys get their defaults.
+
+    reads : dotted keys that a stage declares; the object then holds these alone
+    """
+    if reads is None:
+        return build(Scene, values)
+    return build(Scene, part_of(values, reads), defaults=False)
 
 
 def get(scene: Values, key: str) -> Any:

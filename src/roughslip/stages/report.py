@@ -11,7 +11,7 @@ from roughslip.errors import StoreError
 from roughslip.report.evidence import BUDGET, MEASURED, Evidence
 from roughslip.report.page import SceneReport, page
 from roughslip.scene.declarations import Stage
-from roughslip.scene.types import Scene, scene_of
+from roughslip.scene.types import Scene, scene_of, without_nulls
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.karhunen_loeve import representation
@@ -113,7 +113,7 @@ def read_scene(folder: Path, captions: dict[str, str]) -> SceneReport:
         surfaces=represented(folder, stages, scene_of(configuration)),
         claims=store.read_json(folder / "claims.json"),
         costs=costs,
-        configuration=json.dumps(configuration, indent=1, sort_keys=True),
+        configuration=json.dumps(without_nulls(configuration), indent=1, sort_keys=True),
     )
 
 

@@ -146,8 +146,8 @@ def present(scene: Scene, keys: Sequence[str]) -> tuple[str, ...]:
         section, _, last = key.rpartition(".")
         inner: Any = scene
         for part in section.split("."):
-            inner = inner.get(part, {})
-        if last in inner:
+            inner = inner.get(part) or {}
+        if inner.get(last) is not None:
             found.append(key)
     return tuple(found)
 

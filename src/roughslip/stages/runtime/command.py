@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from roughslip.errors import RoughslipError, StoreError
 from roughslip.scene.declarations import RANGE, Stage
@@ -23,22 +22,19 @@ class Job:
 
     key : the slice of the scene that the stage reads, and the hash of its code
     arguments : what the command line says
-    usage : the record of cost, written beside the result
+    usage : the record of cost, written next to the result
+    reads : scene keys that the stage declares; None for all
     """
 
     key: Key
     arguments: argparse.Namespace
     usage: Usage
-
-    @property
-    def configuration(self) -> dict[str, Any]:
-        """The stage's slice of the scene."""
-        return self.key.configuration
+    reads: tuple[str, ...] | None = None
 
     @cached_property
     def scene(self) -> Scene:
         """The part of the scene that the stage reads."""
-        return scene_of(self.key.configuration)
+        return scene_of(self.key.configuration, self.reads)
 
 
 def execute(stage: Stage, work: Callable[[Job], None]) -> None:
@@ -64,7 +60,7 @@ def execute(stage: Stage, work: Callable[[Job], None]) -> None:
     try:
         with Usage(arguments.usage, stage.name) as usage:
             key = read_key(arguments.key)
-            work(Job(key, arguments, usage))
+            work(Job(key, arguments, usage, stage.keys))
             if read_key(arguments.key) != key:  # Snakemake would take the result for that of the new key
                 raise StoreError(f"{arguments.key}: scene or code changed while the stage ran; run snakemake again")
             usage.files(

@@ -62,7 +62,7 @@ def test_a_stage_gets_its_slice_and_its_arguments_and_leaves_its_record(run):
     seen = {}
 
     def work(job):
-        seen.update(vars(job.arguments), configuration=job.configuration)
+        seen.update(vars(job.arguments), configuration=job.key.configuration)
         job.usage.count(solves=3)
 
     stage = Stage(

@@ -1,4 +1,4 @@
-"""A working folder with the shipped scenes, and a scene of a test's own in it."""
+"""A working folder with the shipped scenes, and a scene that a test writes into it."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from tests.scene.shipped import CONFIG, SCENES
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A working folder with the shipped scenes in `scenes/`; a test writes its own beside them."""
+    """A working folder with the shipped scenes in `scenes/`; a test adds its own."""
     root = tmp_path_factory.mktemp("work")
     (root / "scenes").mkdir()
     for name in SCENES:
@@ -20,7 +20,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def mine(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    """Loads `mine`, a scene of the given text, with further files beside it; they are gone after the test."""
+    """Load `mine`, a scene of the given text, with further files next to it; all are removed after the test."""
     monkeypatch.chdir(folder)
     written = set()
 

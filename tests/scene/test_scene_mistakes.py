@@ -9,11 +9,8 @@ MISTAKES = {
     # the schema
     "strip: {cell_m: 0}": "strip.cell_m: 0 is not allowed; a number > 0 [m]",
     "material: {poisson_ratio: 0.6}": "material.poisson_ratio: 0.6 is not allowed; a number > -1 and <= 0.5",
-    "material: {young_modulus_pa: 210}": "material.young_modulus_pa: 210 is not allowed; "
-    "a number >= 1000 and <= 1e+13 [Pa]",
     "square: {nodes: 1025}": "square.nodes: 1025 is not allowed; a whole number >= 2 and <= 1024",
     "square: {nodes: 10.0}": "square.nodes: 10.0 is not allowed; a whole number >= 2 and <= 1024",
-    "square: {nodes: true}": "square.nodes: true is not allowed; a whole number >= 2 and <= 1024",
     "square: {penetration_percentile: 100}": "square.penetration_percentile: 100 is not allowed; "
     "a number > 0 and < 100 [%]",
     "square: {latin_hypercube_samples: 3999}": "square.latin_hypercube_samples: 3999 is not allowed; "
@@ -22,30 +19,24 @@ MISTAKES = {
     "oscillator: {mass_kg:}": "oscillator.mass_kg: no value is not allowed; a number > 0 and <= 1000000 [kg]",
     "oscillator: {mass_kg: 1.0e+999}": "oscillator.mass_kg: inf is not allowed; a number > 0 and <= 1000000 [kg]",
     "oscillator: {mass_kg: .nan}": "oscillator.mass_kg: '.nan' is text, not a number; a number > 0 and <= 1000000 [kg]",
-    "oscillator: {mass_kg: [1]}": "oscillator.mass_kg: [1] is not allowed; a number > 0 and <= 1000000 [kg]",
     "oscillator: {mass_kg: 2 kg}": "oscillator.mass_kg: '2 kg' is text, not a number; a number > 0 and <= 1000000 [kg]",
     "oscillator: {stochastic_static_limit: yes}": "oscillator.stochastic_static_limit: 'yes' is not allowed; "
     "true or false",
-    "roughness: {covariance: gauss}": f"roughness.covariance: 'gauss' is not allowed; one of {KINDS}",
-    "strip: {cell_m: 1.0e+999}": "strip.cell_m: inf is not allowed; a number > 0 [m]",
-    "strip: {samples: 7, training_samples: 2}": "strip.samples: 7 is not allowed; a whole number >= 8 and <= 100000",
+    "roughness: {covariance: gauss}": "roughness.covariance: 'gauss' is not allowed; did you mean gaussian? "
+    f"one of {KINDS}",
     "strip: {penetration_percentiles: [0, 50]}": "strip.penetration_percentiles[0]: 0 is not allowed; "
     "a number > 0 and < 100 [%]",
     "ensemble: {damping_ratios: []}": "ensemble.damping_ratios: [] is not allowed; "
     "a list of 1 to 200, of a number >= 0 and <= 10",
-    "ensemble: {damping_ratios: [-0.1, 0.1]}": "ensemble.damping_ratios[0]: -0.1 is not allowed; "
-    "a number >= 0 and <= 10",
-    "targets: [figure2, figure4]": f"targets[1]: 'figure4' is not allowed; one of {FIGURES}",
+    "targets: [figure2, figure4]": f"targets[1]: 'figure4' is not allowed; did you mean figure5? one of {FIGURES}",
     "targets: [figure2, figure2]": "targets: ['figure2', 'figure2'] is not allowed; "
     f"a list of at least 1, each once, of one of {FIGURES}",
     "numerics: 1.0e-8": "numerics: 1e-08 is not allowed; a group of the keys contact_tolerance, oscillator_tolerance",
     r'description: "two\nlines"': r"description: 'two\nlines' is not allowed; text on one line, 1 to 200 characters",
     "description: ''": "description: '' is not allowed; text on one line, 1 to 200 characters",
     "seed: -1": "seed: -1 is not allowed; a whole number >= 0 and <= 4294967295",
-    "friction: {mean_at_median: 0}": "friction.mean_at_median: 0 is not allowed; a number > 0 and <= 10",
     "oscillator: {law: coulomb, static_friction: 0.2}\nfriction: {mean_at_median: 0.3}": "oscillator.static_friction: "
     "0.2 is not allowed; at least friction.mean_at_median = 0.3, or stick holds less than slip",
-    "oscillator: {law: dahl}": "oscillator.law: 'dahl' is not allowed; one of stribeck, coulomb, table",
     "oscillator: {law: table}": "oscillator.friction_table: missing; oscillator.law = table needs it",
     f"oscillator: {{friction_table: {TABLE}}}": "oscillator.friction_table: a group of keys is not allowed "
     "together with oscillator.law = stribeck; only table takes it",
@@ -61,14 +52,10 @@ MISTAKES = {
     "oscillator.friction_follows = slip; only time takes it",
     "oscillator: {excitation_force_n: 1}\nensemble: {count_by_period: true}": "ensemble.count_by_period: true is not "
     "allowed; false where oscillator.excitation_force_n is not 0, because no cycle repeats the last there",
-    f"targets: [figure5]\nfriction: {{statistics: {STATISTICS.replace('2.1', '0')}}}": "friction.statistics.beta_a: "
-    "0 is not allowed; a number > 0 and <= 1000",
     # keys
     "strip: {cel_m: 1.0e-6}": "strip.cel_m: unknown key; did you mean cell_m? allowed: "
     "length_m, margin_m, width_m, cell_m, window_m, window_spacing_m, penetration_percentiles, samples, "
     "training_samples, expansion_spacing_m, expansion_samples",
-    "material: {young_modulus_gpa: 210}": "material.young_modulus_gpa: unknown key; "
-    "did you mean young_modulus_pa? allowed: young_modulus_pa, poisson_ratio, hardness_pa",
     "numerics: {normal_force_n: 1}": "numerics.normal_force_n: unknown key; did you mean oscillator.normal_force_n? "
     "allowed: contact_tolerance, oscillator_tolerance",
     "numerics: {xyz: 1}": "numerics.xyz: unknown key; allowed: contact_tolerance, oscillator_tolerance",
@@ -78,8 +65,6 @@ MISTAKES = {
     ),
     # YAML
     "material: {young_modulus_pa: 1e9}": "material.young_modulus_pa: '1e9' is text, not a number; "
-    "write 1.0e+9, a number >= 1000 and <= 1e+13 [Pa]",
-    "material: {young_modulus_pa: 1.0e9}": "material.young_modulus_pa: '1.0e9' is text, not a number; "
     "write 1.0e+9, a number >= 1000 and <= 1e+13 [Pa]",
     "roughness: {rms_height_m: 5E-8}": "roughness.rms_height_m: '5E-8' is text, not a number; "
     "write 5.0e-8, a number > 0 and <= 0.01 [m]",
@@ -113,8 +98,6 @@ MISTAKES = {
     "at most square.modes = 7, of which best takes 8 or more",
     "expansion: {variables: beste}": "expansion.variables: 'beste' is not allowed; "
     "a whole number >= 1 and <= 100, or best",
-    "expansion: {variables: 101}": "expansion.variables: 101 is not allowed; a whole number >= 1 and <= 100, or best",
-    "expansion: {rotation: raw}": "expansion.rotation: 'raw' is not allowed; one of local, regression, none",
     "expansion: {variables: best, degree: 4, samples: 60000}": "expansion.samples: 60000 is not allowed; "
     "samples times terms, C(best + 4, 4), at most 100000000 (0.8 GB of memory)",
     "expansion: {variables: best, degree: 4, samples: 15}": "expansion.samples: 15 is not allowed; "
@@ -128,10 +111,6 @@ MISTAKES = {
     "expansion: {variables: 8, degree: 3, samples: 700000}\nsquare: {modes: 99}": "expansion.samples: 700000 is not "
     "allowed; samples times terms, C(8 + 3, 3), at most 100000000 (0.8 GB of memory)",
     "strip: {length_m: 2.401e-3, cell_m: 2.5e-6}": "strip.length_m: 0.002401 is not allowed; "
-    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
-    "strip: {width_m: 1.0e-6, cell_m: 2.5e-6}": "strip.width_m: 1e-06 is not allowed; "
-    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
-    "strip: {window_m: 5.99e-4, cell_m: 2.5e-6}": "strip.window_m: 0.000599 is not allowed; "
     "a whole multiple of strip.cell_m = 2.5e-06 [m]",
     "strip: {window_spacing_m: 1.6e-5, cell_m: 2.5e-6}": "strip.window_spacing_m: 1.6e-05 is not allowed; "
     "a whole multiple of strip.cell_m = 2.5e-06 [m]",
@@ -147,8 +126,6 @@ MISTAKES = {
     "at least eight times roughness.correlation_length_m = 0.00031 [m]",
     "strip: {length_m: 2.4e-3, margin_m: 0, width_m: 2.5e-5, cell_m: 1.0e-7}": "strip.cell_m: 1e-07 is not allowed; "
     "at most 4000000 cells on the strip of 0.0024 + 2 x 0 by 2.5e-05 m",
-    "strip: {margin_m: 3.01e-4, cell_m: 2.5e-6}": "strip.margin_m: 0.000301 is not allowed; "
-    "a whole multiple of strip.cell_m = 2.5e-06 [m]",
     "strip: {penetration_percentiles: [10, 50, 50]}": "strip.penetration_percentiles: [10, 50, 50] is not allowed; "
     "strictly increasing percentiles",
     "strip: {penetration_percentiles: [10, 90]}": "strip.penetration_percentiles: [10, 90] is not allowed; "
@@ -159,13 +136,10 @@ MISTAKES = {
     "together with friction.statistics; give one",
     "oscillator: {penetration_percentile: 30}\nensemble: {marginal: empirical}": "oscillator.penetration_percentile: "
     "30 is not allowed together with ensemble.marginal = empirical; 50, where quantiles of the windows are kept",
-    "oscillator: {windows_in_parallel: 0}": "oscillator.windows_in_parallel: 0 is not allowed; a whole number >= 1 "
-    "and <= 1000000",
     "oscillator: {windows_in_parallel: 4}\nensemble: {marginal: empirical}": "oscillator.windows_in_parallel: 4 is not "
     "allowed together with ensemble.marginal = empirical; 1, or beta or paper for the marginal",
     "targets: [figure_field]\nmaterial: {hardness_pa: 1.0e+9}": "targets: ['figure_field'] is not allowed; "
     "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal: leave it out",
-    "material: {hardness_pa: 0}": "material.hardness_pa: 0 is not allowed; a number > 0 and <= 1e+13 [Pa]",
     "targets: [figure2]\nmaterial: {hardness_pa: 1.0e+9}\nexpansion: {target: censored}": "expansion.target: "
     "'censored' is not allowed; trial_pressure, squared_pressure or best where the surface yields, at "
     "material.hardness_pa = 1000000000.0 [Pa]",
@@ -201,32 +175,26 @@ MISTAKES = {
     "square: {modes: 20, variance_share: 0.9}": "square.variance_share: 0.9 is not allowed together with square.modes; "
     "give one",
     "square: {modes: 0, variance_share: 0.9}": "square.modes: 0 is not allowed; a whole number >= 1 and <= 262144",
-    "square: {variance_share: 0}": "square.variance_share: 0 is not allowed; a number > 0 and <= 1",
-    "square: {variance_share: 1.01}": "square.variance_share: 1.01 is not allowed; a number > 0 and <= 1",
     # the two forms of the samples of the expansion
     "expansion: {samples: automatic, cdf_error: 0.01}": "expansion.samples: 'automatic' is not allowed; "
     "a whole number >= 10 and <= 1000000, or auto",
-    "expansion: {samples: 9}": "expansion.samples: 9 is not allowed; a whole number >= 10 and <= 1000000, or auto",
     "ensemble: {nodes_per_correlation_length: auto}": "ensemble.count_error: missing; "
     "ensemble.nodes_per_correlation_length = auto needs it",
     "ensemble: {count_error: 0.01}": "ensemble.count_error: 0.01 is not allowed together with "
     "ensemble.nodes_per_correlation_length = 4; only auto takes it",
-    "ensemble: {process: jacobi}": "ensemble.process: 'jacobi' is not allowed; one of recursion, embedding, spectral",
-    "ensemble: {interpolation: quintic}": "ensemble.interpolation: 'quintic' is not allowed; one of cubic, linear",
     "targets: [figure5]\nensemble: {marginal: empirical}\n"
     f"friction: {{statistics: {STATISTICS}}}": "ensemble.marginal: 'empirical' is not allowed; beta or paper where "
     "friction.statistics replaces the windows",
     "expansion: {samples: auto}": "expansion.cdf_error: missing; expansion.samples = auto needs it",
     "expansion: {cdf_error: 0.01}": "expansion.cdf_error: 0.01 is not allowed together with expansion.samples = 1000; "
     "only auto takes it",
-    "expansion: {samples: auto, cdf_error: 0}": "expansion.cdf_error: 0 is not allowed; a number >= 0.0005 and <= 0.2",
     "expansion: {samples: auto, cdf_error: 0.01, design: latin_hypercube}": "expansion.design: 'latin_hypercube' is "
     "not allowed; sobol or monte_carlo with expansion.samples = auto, to be extended",
     "expansion: {samples: auto, cdf_error: 0.005, draws: 399999}": "expansion.draws: 399999 is not allowed; "
     "at least 10 / expansion.cdf_error^2, or the draws alone err by as much as 0.005",
     "expansion: {samples: auto, cdf_error: 0.01, degree: 7}\nstrip: {training_samples: 100}\n"
-    "square: {latin_hypercube_samples: 8000}": "expansion.samples: 'auto' is not allowed; with more samples than the "
-    "C(8 + 7, 7) terms, at 16 nodes of each, samples times terms exceed 100000000 (0.8 GB of memory): take a lower "
+    "square: {latin_hypercube_samples: 8000}": "expansion.samples: 'auto' is not allowed; samples times terms, "
+    "with more samples than C(8 + 7, 7) and 16 nodes of each, exceed 100000000 (0.8 GB of memory): take a lower "
     "expansion.degree",
     # the two forms of friction
     "friction: {}\nextends: given\ntargets: [figure3]": "friction.mean_at_median: missing; needed for figure3, "
@@ -267,11 +235,8 @@ MISTAKES = {
     "is not allowed; strip.cell_m = 2.5e-06 [m], or less than half of roughness.fractal.shortest_wavelength_m",
     "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301, modes: 20}": "expansion.samples: 1000 "
     "is not allowed; samples times the 90601 nodes of the square at most 90000000 (1.5 GB of memory) for figure_field",
-    "map: {damping_ratios: [0.4, 0.4]}": "map.damping_ratios: [0.4, 0.4] is not allowed; strictly increasing",
     "map: {belt_velocities_m_per_s: [2, 1]}": "map.belt_velocities_m_per_s: [2, 1] is not allowed; strictly increasing",
     "survival: {scatter_factors: [1, 0.5]}": "survival.scatter_factors: [1, 0.5] is not allowed; strictly increasing",
-    "map: {damping_ratios: [0.4]}": "map.damping_ratios: [0.4] is not allowed; a list of 2 to 2, "
-    "of a number >= 0 and <= 10",
     "targets: [figure_map]\noscillator: {excitation_force_n: 1}": "targets: ['figure_map'] is not allowed; figure_map "
     "draws limits of the free oscillator, and oscillator.excitation_force_n is not 0",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",

@@ -29,24 +29,25 @@ class Expansion(Section):
     variables: int | Literal["best"] = integer(
         "Gaussian variables of the expansion at the centre, which has C(variables + degree, degree) terms. The first "
         "eight are local functionals of the heights. Further ones are directions in which the residual still varies "
-        "more than its noise. best is the least of 2, 4, 6, 8, 9, 10 and 12 that predicts left-out surfaces as well "
-        "as any. The strip takes all eight functionals",
+        "more than its noise. With best, it is the least of 2, 4, 6, 8, 9, 10 and 12 that predicts left-out surfaces "
+        "as well as any. The strip takes all eight functionals",
         at_least=1,
         at_most=100,
         or_word=BEST,
     )
     rotation: Rotation = choice(
-        "Origin of the variables: local functionals of the heights; regression puts before them the direction of a "
-        "linear regression on the heights around a node; none takes the raw leading modes, as the paper does",
+        "Origin of the variables. With local, they are local functionals of the heights. With regression, the direction "
+        "of a linear regression on the heights around a node comes first. With none, they are the leading modes, as "
+        "in the paper",
         Rotation,
         default="local",
     )
     degree: int = integer("Total degree of the Hermite polynomials", at_least=1, at_most=10)
     target: Target = choice(
-        "Expanded quantity. trial_pressure is p - gap/B_ii, for meshes as coarse as the correlation length; "
-        "squared_pressure is p^2 continued outside contact, for meshes that resolve it; censored does not use the "
-        "gap, on the square alone. best takes the one that predicts left-out surfaces of the square best; "
-        "on the strip it is squared_pressure, which equals trial_pressure on coarse meshes",
+        "Expanded quantity. The trial_pressure is p - gap/B_ii, for meshes as coarse as the correlation length. The "
+        "squared_pressure is p^2 continued outside contact, for meshes that resolve it. With censored, the gap is not "
+        "used, on the square alone. With best, it is the one that predicts left-out surfaces of the square best. "
+        "The strip then takes squared_pressure, which equals trial_pressure on coarse meshes",
         Target,
     )
     samples: int | Literal["auto"] = integer(

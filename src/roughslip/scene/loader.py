@@ -199,7 +199,8 @@ def _schema_mistakes(values: Values, schema: Values) -> Iterator[tuple[KeyPath, 
         elif isinstance(given, str) and part["type"] in ("integer", "number"):
             yield path, f"{shown(given)} is text, not a number; {_as_number(given, part)}", True
         else:
-            yield path, f"{shown(given)} is not allowed; {describe_allowed(part)}", True
+            guess = _guess(given, part["enum"]) if isinstance(given, str) and "enum" in part else ""
+            yield path, f"{shown(given)} is not allowed; {guess}{describe_allowed(part)}", True
 
 
 def describe_allowed(schema: Values) -> str:
@@ -251,9 +252,13 @@ def _nearest_key(key: str, part: Values, schema: Values) -> str:
 
 
 def _nearest(given: str, known: list[str], heading: str) -> str:
+    return f"{_guess(given, known)}{heading}: {', '.join(known)}"
+
+
+def _guess(given: str, known: list[str]) -> str:
+    """A question for the known word that is nearest, or nothing where none is near."""
     near = difflib.get_close_matches(given[:100], known, n=1)
-    guess = f"did you mean {near[0]}? " if near else ""
-    return f"{guess}{heading}: {', '.join(known)}"
+    return f"did you mean {near[0]}? " if near else ""
 
 
 def _with_floats(value: Any, schema: Values) -> Any:

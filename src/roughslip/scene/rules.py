@@ -86,8 +86,8 @@ _RULES = (
     _Rule(
         ("expansion.samples", *_TERMS),
         lambda n, v, d: n != AUTO or TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
-        f"with more samples than the C({{1}} + {{2}}, {{2}}) terms, at {TRAINING_NODES} nodes of each, samples times "
-        f"terms exceed {_MEMORY}: take a lower expansion.degree",
+        f"samples times terms, with more samples than C({{1}} + {{2}}, {{2}}) and {TRAINING_NODES} nodes of each, "
+        f"exceed {_MEMORY}: take a lower expansion.degree",
     ),
     _Rule(
         ("expansion.draws", "expansion.cdf_error"),

@@ -1,4 +1,4 @@
-"""Strict YAML for scene files, and the lines that tell what is wrong with one."""
+"""Strict YAML for scene files, and the lines that describe its mistakes."""
 
 from __future__ import annotations
 

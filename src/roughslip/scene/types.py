@@ -46,9 +46,9 @@ class Scene(Section):
     targets: tuple[Figure, ...] = many(
         "The figures to make; only the stages that they need run",
         choice(
-            "A figure of the paper, or figure_scan (a scan and surfaces sampled from its models), figure_field "
-            "(statistics of the pressure at every node of the square), or figure_map (probability of stick-slip over "
-            "damping and belt velocity, and lifetimes of stick-slip near its limits)",
+            "A figure of the paper, or one of three others. In figure_scan, a scan is compared with surfaces sampled "
+            "from its models. In figure_field, statistics of the pressure are shown at every node of the square. In "
+            "figure_map, the probability of stick-slip is shown over damping and belt velocity, with its lifetimes",
             Figure,
         ),
         unique=True,

@@ -128,7 +128,7 @@ def _windows(scene: Scene) -> float:
 def _path_nodes(scene: Scene) -> float:
     """Nodes of a friction path that is kept whole; the recursion keeps a few thousand."""
     ensemble, oscillator = scene["ensemble"], scene["oscillator"]
-    if ensemble.get("process", "recursion") == "recursion":
+    if get(scene, "ensemble.process") == "recursion":
         return 1e5
     given = get(scene, "friction.statistics.correlation_length_m")
     length = given if given is not None else 1e-6 + get(scene, "strip.window_m") / 20

@@ -36,9 +36,9 @@ class Expansion(Section):
         or_word=BEST,
     )
     rotation: Rotation = choice(
-        "Origin of the variables. With local, they are local functionals of the heights. With regression, the direction "
-        "of a linear regression on the heights around a node comes first. With none, they are the leading modes, as "
-        "in the paper",
+        "Origin of the variables. With local, they are local functionals of the heights. With regression, the "
+        "direction of a linear regression on the heights around a node comes first. With none, they are the leading "
+        "modes, as in the paper",
         Rotation,
         default="local",
     )

@@ -133,7 +133,7 @@ def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
 
 def work(job: Job) -> None:
     """Write the page."""
-    scenes = [read_scene(folder, job.configuration["captions"]) for folder in job.arguments.scenes]
+    scenes = [read_scene(folder, job.key.configuration["captions"]) for folder in job.arguments.scenes]
     evidence = read_evidence(job.arguments.evidence, job.arguments.drawn)
     store.write_text(job.arguments.output, page(scenes, store.versions(), evidence))
 

@@ -163,7 +163,7 @@ def test_left_out_strips_are_predicted_by_the_others():
         beta = np.linalg.lstsq(root[:, None] * u[kept], root * values[kept, row, level], rcond=None)[0]
         expected = (u @ beta)[~kept]
         np.testing.assert_allclose(found[level, ~kept, row], expected, rtol=0, atol=1e-8 * np.abs(values).max())
-    with pytest.raises(ParameterError, match="two at least"):
+    with pytest.raises(ParameterError, match="at least two"):
         predictions_of_left_out_strips(fit, functionals, values, np.zeros(len(number)))
 
 

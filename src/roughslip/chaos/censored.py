@@ -1,9 +1,9 @@
-"""Censored regression: eq. (8) where all that is known out of contact is that the variable is not positive.
+"""Censored regression: eq. (8), with the variable only known to be not positive out of contact.
 
-    r = theta' psi / h + e / h,  e standard normal;   y = r where r > 0, else r <= 0 is all that is known.
+    r = theta' psi / h + e / h,  e standard normal;   y = r where r > 0, elsewhere only r <= 0 is known.
 
-In the parameters theta = beta / sigma and h = 1 / sigma the log-likelihood is concave: Newton's method finds the one
-maximum of
+In the parameters theta = beta / sigma and h = 1 / sigma the log-likelihood is concave. Newton's method finds its only
+maximum:
 
     log L = sum_contact [log h - (h y - theta' psi)^2 / 2] + sum_out log Phi(-theta' psi)
 
@@ -23,8 +23,8 @@ from roughslip.validation import finite
 
 STEPS = 60
 HALVINGS = 40
-DECREMENT = 1e-16  # of log L that a step still promises: the parameters are within 1e-8 of their standard errors
-LEAST_SCATTER = 1e-7  # of the target in contact: below it the scatter tends to nothing and log L has no maximum
+DECREMENT = 1e-16  # predicted rise of log L: the parameters are then within 1e-8 of their standard errors
+LEAST_SCATTER = 1e-7  # relative to the target in contact; below it the scatter tends to zero and log L has no maximum
 GOLDEN = 0.6180339887498949
 LEAST_UNIFORM = 1e-300
 
@@ -50,14 +50,14 @@ class CensoredFit:
 
 
 def censored_regression(basis: np.ndarray, target: np.ndarray) -> CensoredFit:
-    """Coefficients and scatter of greatest likelihood.
+    """Coefficients and scatter of maximum likelihood.
 
     basis : (K, P) terms at the samples
-    target : (K,) y > 0 in contact, anything else out of it; all in contact is least squares
+    target : (K,) y > 0 in contact, not positive out of contact; with all samples in contact it is least squares
 
-    Raises ParameterError for input that is not finite or does not match; IllPosedError where the samples in contact are
-    not more than the coefficients, where the terms are linearly dependent, or where the samples in contact have no
-    scatter; ConvergenceError with the decrement of the log-likelihood and the steps.
+    Raises ParameterError for input that is not finite or does not match. Raises IllPosedError where the samples in
+    contact are not more than the coefficients or have no scatter, or where the terms are linearly dependent. Raises
+    ConvergenceError with the decrement of the log-likelihood and the steps.
 
     Method: Newton in Olsen's parameters, with steps halved until the likelihood rises.
     """
@@ -123,20 +123,20 @@ def derivatives(rows: np.ndarray, contact: np.ndarray, parameters: np.ndarray) -
 
 
 def expected(fit: CensoredFit, predicted: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """r : (K,), out of contact its mean given that it is not positive, around the prediction : (K,)."""
+    """r : (K,), out of contact its mean given r <= 0, from the predictions : (K,)."""
     z = predicted / fit.scatter
     hazard = np.exp(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - log_ndtr(-z))
     return np.where(target > 0, target, predicted - fit.scatter * hazard)
 
 
 def completed(predicted: np.ndarray, scatter: float, target: np.ndarray) -> np.ndarray:
-    """r : (K,), out of contact a draw from its law given that it is not positive.
+    """r : (K,), out of contact a draw from its distribution given r <= 0.
 
     predicted : (K,) beta' psi
     scatter : sigma
     target : (K,) y
 
-    Neighbours in the prediction have draws spread evenly, by the golden section (Weyl, Math. Ann. 77 (1916) 313).
+    The draws of neighbouring predictions are evenly distributed, by the golden ratio (Weyl, Math. Ann. 77 (1916) 313).
     """
     rank = np.empty(len(predicted))
     rank[np.argsort(predicted, kind="stable")] = np.arange(len(predicted))
@@ -147,7 +147,7 @@ def completed(predicted: np.ndarray, scatter: float, target: np.ndarray) -> np.n
 
 
 def _start(rows: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Least squares with zero out of contact."""
+    """Initial parameters: least squares with zero out of contact."""
     basis, y = rows[:, :-1], -rows[:, -1]
     beta, _, rank, _ = np.linalg.lstsq(basis, y, rcond=None)
     if rank < basis.shape[1]:

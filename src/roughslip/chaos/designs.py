@@ -1,4 +1,4 @@
-"""Where to sample the Gaussian variables xi: Monte Carlo, Latin hypercube and Sobol designs."""
+"""Samples of the Gaussian variables xi: Monte Carlo, Latin hypercube and Sobol designs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def latin_hypercube(generator: np.random.Generator, samples: int, variables: int
     """
     _check(samples, variables)
     strata = np.stack([generator.permutation(samples) for _ in range(variables)], axis=1)
-    # Held off the ends of its stratum by a rounding error, or it could round into the next one, the last to infinity.
+    # Kept away from the ends of its stratum by a rounding error, or it could round into the next one or to infinity.
     margin = samples * np.finfo(np.float64).eps
     place = np.clip(generator.random((samples, variables)), margin, 1.0 - margin)
     return ndtri((strata + place) / samples)
@@ -37,16 +37,16 @@ def latin_hypercube(generator: np.random.Generator, samples: int, variables: int
 def sobol_places(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
     """The first places of a scrambled Sobol sequence, in its order.
 
-    generator : in the same state it gives the same sequence, whatever its length
-    samples : from 1 to 2^30; a power of two is best, as then every variable has one sample in each of as many strata
+    generator : the same state gives the same sequence for every length
+    samples : from 1 to 2^30; with a power of two every variable has one sample in each of as many strata
     variables : from 1 to MOST_SOBOL_VARIABLES
 
-    Returns places : (samples, variables) in (0, 1), each by itself uniform. Raises ParameterError.
+    Returns places : (samples, variables) in (0, 1), each uniform. Raises ParameterError.
 
-    Method: I. M. Sobol', USSR Comput. Math. Math. Phys. 7 (1967) 86; scrambled after Owen by random linear maps of the
+    Method: I. M. Sobol', USSR Comput. Math. Math. Phys. 7 (1967) 86; Owen scrambling by random linear maps of the
     digits and a digital shift, Matousek, J. Complexity 14 (1998) 527.
     """
-    from scipy.stats import qmc  # a second of import, which the stages that draw nothing need not wait for
+    from scipy.stats import qmc  # its import takes a second, and few stages draw
 
     _check(samples, variables)
     if variables > MOST_SOBOL_VARIABLES:
@@ -66,8 +66,8 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
     generator, samples, variables : as of `sobol_places`
 
     Returns xi : (samples, variables) [-]. The first 2^m rows are those of the design with 2^m samples. Within each
-    doubling the rows come in random order: in that of the sequence every so-many-th row would lie in one corner, and
-    groups of rows taken in turn must be alike. Raises ParameterError.
+    doubling the rows are in random order. In the order of the sequence every n-th row would lie in one corner, but
+    groups of every n-th row must be alike. Raises ParameterError.
     """
     doublings = (whole_at_least("number of samples", samples, 1) - 1).bit_length()
     places = sobol_places(generator, 2**doublings, variables)
@@ -79,9 +79,9 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
 def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarray:
     """xi : (samples, variables) [-] of a kind: "monte_carlo", "latin_hypercube" or "sobol".
 
-    seed : the same for every number of samples; all but the Latin hypercube then begin with the same samples
+    seed : with one seed, Monte Carlo and Sobol designs of any length begin with the same samples
 
-    Raises ParameterError as these do, and for another kind.
+    Raises ParameterError as these functions, and for another kind.
     """
     generator = np.random.default_rng(seed)
     match kind:

@@ -1,7 +1,7 @@
 """Empirical distributions of the pressure given contact, with their sampling error.
 
-An infinite pressure, which the exponential of a poor fit of eq. (9) can give, is larger than every level and counts
-as such; NaN is refused.
+An infinite pressure, which the exponential of a poor fit of eq. (9) can give, is larger than every level. NaN is
+refused.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ def cumulative_given_contact(pressure: np.ndarray, levels: np.ndarray) -> np.nda
     pressure : (...) [Pa] samples, zero out of contact
     levels : (n,) [Pa]
 
-    Returns F : (n,) [-] share of the positive pressures that are at most each level. Raises ParameterError for NaN,
-    IllPosedError where nothing is in contact.
+    Returns F : (n,) [-] share of the positive pressures up to each level. Raises ParameterError for NaN, IllPosedError
+    where no sample is in contact.
     """
     positive = _ascending(pressure[pressure > 0], of=pressure)
     return np.searchsorted(positive, levels, side="right") / len(positive)
 
 
 def quantile_levels(pressure: np.ndarray, lowest: float = 1e-4, count: int = 120) -> np.ndarray:
-    """Levels at which to draw a distribution, dense in both of its tails.
+    """Levels for the plot of a distribution, dense in both tails.
 
     pressure : (...) [Pa] samples, zero out of contact
     lowest : [-] smallest probability, below 1/2; the largest is 1 - lowest
     count : number of probabilities from `lowest` to 1/2
 
     Returns levels : (2 count - 1,) [Pa] ascending quantiles of the positive pressures, fewer where some are equal.
-    Raises as cumulative_given_contact, and ParameterError for an infinite pressure.
+    Raises as cumulative_given_contact, and ParameterError for infinite pressures.
     """
     if np.isinf(pressure).any():
         raise ParameterError("quantiles need finite pressures")
@@ -63,7 +63,7 @@ def quantile_levels(pressure: np.ndarray, lowest: float = 1e-4, count: int = 120
 
 
 def kolmogorov_distance(first: np.ndarray, second: np.ndarray) -> float:
-    """sup |F1 - F2| of two samples; equal values, such as the atom at zero pressure, are counted in one step.
+    """Kolmogorov distance sup |F1 - F2| of two samples; equal values, such as zero pressures, form one step.
 
     first, second : (n1,), (n2,)
 
@@ -76,9 +76,11 @@ def kolmogorov_distance(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def _ascending(values: np.ndarray, of: np.ndarray) -> np.ndarray:
-    """The values in order, after a check of all the samples that they are chosen of."""
+    """The values in ascending order, after a check of all samples `of` which they were selected."""
     if np.isnan(of).any():
         raise ParameterError("pressures must not be NaN")
     if values.size == 0:
-        raise IllPosedError("no sample is in contact: there is no distribution given contact; penetrate deeper")
+        raise IllPosedError(
+            "no sample is in contact: there is no distribution given contact; take a deeper penetration"
+        )
     return np.sort(values, axis=None)

@@ -1,15 +1,15 @@
-"""As many contact solves as the distribution asked for takes: samples are added until its estimated error is small.
+"""Number of contact solves: surfaces are added until the estimated error of the distribution is small enough.
 
-The error is that of the whole distribution, sup |F_expansion(p) - F(p)| over p >= 0, the probability of contact
-included at p = 0. Two parts are estimated from the training surfaces alone, each at its 95 % quantile over the scatter
-of these surfaces:
+The error is that of the whole distribution, sup |F_expansion(p) - F(p)| over p >= 0; p = 0 gives the probability of
+contact. Two parts are estimated from the training surfaces, each as a 95 % quantile over the scatter of the surfaces:
 
-    scatter   sup |sum_g v_g d_g(p)| with v_g normal and d_g what leaving out group g of the surfaces does to F
-    bias      how far sup |C(p)| exceeds the same quantile of its noise,
-              C(p) = mean over surfaces of [indicator(pressure <= p) - P(pressure <= p)],
+    scatter   sup |sum_g v_g d_g(p)|, with v_g normal and d_g the change of F when group g of the surfaces is left out
+    bias      sup |C(p)| minus the same quantile of its noise, where it is positive
 
-the probability predicted from the other surfaces. C estimates F - F_expansion at the same surfaces, so that what their
-heights explain cancels; it sees a target or variables that do not serve, which the scatter does not.
+    C(p) = mean over surfaces of [indicator(pressure <= p) - P(pressure <= p)],
+
+with the probability P predicted from the other surfaces. C estimates F - F_expansion at the same surfaces, so the part
+that their heights explain cancels. The bias detects an unsuitable target or unsuitable variables; the scatter does not.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ import numpy as np
 
 from roughslip.chaos.designs import sobol
 from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.local import GROUPS, LocalExpansion, Samples, jackknife_deviations
+from roughslip.chaos.local import GROUPS, LocalExpansion, Member, Samples, jackknife_deviations
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
 from roughslip.validation import whole_at_least
 
-QUANTILE = 0.95  # of the error over the scatter of the training surfaces: what is asked holds in as many studies
-DRAWS = 2**13  # of the variables; the same for every group, and each with the whole law of its scatter
+QUANTILE = 0.95  # of the error over the scatter of the training surfaces
+DRAWS = 2**13  # of the variables, the same for every group; the scatter is integrated
 LEVELS = 100  # pressures, quantiles given contact
 REPLICATES = 1000
 
@@ -35,8 +35,8 @@ REPLICATES = 1000
 class DistributionError:
     """Estimated Kolmogorov error of an expansion's distribution.
 
-    scatter : [-] of its training surfaces
-    bias : [-] beyond the noise with which it is seen
+    scatter : [-] due to the scatter of its training surfaces
+    bias : [-] systematic part, above the noise of its estimate
     """
 
     scatter: float
@@ -44,16 +44,16 @@ class DistributionError:
 
     @property
     def total(self) -> float:
-        """Their sum."""
+        """Sum of both parts [-]."""
         return self.scatter + self.bias
 
 
 @dataclass(frozen=True)
 class Enriched:
-    """An expansion whose distribution is as good as asked.
+    """An expansion whose distribution has at most the requested error.
 
-    expansion, samples : the last fit, and all that it was fitted to
-    error : its estimate
+    expansion, samples : the last fit and its samples
+    error : its estimated error
     history : number of surfaces and estimated error at every step; NaN where no expansion could be fitted
     """
 
@@ -66,8 +66,8 @@ class Enriched:
 def cdf_error(expansion: LocalExpansion, samples: Samples, generator: np.random.Generator) -> DistributionError:
     """Estimate sup |F_expansion - F| from the surfaces that the expansion was fitted to.
 
-    expansion : as fit_local gives it for these samples
-    samples : the surfaces; the bias is read off at their central nodes, whose distance2 is zero
+    expansion : result of fit_local for these samples
+    samples : the surfaces; the bias is estimated at their central nodes, whose distance2 is zero
 
     Method: delete-a-group jackknife (Kott, J. Off. Stat. 17 (2001) 521) with normal multipliers for the supremum
     (Kline and Santos, J. Econom. Methods 1 (2012) 23).
@@ -75,7 +75,7 @@ def cdf_error(expansion: LocalExpansion, samples: Samples, generator: np.random.
     basis = hermite_basis(sobol(generator, DRAWS, expansion.indices.shape[1]), expansion.indices)
     contact = samples.pressure[samples.pressure > 0]
     levels = np.concatenate([[0.0], np.quantile(contact, (np.arange(LEVELS) + 0.5) / LEVELS)])
-    curves = [cumulative(expansion, 1 + group, basis, levels) for group in range(GROUPS)]
+    curves = [cumulative(expansion, member, basis, levels) for member in expansion.without]
     multipliers = generator.standard_normal((REPLICATES, GROUPS))
     scatter = _largest(multipliers, jackknife_deviations(np.stack(curves)))
     seen = miscalibration(expansion, samples, levels)
@@ -84,36 +84,36 @@ def cdf_error(expansion: LocalExpansion, samples: Samples, generator: np.random.
     return DistributionError(scatter, max(0.0, float(np.max(np.abs(mean))) - noise))
 
 
-def cumulative(expansion: LocalExpansion, member: int, basis: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Distribution of the pressure in the mean over given variables.
+def cumulative(expansion: LocalExpansion, member: Member, basis: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    """Distribution of the pressure, as a mean over given variables.
 
-    member : 0 for the fit, 1 + group for that without a group
+    member : a fit of the expansion, to all surfaces or without a group
     basis : (n, P) terms at the variables
     levels : (m,) [Pa] not negative
 
     Returns F : (m,) [-].
     """
-    predicted = basis @ expansion.coefficients[member]
+    predicted = basis @ member.coefficients
     near = predicted[predicted > expansion.lowest]
-    targets = expansion.target.values(levels / expansion.balance[member], np.zeros_like(levels))
-    below = expansion.scatters[member].cumulative(near, targets).sum(axis=0)
+    targets = expansion.target.values(levels / member.balance, np.zeros_like(levels))
+    below = member.scatter.cumulative(near, targets).sum(axis=0)
     return (below + len(predicted) - len(near)) / len(predicted)
 
 
 def miscalibration(expansion: LocalExpansion, samples: Samples, levels: np.ndarray) -> np.ndarray:
-    """Seen less predicted share of pressures up to each level, of each group of surfaces from the others.
+    """Observed minus predicted share of pressures up to each level, for each group of surfaces.
 
     levels : (n,) [Pa] not negative, ascending
 
-    Returns C : (GROUPS, n) [-]. The groups are those of fit_local.
+    Returns C : (GROUPS, n) [-]. The groups are those of fit_local; each is predicted from the others.
     """
     central = np.abs(samples.distance2) < 1e-9
     group = samples.group
     found = np.empty((GROUPS, len(levels)))
-    for number in range(GROUPS):
+    for number, member in enumerate(expansion.without):
         pressure = np.sort(samples.pressure[group == number][:, central], axis=None)
         variables = samples.variables[group == number][:, central].reshape(-1, expansion.indices.shape[1])
-        predicted = cumulative(expansion, 1 + number, hermite_basis(variables, expansion.indices), levels)
+        predicted = cumulative(expansion, member, hermite_basis(variables, expansion.indices), levels)
         found[number] = np.searchsorted(pressure, levels, side="right") / len(pressure) - predicted
     return found
 
@@ -127,15 +127,16 @@ def enrich(
     most: int,
     seed: list[int],
 ) -> Enriched:
-    """Double the number of solved surfaces until the estimated error of the distribution is at most the one asked for.
+    """Double the number of solved surfaces until the estimated error of the distribution is small enough.
 
-    solve : the surfaces [first, last) of a design that can be extended
-    fit : an expansion of surfaces, and these in its variables; where it is ill-posed, they are too few
-    asked : [-] Kolmogorov error, in (0, 1)
-    least, most : numbers of surfaces to begin with, and never to exceed
+    solve : returns the surfaces [first, last) of a design that can be extended
+    fit : returns the expansion of given surfaces, and these in its variables; IllPosedError asks for more surfaces
+    asked : [-] largest Kolmogorov error, in (0, 1)
+    least, most : first and largest number of surfaces
+    seed : of the draws that estimate the error
 
-    No surface is solved twice, and none beyond the first number that serves. Raises ParameterError for numbers out of
-    range, ConvergenceError where `most` surfaces do not serve.
+    No surface is solved twice. Raises ParameterError for numbers out of range, ConvergenceError where `most` surfaces
+    do not reach the error.
     """
     if not 0 < real("error asked for", asked) < 1:
         raise ParameterError(f"the error asked for must lie between 0 and 1, not {asked}")
@@ -159,8 +160,8 @@ def enrich(
         if 2 * count > most:
             raise ConvergenceError(
                 f"{count} surfaces do not give the distribution to within {asked:g}: {reason}. More than {most} are "
-                "not solved: ask for less, or take fewer variables or a lower degree against scatter, more variables, "
-                "a higher degree or the other target against bias",
+                "not solved: ask for a larger error; against scatter take fewer variables or a lower degree, against "
+                "bias more variables, a higher degree or the other target",
                 residual=history[-1][1],
                 work=count,
             )

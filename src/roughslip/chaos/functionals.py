@@ -1,8 +1,8 @@
 """Linear functionals of the heights around a node, the Gaussian variables in which the pressure there is expanded.
 
-A Karhunen-Loeve expansion orders its modes by their share of the variance of the whole mesh; the pressure at a node
-depends on what the surface does around that node. Height, slopes, curvatures and two local means are linear in the
-heights, so they are jointly Gaussian, and eight of them say more about the pressure than the eight leading modes.
+A Karhunen-Loeve expansion orders its modes by their share of the variance of the whole mesh, but the pressure at a node
+depends on the surface around that node. Height, slopes, curvatures and two local means are linear in the heights and
+therefore jointly Gaussian. These eight explain more of the pressure than the eight leading modes.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from roughslip.validation import finite, whole_at_least
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
 
-# Which of them change sign (1) where the surface is mirrored along x and where it is mirrored along y, a row each.
+# Whether each functional changes sign (1) in a mirror image along x and along y, one row per functional.
 MIRRORED = np.array([[0, 0], [1, 0], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0], [0, 0]])
-NO_SYMMETRY = MIRRORED[:, :0]  # where none is known
-HALF_TURN = (-1.0) ** MIRRORED.sum(axis=1)  # factor of each where the surface is turned by half a turn: mirrored twice
+NO_SYMMETRY = MIRRORED[:, :0]  # without a known symmetry
+HALF_TURN = (-1.0) ** MIRRORED.sum(axis=1)  # factor of each under half a turn, which is two mirror images
 
-INDEPENDENT = 1e-6  # share of a functional, by standard deviation, that those before it must leave unexplained
+INDEPENDENT = 1e-6  # least share of the standard deviation of a functional that is independent of those before it
 
 
 @dataclass(frozen=True)
 class Stencil:
-    """Boxes over which the near and the far mean of the heights run.
+    """Boxes of the near and the far mean of the heights.
 
     near, far : half widths along x and y [nodes]; a half width of 1 is a box of 3 nodes
 
@@ -48,9 +48,9 @@ def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     heights : (..., nx, ny) [m] or any other unit
     stencil : boxes of the local means
 
-    Returns functionals : (8, ..., nx, ny) [m]. Differences are central, at the border one-sided, and zero along an axis
-    of too few nodes (1 for slopes, 2 for curvatures); boxes are cut at the border. Raises ParameterError for heights
-    that are not finite.
+    Returns functionals : (8, ..., nx, ny) [m]. Differences are central, one-sided at the border, and zero along an axis
+    with too few nodes (1 for slopes, 2 for curvatures). Boxes end at the border. Raises ParameterError for heights that
+    are not finite.
     """
     heights = finite("heights", heights)
     slope_x, slope_y = _difference(heights, -2), _difference(heights, -1)
@@ -75,7 +75,7 @@ def _difference(field: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _second_difference(field: np.ndarray, axis: int) -> np.ndarray:
-    """At the border that of the node beside it: exact for quadratics there too."""
+    """Second difference; the border takes that of its neighbour, which is exact for quadratics."""
     along = np.moveaxis(field, axis, -1)
     second = np.zeros_like(along)
     if along.shape[-1] >= 3:
@@ -85,7 +85,7 @@ def _second_difference(field: np.ndarray, axis: int) -> np.ndarray:
 
 
 def _box_mean(field: np.ndarray, half_widths: tuple[int, int]) -> np.ndarray:
-    """Means over boxes, one axis after the other, each from differences of a running sum."""
+    """Means over boxes, along one axis and then the other, from differences of cumulative sums."""
     for axis, half in zip((-2, -1), half_widths, strict=True):
         along = np.moveaxis(field, axis, -1)
         n = along.shape[-1]
@@ -99,12 +99,12 @@ def _box_mean(field: np.ndarray, half_widths: tuple[int, int]) -> np.ndarray:
 def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
     """Orthonormal rows that span the leading independent candidates.
 
-    candidates : (n, M) functionals of M independent standard normals, a row each, the most important first
+    candidates : (n, M) functionals of M independent standard normals, one per row, the most important first
     count : number of directions, at least 1
 
-    Returns directions : (count, M): variables directions @ xi are independent standard normals again. A candidate that
-    depends on those before it is passed over. Raises ParameterError for candidates that are not finite; IllPosedError
-    where fewer than `count` are independent.
+    Returns directions : (count, M); the variables directions @ xi are independent standard normals. A candidate that
+    depends on those before it is skipped. Raises ParameterError for candidates that are not finite, IllPosedError where
+    fewer than `count` are independent.
 
     Method: Gram-Schmidt with reorthogonalisation; twice is enough (Parlett, The Symmetric Eigenvalue Problem, 1980).
     """
@@ -126,23 +126,25 @@ def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
 
 
 def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
-    """Matrix that turns the functionals into variables of unit covariance.
+    """Matrix that transforms the functionals into variables of unit covariance.
 
     samples : (K, n) [m] functionals at K nodes, of mean zero by construction
-    odd : (n, symmetries) 1 for a functional that changes sign under a symmetry of the surfaces, else 0; those that
-        differ in it are uncorrelated, whatever the samples say
+    odd : (n, symmetries) 1 for a functional that changes sign under a symmetry of the surfaces, else 0. Functionals
+        that differ in it are uncorrelated, and their sample correlation is ignored.
 
-    Returns whiten : (n, n) [1/m] lower triangular, so that the columns of samples @ whiten.T have second moments 1 and
-    none mixed but between those that differ in sign. Raises ParameterError for samples that are not finite;
+    Returns whiten : (n, n) [1/m], lower triangular. The columns of samples @ whiten.T have unit second moments and no
+    mixed ones, except between functionals that differ in `odd`. Raises ParameterError for samples that are not finite,
     IllPosedError where a functional vanishes or depends on those before it.
 
-    Method: inverse of the Cholesky factor of the correlation matrix, whose diagonal is what each has of its own.
+    Method: inverse of the Cholesky factor of the correlation matrix; its diagonal is the independent part of each.
     """
     samples = finite("samples of the functionals", samples, 2)
     covariance = samples.T @ samples / len(samples) * np.all(odd[:, None] == odd, axis=2)
     scale = np.sqrt(np.diag(covariance))
     if not np.all(scale > 0):
-        raise IllPosedError("a local functional vanishes on every sample: the strip is too narrow: use a wider one")
+        raise IllPosedError(
+            "a local functional vanishes on every sample, because the strip is too narrow: use a wider one"
+        )
     try:
         factor = scipy.linalg.cholesky(covariance / np.outer(scale, scale), lower=True)
     except np.linalg.LinAlgError:

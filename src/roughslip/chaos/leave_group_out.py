@@ -1,9 +1,9 @@
-"""What a linear fit would be without one or two groups of its samples, from sums over the groups.
+"""Linear fits without one or two groups of their samples, from sums over the groups.
 
-Samples of one group (nodes of the same surfaces) depend on each other and are left out together. Without one group h
-the fit predicts the samples of h as fresh ones. For the error of what is read off such predictions they are made again
-without another group g, from fits that have seen neither g nor h. Were they kept, the law of the target given its
-prediction would not follow the fit without g, and could not take back what changed in it: the error came out twice.
+Samples of one group (nodes of the same surfaces) are dependent and are left out together. The fit without group h
+predicts the samples of h as new ones. For jackknife errors of results that use such predictions, the predictions are
+repeated without another group g, from fits that have seen neither g nor h. If the first predictions were kept, the
+distribution of the target given its prediction would not follow the fit without g, and errors would come out doubled.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from roughslip.errors import IllPosedError
 
 
 def numbered(rows: np.ndarray) -> np.ndarray:
-    """(K,) number of each of the rows : (K, ...), 0, 1, ... as they first come; rows that are equal share it."""
+    """Number : (K,) of each of the rows : (K, ...), in order of first appearance; equal rows have the same number."""
     first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
     return np.argsort(np.argsort(first))[number.ravel()]
 
 
 def without_one(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Solutions of normal equations of all groups and without each.
+    """Solutions of normal equations with all groups, and without each group.
 
-    matrices : (G, P, P) each group's share of the matrix, symmetric
-    sides : (G, P) its share of the right-hand side
+    matrices : (G, P, P) contribution of each group to the matrix, symmetric
+    sides : (G, P) contribution of each group to the right-hand side
 
-    Returns c : (1 + G, P); c[0] of all groups, c[g] without group g - 1. Raises IllPosedError where a matrix is not
+    Returns c : (1 + G, P); c[0] with all groups, c[g] without group g - 1. Raises IllPosedError where a matrix is not
     positive definite.
     """
     matrix, side = matrices.sum(axis=0), sides.sum(axis=0)
@@ -35,10 +35,12 @@ def without_one(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
 
 
 def without_two(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Solutions of normal equations without each pair of groups, from what `without_one` takes.
+    """Solutions of normal equations without each pair of groups.
 
-    Returns c : (1 + G, 1 + G, P), symmetric: c[0] and c[:, 0] as `without_one` has them, c[g, g] without group g - 1,
-    and c[g, h] without g - 1 and h - 1. Raises as `without_one` does.
+    matrices, sides : as in `without_one`
+
+    Returns c : (1 + G, 1 + G, P), symmetric. c[0] and c[:, 0] are the result of `without_one`, c[g, g] is without group
+    g - 1, and c[g, h] without groups g - 1 and h - 1. Raises as `without_one`.
     """
     groups, terms = sides.shape
     found = np.empty((1 + groups, 1 + groups, terms))
@@ -68,7 +70,7 @@ def _solved(matrix: np.ndarray, side: np.ndarray) -> np.ndarray:
 def group_sums(
     rows: np.ndarray, weights: np.ndarray, values: np.ndarray, group: np.ndarray, groups: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Each group's share of rows' W rows : (G, P, P) and of rows' values : (G, P).
+    """Contributions of each group to rows' W rows : (G, P, P) and to rows' values : (G, P).
 
     rows : (K, P); weights, values : (K,); group : (K,) numbers below `groups`
     """
@@ -78,12 +80,12 @@ def group_sums(
 
 
 def left_out_predictions(rows: np.ndarray, coefficients: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Each sample from the other groups.
+    """Predictions of each sample from the other groups.
 
     rows : (K, P) terms at the samples
-    coefficients : (..., 1 + G, P) as `without_one` or `without_two` gives them
+    coefficients : (..., 1 + G, P) result of `without_one` or `without_two`
 
-    Returns s : (..., K) without the sample's own group; of `without_two`, s[g] without group g - 1 as well.
+    Returns s : (..., K) without the group of the sample; from `without_two`, s[g] is also without group g - 1.
     """
     found = np.empty((*coefficients.shape[:-2], len(rows)))
     for h in range(coefficients.shape[-2] - 1):

@@ -1,15 +1,18 @@
 """The pressure at the centre as an expansion in local variables, trained at several nodes of every solved surface.
 
-What a surface does around a node gives the pressure there in nearly the same way at all nodes near the centre, so one
-contact solve yields a sample at each of them. The variables are local functionals of the heights, orthonormal at every
-node by itself, so that they are standard normal at each. How the response drifts with the distance d from the centre of
-the mesh (a border is nearer, the elastic half-space less depressed) is a term in d^2, by symmetry the lowest; terms
-that change sign where the surface is mirrored are left out, as nodes are trained together with their mirror images:
+Near the centre the surface around a node determines the pressure there in nearly the same way at every node. One
+contact solve therefore gives a sample at each of these nodes. The variables are local functionals of the heights. They
+are orthonormal at every node, hence standard normal there. The expansion is
 
-    target = sum_a c_a psi_a(u) + b (d^2 - d_centre^2) + scatter (see `scatter`),   pressure from target^+.
+    target = sum_a c_a psi_a(u) + b (d^2 - d_centre^2) + scatter,   pressure = pressure(target^+),
 
-The samples of one surface depend on each other, so errors are found by leaving out whole groups of surfaces: a
-cross-validated prediction for the scatter, and a jackknife for everything that is read off the distribution.
+with d the distance of the node from the centre of the mesh. The term in d^2 describes the drift of the response with
+that distance: the border is nearer, and the half-space is less depressed. By symmetry it is the lowest such term. Terms
+that change sign in a mirror image are left out, because nodes are trained together with their mirror images. The
+scatter is described in `residual_distribution`.
+
+The samples of one surface are dependent. Errors are therefore found by leaving out whole groups of surfaces: by
+cross-validated predictions for the scatter, and by a jackknife for all results of the distribution.
 """
 
 from __future__ import annotations
@@ -32,19 +35,20 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.validation import finite
 
 GROUPS = 20  # of surfaces, left out in turn
-REACH = 1.5  # times the mean target in contact: predictions further below than this are out of contact for certain,
-# unless a sample in contact was predicted further below still
+REACH = 1.5  # times the mean target in contact; predictions further below zero are out of contact, unless a sample in
+# contact was predicted even lower
 SCORED = 32  # quantiles by which a predicted distribution is scored
+UNIFORM = (np.arange(SCORED) + 0.5) / SCORED
 BLOCK = 20_000  # draws evaluated at a time
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Solved surfaces, each seen at some nodes around the centre.
+    """Solved surfaces, each at some nodes around the centre.
 
     variables : (K, nodes, v) [-] orthonormal local functionals
-    distance2 : (nodes,) [-] squared distance of each node from the centre of the mesh, less that of the centre node
-    pressure, gap : (K, nodes) [Pa], [m] the gap less than zero where the surface yields, by the plastic displacement
+    distance2 : (nodes,) [-] squared distance of each node from the centre of the mesh, minus that of the centre node
+    pressure, gap : (K, nodes) [Pa], [m]; where the surface yields, the gap is minus the plastic displacement
     odd : (v, symmetries) 1 for a variable that changes sign under a symmetry of surfaces and nodes together, else 0
 
     Raises ParameterError for shapes that do not match or numbers that are not finite.
@@ -69,30 +73,47 @@ class Samples:
 
     @property
     def group(self) -> np.ndarray:
-        """(K,) number below GROUPS of each surface, in turn; copies share it, as none may predict another."""
+        """Group number : (K,) of each surface, below GROUPS; copies of a surface share it, so as not to be predicted
+        from each other."""
         return numbered(self.variables.reshape(len(self.variables), -1)) % GROUPS
 
 
 @dataclass(frozen=True)
+class Member:
+    """One fit of the expansion, to all surfaces or to all but one group.
+
+    coefficients : (P,) in the unit of the target
+    scatter : distribution of the target given its prediction
+    balance : [-] factor of the drawn pressures: mean solved pressure over mean predicted pressure of the same samples
+    """
+
+    coefficients: np.ndarray
+    scatter: ResidualScatter
+    balance: float
+
+    def draw(self, predicted: np.ndarray, uniform: np.ndarray, target: PressureTarget) -> np.ndarray:
+        """Pressures : (...) [Pa] at the quantiles uniform : (...) in [0, 1), given the predicted target : (...)."""
+        return self.balance * target.pressure(self.scatter.draw(predicted, uniform))
+
+
+@dataclass(frozen=True)
 class LocalExpansion:
-    """An expansion with its scatter, and the same with each group of surfaces left out.
+    """An expansion with its scatter, and the same without each group of surfaces.
 
     indices : (P, v) exponents
-    coefficients : (1 + groups, P) in the unit of the target; row 0 is the fit to all surfaces
-    scatters : 1 + groups laws of the target given its prediction
-    balance : (1 + groups,) [-] factor of the pressures that are drawn: what was solved over what is expected of it
+    whole : the fit to all surfaces
+    without : for each group of surfaces, the fit to the others
     lowest : [target] predictions below are out of contact
     target : how the target gives the pressure
-    fit : quality of the regression; its leave-one-out counts samples of a surface as if they were independent
-    cross_validated : share of the weighted variance of the target that predictions of left-out surfaces miss
-    scores : (groups,) [-] of each left-out group its share of `score`
-    residual : (K, nodes) weighted targets less their predictions from the other groups, 0 below `lowest`
+    fit : quality of the regression; its leave-one-out error treats the nodes of a surface as independent
+    cross_validated : [-] share of the weighted variance of the target that predictions of left-out surfaces miss
+    scores : (groups,) [-] contribution of each left-out group to `score`
+    residual : (K, nodes) weighted targets minus their predictions from the other groups, 0 below `lowest`
     """
 
     indices: np.ndarray
-    coefficients: np.ndarray
-    scatters: tuple[ResidualScatter, ...]
-    balance: np.ndarray
+    whole: Member
+    without: tuple[Member, ...]
     lowest: float
     target: PressureTarget
     fit: Fit
@@ -108,37 +129,37 @@ class LocalExpansion:
     @property
     def groups(self) -> int:
         """Number of groups of surfaces that were left out in turn."""
-        return len(self.coefficients) - 1
+        return len(self.without)
 
     def mean_pressure_at(self, variables: np.ndarray) -> np.ndarray:
         """p : (n,) [Pa] at variables : (n, v), of the target without its scatter."""
-        predicted = hermite_basis(variables, self.indices) @ self.coefficients[0]
-        return self.target.pressure(self.scatters[0].centre(predicted))
+        predicted = hermite_basis(variables, self.indices) @ self.whole.coefficients
+        return self.target.pressure(self.whole.scatter.centre(predicted))
 
     def draw(self, generator: np.random.Generator, count: int, *, left_out: bool = False) -> np.ndarray:
-        """Pressures of random surfaces, which together are spread evenly: not independent.
+        """Pressures of random surfaces. They are evenly distributed together, and not independent of each other.
 
-        Returns p : (count,) [Pa], or with `left_out` (1 + groups, count): the same draws for every group left out.
+        Returns p : (count,) [Pa], or with `left_out` (1 + groups, count): the fit to all surfaces and then the fits
+        without each group, from the same random numbers.
 
         Method: a scrambled Sobol sequence of the variables and the scatter. Measured with 8 variables, 400 000 draws
-        and 5 % contact: their mean has a standard error of 0.06 %, of independent draws 1.1 %.
+        and 5 % contact: the mean has a standard error of 0.06 %, with independent draws 1.1 %.
         """
         places = sobol_places(generator, count, 1 + self.indices.shape[1])
-        members = range(1 + self.groups) if left_out else range(1)
+        members = (self.whole, *self.without) if left_out else (self.whole,)
         pressure = np.zeros((len(members), count))
         for first in range(0, count, BLOCK):
             block = places[first : first + BLOCK]
             basis = hermite_basis(ndtri(block[:, 1:]), self.indices)
-            for member in members:
-                predicted = basis @ self.coefficients[member]
+            for row, member in zip(pressure, members, strict=True):
+                predicted = basis @ member.coefficients
                 near = np.flatnonzero(predicted > self.lowest)
-                drawn = self.scatters[member].draw(predicted[near], block[near, 0])
-                pressure[member, first + near] = self.balance[member] * self.target.pressure(drawn)
+                row[first + near] = member.draw(predicted[near], block[near, 0], self.target)
         return pressure if left_out else pressure[0]
 
 
 def jackknife_deviations(values: np.ndarray) -> np.ndarray:
-    """What leaving out each group does to a number, scaled so that their squares sum to its variance.
+    """Change of a number by leaving out each group, scaled so that the squares sum to its variance.
 
     values : (groups, ...) the number without each group
 
@@ -153,28 +174,13 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
 
     samples : at least GROUPS surfaces
     degree : total degree of the Hermite polynomials
-    target : the smooth variable; of a trial pressure the gap's stiffness is chosen anew, see `best_gap_stiffness`
+    target : the smooth variable; for a trial pressure its gap stiffness is replaced, see `best_gap_stiffness`
 
-    Raises IllPosedError for too few surfaces, where left-out ones are predicted worse than by their mean, and as the
-    regression and the scatter do; ConvergenceError as a censored regression does.
+    Raises IllPosedError for too few surfaces, where predictions of left-out surfaces are worse than their mean, and as
+    the regression and the scatter do. Raises ConvergenceError as a censored regression does.
     """
-    surfaces, nodes, count = samples.variables.shape
-    group = samples.group
-    if len(np.unique(group)) < GROUPS:
-        raise IllPosedError(
-            f"{surfaces} surfaces are too few to leave out {GROUPS} groups that differ: take more samples"
-        )
-    pressure, gap = samples.pressure.ravel(), samples.gap.ravel()
-    contact = pressure > 0
-    if not contact.any():
-        raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
-    indices = multi_indices(count, degree)
-    if samples.odd.size:
-        indices = even_terms(indices, samples.odd)
-    basis = hermite_basis(samples.variables.reshape(-1, count), indices)
-    if np.ptp(samples.distance2) > 0:
-        basis = np.column_stack([basis, np.tile(samples.distance2, surfaces)])
-    group = np.repeat(group, nodes)
+    training = _training(samples, degree)
+    basis, group, pressure, gap = training.basis, training.group, training.pressure, training.gap
     if target.kind == "trial_pressure":
         target = replace(target, gap_stiffness=best_gap_stiffness(basis, group, pressure, gap, target.gap_stiffness))
     values = target.values(pressure, gap)
@@ -185,54 +191,47 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
         fit = least_squares(basis, values, weights)
         without = without_two(*group_sums(basis, weights, weights * values, group, GROUPS))
     predicted = left_out_predictions(basis, without, group)
-    missed = np.average((values - predicted[0]) ** 2, weights=weights)
-    variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
-    if not missed <= variance:
-        raise IllPosedError(
-            f"{len(basis.T)} terms predict left-out surfaces worse than a mean does, they miss {missed / variance:.2g} "
-            "variances: take more samples, other or fewer variables, or a lower degree"
-        )
+    missed = _share_missed(values, predicted[0], weights, basis.shape[1])
+    contact = pressure > 0
     lowest = min(-REACH * float(values[contact].mean()), float(predicted[0, contact].min()))
-    # A straight line through the predictions would do for the far ones; the scatter is wanted where contact is decided.
-    known = [np.ones(len(group), dtype=bool), *(group != g for g in range(GROUPS))]
-    near = [part & (s >= lowest) for part, s in zip(known, predicted, strict=True)]
-    scatters = tuple(residual_scatter(s[part], values[part]) for part, s in zip(near, predicted, strict=True))
     coefficients = np.vstack([fit.coefficients, without[0, 1:]])
     fitted = coefficients @ basis.T
-    balance = np.array(
-        [
-            _balance(s, f[part], lowest, target, pressure[part])
-            for s, f, part in zip(scatters, fitted, known, strict=True)
-        ]
-    )
-    terms = len(indices)
+    terms, members = len(training.indices), []
+    for number, own in enumerate(coefficients):  # number 0 has all surfaces, number 1 + g all but group g
+        known = group != number - 1
+        near = known & (predicted[number] >= lowest)  # far predictions would only distort the scatter near contact
+        scatter = residual_scatter(predicted[number, near], values[near])
+        balance = _balance(scatter, fitted[number, known], lowest, target, pressure[known])
+        members.append(Member(own[:terms], scatter, balance))
+    residual = np.where(predicted[0] >= lowest, weights * (values - predicted[0]), 0.0)
     return LocalExpansion(
-        indices=indices,
-        coefficients=coefficients[:, :terms],
-        scatters=scatters,
-        balance=balance,
+        indices=training.indices,
+        whole=members[0],
+        without=tuple(members[1:]),
         lowest=lowest,
         target=target,
         fit=fit,
-        cross_validated=float(missed / variance),
-        scores=_scores(scatters, balance, lowest, target, predicted, group, pressure),
-        residual=np.where(near[0], weights * (values - predicted[0]), 0.0).reshape(surfaces, nodes),
+        cross_validated=missed,
+        scores=_scores(members[1:], lowest, target, predicted[1:], group, pressure),
+        residual=residual.reshape(samples.pressure.shape),
     )
 
 
 def fit_best(
     samples: Samples, degree: int, targets: Sequence[PressureTarget]
 ) -> tuple[LocalExpansion, dict[Kind, float]]:
-    """The expansion of the target whose predictions of left-out surfaces score best.
+    """The expansion of the target whose predictions of left-out surfaces have the best score.
 
     samples, degree : as in `fit_local`
     targets : candidates, of different kinds
 
-    Returns it, and the score of every kind, NaN where its fit is refused. Raises as `fit_local` does where all are.
+    Returns the expansion, and the score of every kind, NaN where its fit is refused. Raises as `fit_local` does where
+    all are refused.
 
-    Measured over ten designs: on the paper's square (percentiles 20, 50, 80) always the trial pressure, whose
-    distribution was nearest in 7, 5 and 4 of them (L1); on the resolved one (20, 80) always the censored, nearest in 5
-    and 4. Where scores are within a tenth of each other distributions differ by less than they scatter.
+    Measured over ten designs by the L1 distance to the true distribution. On the paper's square (percentiles 20, 50,
+    80) the score always chose the trial pressure, which was nearest in 7, 5 and 4 designs. On the resolved square (20,
+    80) it always chose the censored target, nearest in 5 and 4. Where scores differ by less than a tenth, the distances
+    differ by less than their own scatter.
     """
     found: list[LocalExpansion] = []
     scores: dict[Kind, float] = {}
@@ -249,10 +248,56 @@ def fit_best(
     return min(found, key=lambda one: one.score), scores
 
 
-def _censored(basis: np.ndarray, group: np.ndarray, values: np.ndarray) -> tuple[Fit, np.ndarray, np.ndarray]:
-    """The expansion of a censored target, the same without each pair of groups, and the target drawn out of contact.
+@dataclass(frozen=True)
+class _Training:
+    """The samples with a row for each node of each surface, n rows in all.
 
-    Without groups: a step of Newton's method from the maximum of all, which is exact to second order in their share.
+    indices : (P, v) exponents
+    basis : (n, P) terms, and a last column for the drift where the nodes are at different distances
+    group, pressure, gap : (n,)
+    """
+
+    indices: np.ndarray
+    basis: np.ndarray
+    group: np.ndarray
+    pressure: np.ndarray
+    gap: np.ndarray
+
+
+def _training(samples: Samples, degree: int) -> _Training:
+    surfaces, nodes, count = samples.variables.shape
+    group = samples.group
+    if len(np.unique(group)) < GROUPS:
+        raise IllPosedError(
+            f"{surfaces} surfaces are too few to leave out {GROUPS} groups that differ: take more samples"
+        )
+    if not np.any(samples.pressure > 0):
+        raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
+    indices = multi_indices(count, degree)
+    if samples.odd.size:
+        indices = even_terms(indices, samples.odd)
+    basis = hermite_basis(samples.variables.reshape(-1, count), indices)
+    if np.ptp(samples.distance2) > 0:
+        basis = np.column_stack([basis, np.tile(samples.distance2, surfaces)])
+    return _Training(indices, basis, np.repeat(group, nodes), samples.pressure.ravel(), samples.gap.ravel())
+
+
+def _share_missed(values: np.ndarray, predicted: np.ndarray, weights: np.ndarray, terms: int) -> float:
+    """Share of the weighted variance that left-out predictions miss; IllPosedError where it is more than all."""
+    missed = np.average((values - predicted) ** 2, weights=weights)
+    variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
+    if not missed <= variance:
+        raise IllPosedError(
+            f"{terms} terms predict left-out surfaces worse than a mean does, they miss {missed / variance:.2g} "
+            "variances: take more samples, other or fewer variables, or a lower degree"
+        )
+    return float(missed / variance)
+
+
+def _censored(basis: np.ndarray, group: np.ndarray, values: np.ndarray) -> tuple[Fit, np.ndarray, np.ndarray]:
+    """The fit of a censored target, its coefficients without each pair of groups, and the target completed by draws.
+
+    Without groups: one step of Newton's method from the maximum of all, exact to second order in their share.
     """
     found = censored_regression(basis, values)
     contact = values > 0
@@ -272,59 +317,58 @@ def _censored(basis: np.ndarray, group: np.ndarray, values: np.ndarray) -> tuple
 def _balance(
     scatter: ResidualScatter, fitted: np.ndarray, lowest: float, target: PressureTarget, pressure: np.ndarray
 ) -> float:
-    """Mean pressure of samples over the mean of what the expansion that they train expects of them; 1 if it is capped.
+    """Mean pressure of samples over the mean that the expansion predicts for them; 1 with a highest pressure.
 
-    With it the mean of the draws is that of the samples, but for what the expansion says of variables that were not
+    With this factor the mean of the draws is that of the samples, except for the effect of variables that were not
     sampled: a regression estimate (W. G. Cochran, Sampling Techniques, 1977, ch. 7).
     """
     if math.isfinite(target.hardness_pa):
         return 1.0
-    uniform = (np.arange(SCORED) + 0.5) / SCORED
-    expected = target.pressure(scatter.draw(fitted[fitted > lowest, None], uniform))
+    expected = target.pressure(scatter.draw(fitted[fitted > lowest, None], UNIFORM))
     return float(pressure.sum() / (expected.sum() / SCORED))
 
 
 def _scores(
-    scatters: tuple[ResidualScatter, ...],
-    balance: np.ndarray,
+    members: Sequence[Member],
     lowest: float,
     target: PressureTarget,
     predicted: np.ndarray,
     group: np.ndarray,
     pressure: np.ndarray,
 ) -> np.ndarray:
-    """Continuous ranked probability score of p at left-out surfaces over its mean: the law of each without its group.
+    """Contribution : (GROUPS,) [-] of each left-out group to the ranked probability score of the pressure.
 
-    It asks for predictions that are sharp, and for a law as wide as they are wrong (Gneiting and Raftery, J. Am. Stat.
-    Assoc. 102 (2007) 359), as an integral over quantiles (Laio and Tamea, Hydrol. Earth Syst. Sci. 11 (2007) 1267).
-    Returns the share of each group : (GROUPS,) [-].
+    members, predicted : for each group, the fit without it, and predictions : (n,) of that fit
+
+    The score rewards predictions that are sharp, and distributions as wide as the errors of the predictions (Gneiting
+    and Raftery, J. Am. Stat. Assoc. 102 (2007) 359). It is an integral over quantiles (Laio and Tamea, Hydrol. Earth
+    Syst. Sci. 11 (2007) 1267).
     """
-    uniform = (np.arange(SCORED) + 0.5) / SCORED
     shares = np.empty(GROUPS)
-    for g in range(GROUPS):
-        members = np.flatnonzero(group == g)
-        s, p = predicted[g + 1, members], pressure[members, None]
+    for g, member in enumerate(members):
+        own = np.flatnonzero(group == g)
+        s, p = predicted[g, own], pressure[own, None]
         near = s > lowest
         quantiles = np.zeros((len(s), SCORED))
-        quantiles[near] = balance[g + 1] * target.pressure(scatters[g + 1].draw(s[near, None], uniform))
-        shares[g] = 2 / SCORED * float(np.sum(((p < quantiles) - uniform) * (quantiles - p)))
+        quantiles[near] = member.draw(s[near, None], UNIFORM, target)
+        shares[g] = 2 / SCORED * float(np.sum(((p < quantiles) - UNIFORM) * (quantiles - p)))
     return shares / float(pressure.sum())
 
 
 def best_gap_stiffness(
     basis: np.ndarray, group: np.ndarray, pressure: np.ndarray, gap: np.ndarray, guess: float
 ) -> float:
-    """The stiffness k of p - k gap that is predicted best from left-out surfaces.
+    """The stiffness k of p - k gap for which left-out surfaces are predicted best.
 
-    With 1 / B_00 the target has a kink at first contact: in contact neighbours yield as well, so that the pressure
-    rises faster than the gap closes. The right k is some 1.1 / B_00 where heights are independent from node to node.
+    With k = 1 / B_00 the target has a kink at first contact: in contact the neighbours move too, so the pressure rises
+    faster than the gap closes. The best k is about 1.1 / B_00 where heights are independent from node to node.
 
     basis : (K, P) terms at the samples
     group : (K,) of surfaces, numbers below GROUPS
     pressure, gap : (K,) [Pa], [m]
     guess : [Pa/m] 1 / B_00
 
-    Returns k [Pa/m], between half and twice the guess: the least of |e_p - k e_gap|^2 / Var(p - k gap), a ratio of two
+    Returns k [Pa/m], between half and twice the guess. It minimises |e_p - k e_gap|^2 / Var(p - k gap), a ratio of two
     quadratics in k, with e the errors of cross-validated predictions, which are linear in the target. Raises
     IllPosedError where pressure and gap are the same on every sample.
     """
@@ -335,7 +379,7 @@ def best_gap_stiffness(
     spread = [pressure - pressure.mean(), guess * (gap - gap.mean())]
     missed, variance = ([a @ a, a @ b, b @ b] for a, b in (errors, spread))
     if not variance[0] > 0 and not variance[2] > 0:
-        raise IllPosedError("the target is the same on every sample: there is nothing to expand; take its value")
+        raise IllPosedError("the target is the same on every sample, so there is nothing to expand: use its value")
     factor = np.linspace(0.5, 2.0, 1501)
     share = (missed[0] - 2 * factor * missed[1] + factor**2 * missed[2]) / (
         variance[0] - 2 * factor * variance[1] + factor**2 * variance[2]

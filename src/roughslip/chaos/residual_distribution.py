@@ -1,12 +1,18 @@
-"""What an expansion leaves unsaid: the law of a target given its predicted value.
+"""The distribution of a target given its predicted value, and the expectations that follow from it.
 
-An expansion in 8 of 101 variables predicts a conditional mean. Where the true response bends, at first contact above
-all, a polynomial errs in a way that depends on the prediction s itself; and around it the target scatters, more at some
-s than at others. Both are read off predictions of samples that the fit has not seen:
+An expansion in 8 of 101 variables predicts a conditional mean. Where the true response bends, above all at first
+contact, a polynomial has an error that depends on the prediction s. Around the prediction the target also scatters, by
+an amount that depends on s. Both are estimated from predictions of samples that the fit has not seen:
 
-    target given s = m(s) + e,   m a cubic regression spline, e distributed as residuals of predictions near s.
+    target given s = m(s) + e,   m a cubic regression spline, e distributed as the residuals of predictions near s.
 
-Drawn so, the distribution keeps its width and its contact probability though most variables are left out.
+With this distribution the drawn pressures keep their width and their contact probability although most variables are
+left out. The positive part of a predicted target alone would not: some nodes predicted apart from the plane touch it,
+and the reverse. Contact probability and mean pressure given the prediction,
+
+    P(contact | s) = P(target > 0 | s),   E[p | s] = E[pressure(target) | s],
+
+are smooth functions of s, stored as tables. For vanishing scatter both become those of the prediction itself.
 """
 
 from __future__ import annotations
@@ -16,23 +22,29 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BSpline
 
+from roughslip.chaos.pressure import PressureTarget
+from roughslip.compilation import compiled
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite
 
-SPLINE_PIECES = 5  # of m(s), as many samples in each; 4 to 12 give distributions equal within their scatter
-PLACES = 50  # s at which the law of e is taken, as many samples from one to the next
-NEIGHBOURS = 0.04  # share of the samples that serve at each, and no fewer than LEAST_NEIGHBOURS
+SPLINE_PIECES = 5  # of m(s), with equal numbers of samples; 4 to 12 give distributions equal within their scatter
+PLACES = 50  # values of s with a distribution of e, with equal numbers of samples between them
+NEIGHBOURS = 0.04  # share of the samples whose residuals are used at each place, at least LEAST_NEIGHBOURS samples
 LEAST_NEIGHBOURS = 40
-QUANTILES = 201  # of e that are kept, from its least to its largest value
+QUANTILES = 201  # stored quantiles of e, from its least to its largest value
 LEAST_SAMPLES = 100
+
+REACH = 1.5  # times the mean target in contact; lower predictions are out of contact, unless a sample was not
+TABLE_PLACES = 2000  # evenly spaced up to the largest target, which near a border is some 40 times the mean
+DRAWS = 200  # quantiles of the scatter over which a mean is taken
 
 
 @dataclass(frozen=True)
 class ResidualScatter:
-    """The law of a target given its prediction.
+    """The distribution of a target given its prediction.
 
-    mean : m(s); a straight line beyond the predictions that it was fitted to
-    low, high : the least and the largest of these
+    mean : m(s); a straight line outside the range of the fitted predictions
+    low, high : ends of that range
     places : (PLACES,) s, ascending
     quantiles : (PLACES, QUANTILES) of e at each
     """
@@ -51,10 +63,10 @@ class ResidualScatter:
         return np.asarray(self.mean(inside) + ends * (predicted - inside))
 
     def draw(self, predicted: np.ndarray, uniform: np.ndarray) -> np.ndarray:
-        """A target : (...) for each prediction : (...), at the quantile uniform : (...) in [0, 1) of its law.
+        """A target : (...) for each prediction : (...), at the quantile uniform : (...) in [0, 1).
 
-        Quantiles are linear from place to place and constant beyond. Continuous in both arguments and in the samples,
-        so that the same draws tell two laws apart without noise.
+        Quantiles are linear between places and constant outside. They are continuous in both arguments and in the
+        samples, so two distributions can be compared by the same draws without noise.
         """
         place, far = self._place(predicted)
         rank, share = np.divmod(uniform * (QUANTILES - 1), 1.0)
@@ -66,12 +78,12 @@ class ResidualScatter:
         return (1 - far) * self.quantiles[place - 1, rank] + far * self.quantiles[place, rank]
 
     def cumulative(self, predicted: np.ndarray, target: np.ndarray) -> np.ndarray:
-        """Law of the target given its prediction, the inverse of `draw`.
+        """Cumulative distribution of the target given its prediction, the inverse of `draw`.
 
         predicted : (n,)
         target : (m,)
 
-        Returns F : (n, m) [-] probability that the target is at most so much.
+        Returns F : (n, m) [-].
         """
         place, far = self._place(predicted)
         e = target - self.centre(predicted)[:, None]
@@ -82,7 +94,7 @@ class ResidualScatter:
         return found
 
     def _place(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The place above each prediction, and how far it lies from the one below, as a share."""
+        """Index of the place above each prediction, and the relative distance [-] from the place below."""
         inside = np.clip(predicted, self.places[0], self.places[-1])
         place = np.minimum(np.searchsorted(self.places, inside, side="right"), PLACES - 1)
         low, high = self.places[place - 1], self.places[place]
@@ -90,10 +102,10 @@ class ResidualScatter:
 
 
 def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatter:
-    """The law of a target given its prediction, from samples.
+    """Estimate the distribution of a target given its prediction.
 
     predicted : (n,) predictions, each made without its own sample
-    target : (n,) what came
+    target : (n,) true values
 
     Raises ParameterError for arrays that do not match or are not finite; IllPosedError for fewer than LEAST_SAMPLES
     samples, or predictions that are all alike.
@@ -106,8 +118,8 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
         raise ParameterError(f"a target for each prediction is needed, not {target.shape} for {predicted.shape}")
     if len(predicted) < LEAST_SAMPLES:
         raise IllPosedError(
-            f"{len(predicted)} samples in or near contact are too few to tell how the target scatters; {LEAST_SAMPLES} "
-            "are needed: take more samples or a deeper penetration"
+            f"{len(predicted)} samples in or near contact are too few to estimate the scatter of the target; "
+            f"{LEAST_SAMPLES} are needed: take more samples or a deeper penetration"
         )
     order = np.argsort(predicted, kind="stable")
     s, t = predicted[order], target[order]
@@ -126,3 +138,81 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     windows = residual[first[:, None] + np.arange(window)]
     quantiles = np.quantile(windows, np.linspace(0, 1, QUANTILES), axis=1).T
     return ResidualScatter(mean, float(s[0]), float(s[-1]), s[middle.astype(np.int64)], quantiles)
+
+
+@dataclass(frozen=True)
+class ConditionalMeans:
+    """Contact probability and mean pressure as tables over the prediction, one for each penetration.
+
+    target : how a target gives the pressure
+    low, step : (levels,) [target] first place of each table, and distance between places
+    scatter : (levels,) [target] root mean square of the target around m(s)
+    contact : (levels, TABLE_PLACES) [-] P(contact | s)
+    pressure : (levels, TABLE_PLACES) [Pa] E[p | s]
+    """
+
+    target: PressureTarget
+    low: np.ndarray
+    step: np.ndarray
+    scatter: np.ndarray
+    contact: np.ndarray
+    pressure: np.ndarray
+
+    def at(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Contact probability [-] and mean pressure [Pa] : (levels, ...) at predictions : (levels, ...).
+
+        Linear between places, zero below the first, and constant above the last, the largest true target, because
+        polynomials grow without bound. A scatter narrower than two places is not resolved and is neglected.
+        """
+        if len(predicted) != len(self.low):
+            raise ParameterError(f"{len(predicted)} levels of predictions for tables of {len(self.low)}")
+        contact, pressure = np.empty(predicted.shape), np.empty(predicted.shape)
+        for level, s in enumerate(predicted):
+            if self.scatter[level] <= 2 * self.step[level]:
+                contact[level], pressure[level] = s > 0, self.target.pressure(s)
+                continue
+            scale = self.low[level], self.step[level]
+            _interpolate(s.ravel(), *scale, self.contact[level], contact[level].reshape(-1))
+            _interpolate(s.ravel(), *scale, self.pressure[level], pressure[level].reshape(-1))
+        return contact, pressure
+
+
+def conditional_means(predicted: np.ndarray, values: np.ndarray, target: PressureTarget) -> ConditionalMeans:
+    """Tabulate contact probability and mean pressure from predictions of samples that the fit has not seen.
+
+    predicted, values : (levels, n) [target] predictions and true values, at n nodes of all rows
+    target : how a target gives the pressure
+
+    Returns the tables. Raises ParameterError for arrays that do not match, and IllPosedError as `residual_scatter` for
+    too few samples near contact.
+    """
+    if predicted.shape != values.shape or predicted.ndim != 2:
+        raise ParameterError(f"predictions {predicted.shape} and values {values.shape} must match, a row a penetration")
+    levels = len(predicted)
+    low, step, scatter = np.empty((3, levels))
+    contact, pressure = np.empty((2, levels, TABLE_PLACES))
+    uniform = (np.arange(DRAWS) + 0.5) / DRAWS
+    for level, (s, value) in enumerate(zip(predicted, values, strict=True)):
+        touching = value > 0
+        lowest = -REACH * float(value[touching].mean()) if touching.any() else 0.0
+        near = s >= min(lowest, float(s[touching].min(initial=lowest)))
+        distribution = residual_scatter(s[near], value[near])
+        places = np.linspace(distribution.low, min(distribution.high, float(value.max())), TABLE_PLACES)
+        drawn = distribution.draw(places[:, None], uniform)
+        low[level], step[level] = places[0], places[1] - places[0]
+        scatter[level] = np.sqrt(np.mean((value[near] - distribution.centre(s[near])) ** 2))
+        contact[level], pressure[level] = (drawn > 0).mean(axis=1), target.pressure(drawn).mean(axis=1)
+    return ConditionalMeans(target, low, step, scatter, contact, pressure)
+
+
+@compiled()
+def _interpolate(s: np.ndarray, low: float, step: float, table: np.ndarray, found: np.ndarray) -> None:
+    """Write the table at s : (n,), zero below its first place and constant above its last; NaN where s is NaN."""
+    last = len(table) - 1
+    for k in range(len(s)):
+        place = min((s[k] - low) / step, float(last))
+        if place > 0:
+            below = min(int(place), last - 1)
+            found[k] = table[below] + (place - below) * (table[below + 1] - table[below])
+        else:
+            found[k] = 0.0 * place

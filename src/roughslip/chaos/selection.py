@@ -1,15 +1,26 @@
-"""How many variables an expansion takes, and which: as many as asked, or as predict left-out surfaces best.
+"""How many variables an expansion takes, and which.
 
-The candidates are nested: variables in their order, the given ones (leading modes, or local functionals of the heights)
-and behind them the directions in which the residual of all given ones still varies (see `directions`).
+The candidates are nested. First come the given variables in their order: leading modes, or local functionals of the
+heights. Then come further directions, in which the residual of the expansion in all given variables still varies.
 
-Directions that were found at a surface fit it too well: with four of them the score of left-out surfaces fell by 7 %
-where that of fresh ones rose by as much. So a surface is scored in directions that were found on the other half of the
-surfaces. Of numbers whose scores cannot be told apart the least is taken: within one standard error of the best, of the
-difference over the groups of surfaces (Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984).
+Let r be that residual, u the given variables, and q other standard normal variables, independent of u. By Stein's
+identity the terms of r that contain q, to second degree in it, are
 
-The jackknife of the expansion that is taken holds its directions fixed: it does not know of their own scatter. Nor is
-the direction of a regression (`regressed`) found anew without a surface that it is scored at.
+    r ~ sum_a psi_a(u) g_a'q + q'Hq / 2,    g_a = E[r psi_a(u) q],    H = E[r (q q' - I)].
+
+Their gradient is sum_a psi_a(u) g_a + Hq, with the mean outer product sum_a g_a g_a' + H^2. Its leading eigenvectors
+are the directions along which r varies most (regression direction: Li and Duan, Ann. Stat. 17 (1989) 1009; principal
+Hessian directions: Li, J. Am. Stat. Assoc. 87 (1992) 1025; mean outer product: Constantine, Dow and Wang, SIAM J. Sci.
+Comput. 36 (2014) A1500). Means over K surfaces have errors of order 1 / sqrt(K), so large singular values also occur by
+chance. Their size by chance follows from random signs of the surfaces; only directions above it are used.
+
+Directions fit the surfaces at which they were found too well: with four of them the score of left-out surfaces fell by
+7 %, while that of fresh surfaces rose by as much. So a surface is scored in directions that were found on the other
+half of the surfaces. The smallest number of variables is taken whose score is within one standard error of the best
+(Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984).
+
+The jackknife of the chosen expansion holds its directions fixed and does not include their scatter. The direction of a
+regression (`regression_first`) is also found from all surfaces, including those at which it is scored.
 """
 
 from __future__ import annotations
@@ -20,7 +31,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughslip.chaos.directions import residual_directions
 from roughslip.chaos.functionals import orthonormal_directions
 from roughslip.chaos.local import GROUPS, LocalExpansion, Samples, fit_best, fit_local
 from roughslip.chaos.pressure import Kind, PressureTarget
@@ -28,20 +38,27 @@ from roughslip.chaos.regression import least_squares
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.limits import VARIABLE_COUNTS as COUNTS
 
-LEAST_SAMPLES = 5  # surfaces times nodes for each term of a number of variables to choose from
+LEAST_SAMPLES = 5  # surfaces times nodes per term, for a number of variables to be tried
 SIGNS = 1  # seed of the random signs of directions
+
+VARIANCE = 1e-3  # least variance of a direction of the frame, relative to the largest; weaker ones are noise
+ALIGNED = 0.1  # least part of a direction of the frame at each node; below, the nodes do not share a frame
+BLOCKS = 256  # of surfaces, each with one sign
+LEAST_SURFACES = 40  # for the quantile of random signs
+REPLICATES = 400  # of the signs: the estimated quantile lies between the 93 and 97 % ones
+QUANTILE = 0.95
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """An expansion, in the variables that it takes.
+    """An expansion in the chosen variables.
 
-    expansion, samples : its fit, and what it was fitted to
-    rotation : (v, candidates) orthonormal rows, from the candidates to its variables
+    expansion, samples : the fit, and its samples in the chosen variables
+    rotation : (v, candidates) orthonormal rows, from the candidates to the variables
     targets : score of every kind of target, NaN where its fit is refused
     counts : numbers of variables that were tried, ascending
     scores : (counts,) [-] at left-out surfaces, NaN where the fit is refused
-    errors : (counts,) [-] standard error of how much more each is than the least
+    errors : (counts,) [-] standard error of the difference of each score from the least
     """
 
     expansion: LocalExpansion
@@ -53,8 +70,8 @@ class Chosen:
     errors: np.ndarray
 
 
-def turned(samples: Samples, rotation: np.ndarray) -> Samples:
-    """The samples in variables rotation @ u; what symmetries do is known of those that are variables of before."""
+def rotated(samples: Samples, rotation: np.ndarray) -> Samples:
+    """The samples in the variables rotation @ u; their signs under symmetries are kept where rows select variables."""
     chosen = rotation != 0
     known = np.all(chosen.sum(axis=1) == 1)
     odd = chosen @ samples.odd if samples.odd.size and known else np.zeros((0, 0), dtype=np.int64)
@@ -70,51 +87,51 @@ def fit_count(
     *,
     regression: bool = False,
 ) -> Chosen:
-    """The expansion in so many variables, or in the number of COUNTS that predicts left-out surfaces best.
+    """The expansion in a given number of variables, or in the number of COUNTS that predicts left-out surfaces best.
 
     samples : in all candidates: the given variables, then a frame of others (see `moving_frame`)
-    given : number of the former, at least 1
-    count : number of variables, None if it is to be found
-    degree, targets : as in `fit_best`; where the number is to be found, the target is the best in the given variables
-    regression : the regression direction in all candidates comes first, before the given variables, see `regressed`
+    given : number of given variables, at least 1
+    count : number of variables; None chooses it, with the target that is best in the given variables
+    degree, targets : as in `fit_best`
+    regression : whether the regression direction in all candidates comes first, see `regression_first`
 
-    Raises ParameterError for numbers out of range; IllPosedError where more variables are asked for than directions
-    stand out of the noise; else as `fit_best` does.
+    Raises ParameterError for numbers out of range, IllPosedError where fewer directions than requested exceed the
+    noise, and otherwise as `fit_best`.
     """
     candidates, rows = samples.variables.shape[2], samples.pressure.size
     if not 1 <= given <= candidates or not (count is None or 1 <= count <= candidates):
         raise ParameterError(f"{count} variables, {given} of them given, cannot be had of {candidates} candidates")
     if regression:
-        first = regressed(samples, given, targets[0])
-        chosen = fit_count(turned(samples, first), given, count, degree, targets)
+        first = regression_first(samples, given, targets[0])
+        chosen = fit_count(rotated(samples, first), given, count, degree, targets)
         return replace(chosen, rotation=chosen.rotation @ first)
     if count is None:
         return _least(samples, given, [c for c in COUNTS if _enough(rows, c, degree)], degree, targets)
     rotation = np.eye(candidates)[: min(count, given)]
     if count > given:
-        whole, _ = fit_best(turned(samples, rotation), degree, targets)
+        whole, _ = fit_best(rotated(samples, rotation), degree, targets)
         offered, number = _offered(samples, given, whole, slice(None))
         if given + number < count:
             raise IllPosedError(
-                f"{count} variables were asked for, but beyond the first {given} only {number} directions stand "
-                f"out of the noise of {len(samples.pressure)} surfaces: take more samples or fewer variables"
+                f"{count} variables were asked for, but beyond the first {given} only {number} directions exceed "
+                f"the noise of {len(samples.pressure)} surfaces: take more samples or fewer variables"
             )
         rotation = np.vstack([rotation, offered[: count - given]])
-    last = turned(samples, rotation)
+    last = rotated(samples, rotation)
     found, kinds = fit_best(last, degree, targets)
     return Chosen(found, last, rotation, kinds, (count,), np.array([found.score]), np.zeros(1))
 
 
-def regressed(samples: Samples, given: int, target: PressureTarget) -> np.ndarray:
-    """Rotation : (candidates, candidates) after which the direction of a linear regression comes first.
+def regression_first(samples: Samples, given: int, target: PressureTarget) -> np.ndarray:
+    """Rotation : (candidates, candidates) that puts the direction of a linear regression first.
 
     samples, given : as in `fit_count`
-    target : what is regressed, weighted as it asks
+    target : the regressed variable, with its weights
 
-    After it come the given variables, as far as they are independent of it, and what is left. A monotone function of
-    one direction shows that direction in a linear regression whatever the function (Brillinger, in A Festschrift for
-    Erich L. Lehmann, 1982, 97; Li and Duan, Ann. Stat. 17 (1989) 1009). As it is found at all surfaces, scores of
-    left-out ones are up to 5 % too good on the paper's square. Raises IllPosedError as the regression does.
+    The given variables follow, as far as they are independent of it, and then the others. The linear regression of any
+    monotone function of one direction finds that direction (Brillinger, in A Festschrift for Erich L. Lehmann, 1982,
+    97; Li and Duan, Ann. Stat. 17 (1989) 1009). As all surfaces are used, scores of left-out surfaces are up to 5 % too
+    good on the paper's square. Raises IllPosedError as the regression does.
     """
     candidates = samples.variables.shape[2]
     values = target.values(samples.pressure, samples.gap).ravel()
@@ -126,40 +143,37 @@ def regressed(samples: Samples, given: int, target: PressureTarget) -> np.ndarra
 
 
 def standard_errors(shares: np.ndarray) -> np.ndarray:
-    """Of how much more each score is than the least: sums over groups, of which those of two candidates go together.
+    """Standard error of the difference of each score from the least, paired by groups.
 
-    shares : (n, groups) of each score, NaN where there is none
+    shares : (n, groups) contributions to each score, NaN where a fit is refused
 
-    Returns errors : (n,), 0 for the least and NaN where there is none.
+    Returns errors : (n,), 0 for the least and NaN where a fit is refused.
     """
     more = shares - shares[np.nanargmin(shares.sum(axis=1))]
     return np.sqrt(shares.shape[1] * np.var(more, axis=1, ddof=1))
 
 
 def _enough(rows: int, count: int, degree: int) -> bool:
-    """Whether so many samples determine the terms of so many variables well."""
+    """Whether there are enough samples (rows) for the terms of this number of variables."""
     return LEAST_SAMPLES * math.comb(count + degree, degree) <= rows
 
 
 def _least(
     samples: Samples, given: int, counts: Sequence[int], degree: int, targets: Sequence[PressureTarget]
 ) -> Chosen:
-    """The least number of variables that cannot be told from the best.
-
-    counts : to choose from
-    """
+    """The expansion in the smallest of the counts whose score is within one standard error of the best."""
     leading = np.eye(samples.variables.shape[2])
     among = [c for c in counts if c <= given]
     if not among:
         raise IllPosedError(
-            f"{samples.pressure.size} samples are too few to choose a number of variables by, {LEAST_SAMPLES} for each "
-            "term: take more samples or a lower degree"
+            f"{samples.pressure.size} samples are too few to choose a number of variables, which takes {LEAST_SAMPLES} "
+            "per term: take more samples or a lower degree"
         )
     most = among[-1]
-    whole, kinds = fit_best(turned(samples, leading[:most]), degree, targets)
+    whole, kinds = fit_best(rotated(samples, leading[:most]), degree, targets)
     (target,) = (one for one in targets if one.kind == whole.target.kind)
     offered, number = leading[:0], 0
-    if most == given:  # all given variables are in it, so what it leaves unexplained is of others
+    if most == given:  # all given variables are used, so the residual varies with others only
         offered, number = _offered(samples, given, whole, slice(None))
     tried = [c for c in counts if c <= most + number]
     known, shares = {most: whole}, np.full((len(tried), GROUPS), np.nan)
@@ -169,14 +183,14 @@ def _least(
                 shares[row] = _scores_beyond(samples, given, count, degree, target, whole)
                 continue
             if count < most:
-                known[count] = fit_local(turned(samples, leading[:count]), degree, target)
+                known[count] = fit_local(rotated(samples, leading[:count]), degree, target)
             shares[row] = known[count].scores
         except (IllPosedError, ConvergenceError):
             continue
     scores, errors = shares.sum(axis=1), standard_errors(shares)
     count = tried[int(np.flatnonzero(scores - np.nanmin(scores) <= errors)[0])]
     rotation = np.vstack([leading[: min(count, given)], offered[: max(count - given, 0)]])
-    last = turned(samples, rotation)
+    last = rotated(samples, rotation)
     expansion = known[count] if count in known else fit_local(last, degree, target)
     return Chosen(expansion, last, rotation, kinds, tuple(tried), scores, errors)
 
@@ -184,7 +198,7 @@ def _least(
 def _offered(
     samples: Samples, given: int, whole: LocalExpansion, surfaces: slice | np.ndarray
 ) -> tuple[np.ndarray, int]:
-    """Directions : (m, candidates) beyond the given variables, from some surfaces; how many stand out of noise."""
+    """Directions : (m, candidates) beyond the given variables, from some surfaces, and how many exceed the noise."""
     variables, frame = np.split(samples.variables[surfaces], [given], axis=2)
     found, number = residual_directions(whole.residual[surfaces], variables, frame, np.random.default_rng(SIGNS))
     return np.hstack([np.zeros((len(found), given)), found]), number
@@ -193,14 +207,101 @@ def _offered(
 def _scores_beyond(
     samples: Samples, given: int, count: int, degree: int, target: PressureTarget, whole: LocalExpansion
 ) -> np.ndarray:
-    """Scores : (GROUPS,) of each group of surfaces in the directions that the other half of the groups shows.
+    """Scores : (GROUPS,) of each group of surfaces, in directions from the other half of the groups.
 
-    Whether these stand out of the noise of that half does not matter: scores are honest. Raises as `fit_local` does.
+    The directions need not exceed the noise of that half, because scores are not biased. Raises as `fit_local`.
     """
     half = samples.group % 2  # copies of a surface are in one
     found = np.empty(GROUPS)
     for part in range(2):
         directions, _ = _offered(samples, given, whole, np.flatnonzero(half != part))
         rotation = np.vstack([np.eye(samples.variables.shape[2])[:given], directions[: count - given]])
-        found[part::2] = fit_local(turned(samples, rotation), degree, target).scores[part::2]
+        found[part::2] = fit_local(rotated(samples, rotation), degree, target).scores[part::2]
+    return found
+
+
+def moving_frame(functionals: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Further variables that several nodes share, from functionals that move with the node.
+
+    functionals : (nodes, n, M) of M independent standard normals, such as heights at the same offsets from every node
+    directions : (nodes, v, M) orthonormal rows, the variables in use
+
+    Returns frame : (nodes, m, M), orthonormal rows at every node, orthogonal to the directions there. They are the
+    principal components of the rest of the functionals, averaged over the nodes, and then made orthonormal at each
+    node by the smallest change. m is zero where the functionals depend on the directions. Raises ParameterError for
+    arrays that do not match or are not finite, IllPosedError where a component is nearly absent at a node.
+
+    Method: the orthogonal factor of the polar decomposition is the nearest orthonormal frame (Fan and Hoffman, Proc.
+    Am. Math. Soc. 6 (1955) 111).
+    """
+    shape = directions.shape[0], directions.shape[-1]
+    if functionals.ndim != 3 or directions.ndim != 3 or (functionals.shape[0], functionals.shape[2]) != shape:
+        raise ParameterError(f"functionals {functionals.shape} do not match directions {directions.shape}")
+    if not (np.isfinite(functionals).all() and np.isfinite(directions).all()):
+        raise ParameterError("functionals and directions must be finite")
+    rest = functionals
+    for _ in range(2):  # twice is enough, as in orthonormal_directions
+        rest = rest - (rest @ directions.transpose(0, 2, 1)) @ directions
+    variance, components = np.linalg.eigh(np.mean(rest @ rest.transpose(0, 2, 1), axis=0))
+    whole = np.mean(np.einsum("knm,knm->kn", functionals, functionals))
+    kept = np.flatnonzero(variance > VARIANCE * max(variance[-1], whole))[::-1]
+    scaled = (components[:, kept] / np.sqrt(variance[kept])).T @ rest
+    left, length, right = np.linalg.svd(scaled, full_matrices=False)
+    if length.size and np.min(length) < ALIGNED:
+        raise IllPosedError(
+            "the surface around one training node has little in common with that around another: take no more "
+            f"variables than the {directions.shape[1]} local functionals"
+        )
+    return left @ right
+
+
+def residual_directions(
+    residual: np.ndarray, variables: np.ndarray, frame: np.ndarray, generator: np.random.Generator
+) -> tuple[np.ndarray, int]:
+    """Directions along which a residual varies, the most important first, and how many of them exceed chance.
+
+    residual : (K, nodes) of an expansion in the variables, at K independent surfaces
+    variables : (K, nodes, v) [-] in use
+    frame : (K, nodes, n) [-] standard normal variables independent of them
+    generator : of the signs
+
+    Returns directions : (n, n), orthonormal rows, and the number of significant ones. Along a significant direction the
+    root mean square of the gradient is above the 95 % quantile of the largest one with random signs of the surfaces.
+    Raises ParameterError for arrays that do not match or are not finite, IllPosedError for fewer than LEAST_SURFACES.
+
+    Method: random signs as in the wild bootstrap (Mammen, Ann. Stat. 21 (1993) 255), less the mean.
+    """
+    if variables.shape[:2] != residual.shape or frame.shape[:2] != residual.shape or residual.ndim != 2:
+        raise ParameterError(
+            f"residuals {residual.shape}, variables {variables.shape} and a frame {frame.shape} do not match"
+        )
+    if not all(np.isfinite(part).all() for part in (residual, variables, frame)):
+        raise ParameterError("residuals and variables must be finite")
+    surfaces, nodes = residual.shape
+    if surfaces < LEAST_SURFACES:
+        raise IllPosedError(
+            f"{surfaces} surfaces are too few to separate a direction from noise, which takes {LEAST_SURFACES}: "
+            "take more samples, or no more variables than local functionals"
+        )
+    n = frame.shape[2]
+    if n == 0:  # every variable is in use
+        return np.empty((0, 0)), 0
+    blocks = min(BLOCKS, surfaces)
+    shares = np.stack(
+        [_gradients(*(part[number::blocks] for part in (residual, variables, frame))) for number in range(blocks)]
+    ) / (surfaces * nodes)
+    _, strength, right = np.linalg.svd(shares.sum(axis=0), full_matrices=False)
+    signs = generator.choice([-1.0, 1.0], (REPLICATES, blocks))
+    chance = np.tensordot(signs, shares - shares.mean(axis=0), axes=1)
+    largest = np.linalg.norm(chance, ord=2, axis=(1, 2))
+    return right, int(np.sum(strength > np.quantile(largest, QUANTILE)))
+
+
+def _gradients(residual: np.ndarray, variables: np.ndarray, frame: np.ndarray) -> np.ndarray:
+    """Sums over the samples : (1 + v + n, n): rows g_a' for the constant and each variable, then H."""
+    q = frame.reshape(-1, frame.shape[2])
+    r = residual.reshape(-1, 1)
+    terms = np.column_stack([np.ones(len(q)), variables.reshape(len(q), -1), q])
+    found = (r * terms).T @ q
+    found[-q.shape[1] :] -= np.sum(r) * np.eye(q.shape[1])
     return found

@@ -1,4 +1,4 @@
-"""What the coefficients of an orthonormal expansion say at once: mean, variance and whose variance it is."""
+"""Moments and Sobol' indices from the coefficients of an orthonormal expansion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Sensitivity:
 
     mean, variance : in the unit of the target, and its square
     first : (variables,) [-] share of the variance that a variable explains alone
-    total : (variables,) [-] share that would go if the variable were known last: alone and in products
+    total : (variables,) [-] share of the variance of all terms that contain the variable
     """
 
     mean: float
@@ -43,7 +43,7 @@ def sensitivity(indices: np.ndarray, coefficients: np.ndarray) -> Sensitivity:
         )
     present = indices > 0
     order = present.sum(axis=1)
-    size = np.max(np.abs(coefficients), initial=0.0)  # squares of what is far from 1 would leave the range
+    size = np.max(np.abs(coefficients), initial=0.0)  # scaled, because squares could overflow or underflow
     shares = np.where(order > 0, (coefficients / (size or 1.0)) ** 2, 0.0)
     variance = float(shares.sum())
     if variance == 0:
@@ -57,7 +57,7 @@ def sensitivity(indices: np.ndarray, coefficients: np.ndarray) -> Sensitivity:
 
 
 def sensitivity_to_directions(indices: np.ndarray, coefficients: np.ndarray, directions: np.ndarray) -> Sensitivity:
-    """Sobol' indices of the normal variables behind those of a Hermite expansion, which are rotated ones: u = D xi.
+    """Sobol' indices of the normal variables xi for a Hermite expansion in rotated variables u = D xi.
 
     indices : (P, v) exponents
     coefficients : (P,) in the unit of the target
@@ -65,12 +65,11 @@ def sensitivity_to_directions(indices: np.ndarray, coefficients: np.ndarray, dir
 
     Returns the indices of xi : (M,). Raises as `sensitivity`, and ParameterError for rows that are not orthonormal.
 
-    Method: of u only its part along d = D e_j, column j, depends on xi_j. Polynomials of a total degree stay such when
-    u is turned so that d lies along its first axis. In the turned variables u_1 = |d| xi_j + (1 - |d|^2)^(1/2) eta with
-    an independent normal eta, and He_n(u_1) has the mean |d|^n He_n(xi_j) given xi_j, and (1 - |d|^2)^(n/2) He_n(eta)
-    given all others.
+    Method: only the part of u along d = D e_j, column j, depends on xi_j. The variables are rotated so that d lies
+    along the first axis, which keeps the total degree. Then u_1 = |d| xi_j + (1 - |d|^2)^(1/2) eta with an independent
+    normal eta. He_n(u_1) has the mean |d|^n He_n(xi_j) given xi_j, and (1 - |d|^2)^(n/2) He_n(eta) given all others.
     """
-    whole = sensitivity(indices, coefficients)
+    plain = sensitivity(indices, coefficients)
     variables = indices.shape[1]
     if not np.allclose(directions @ directions.T, np.eye(variables), atol=1e-9):
         raise ParameterError("directions must be orthonormal rows")
@@ -80,12 +79,12 @@ def sensitivity_to_directions(indices: np.ndarray, coefficients: np.ndarray, dir
     first, total = np.empty(directions.shape[1]), np.empty(directions.shape[1])
     for mode, d in enumerate(directions.T):
         length = min(float(np.linalg.norm(d)), 1.0)
-        turned = to_coefficients @ (hermite_basis(points @ _first_along(d), indices) @ coefficients)
-        squares, powers = turned[1:] ** 2, complete[1:, 0]
+        rotated = to_coefficients @ (hermite_basis(points @ _first_along(d), indices) @ coefficients)
+        squares, powers = rotated[1:] ** 2, complete[1:, 0]
         alone = powers == complete[1:].sum(axis=1)
         first[mode] = np.sum(squares[alone] * length ** (2.0 * powers[alone]))
         total[mode] = np.sum(squares * (1.0 - (1.0 - length**2) ** powers))
-    return Sensitivity(whole.mean, whole.variance, first / whole.variance, total / whole.variance)
+    return Sensitivity(plain.mean, plain.variance, first / plain.variance, total / plain.variance)
 
 
 def _first_along(d: np.ndarray) -> np.ndarray:
@@ -96,16 +95,16 @@ def _first_along(d: np.ndarray) -> np.ndarray:
 
 
 def sensitivity_along(direction: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sobol' indices of the normal variables xi behind functions sum_n h_n He_n(d xi) / sqrt(n!) of one direction each.
+    """Sobol' indices of the normal variables xi for functions sum_n h_n He_n(d xi) / sqrt(n!), one per node.
 
     direction : (M, nodes) d, unit vectors
     coefficients : (degree + 1, nodes) h
 
     Returns first, total : (M, nodes) [-]. Raises ParameterError for shapes that do not match or directions that are not
-    of unit length; IllPosedError for a constant.
+    of unit length, IllPosedError for a constant.
 
-    Method: as `sensitivity_to_directions`, with one variable: of h_n^2 the share d_j^(2n) is that of xi_j alone, and
-    (1 - d_j^2)^n does without xi_j. The same of a set of modes with the sum of their d_j^2.
+    Method: as `sensitivity_to_directions` with one variable. The share d_j^(2n) of h_n^2 is due to xi_j alone, and the
+    share (1 - d_j^2)^n does not contain xi_j. For a set of modes, d_j^2 is the sum over the set.
     """
     if coefficients.ndim != 2 or direction.shape[1:] != coefficients.shape[1:]:
         raise ParameterError(f"directions {direction.shape} do not match coefficients {coefficients.shape}")
@@ -116,7 +115,7 @@ def sensitivity_along(direction: np.ndarray, coefficients: np.ndarray) -> tuple[
 
 
 def share_of_modes(direction: np.ndarray, coefficients: np.ndarray, modes: int) -> np.ndarray:
-    """Share : (nodes,) [-] of the variance that the first modes explain together; arguments as `sensitivity_along`."""
+    """Share : (nodes,) [-] of the variance that the leading modes explain; arguments as `sensitivity_along`."""
     return _shares(np.sum(direction[:modes] ** 2, axis=0, keepdims=True), coefficients)[0][0]
 
 

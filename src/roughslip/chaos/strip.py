@@ -1,9 +1,9 @@
-"""One expansion along a stationary strip: the pressure field from the heights, without a contact solve.
+"""Expansion of the pressure along a stationary strip, from the heights and without a contact solve.
 
-Along the strip the field is stationary, so every node of a row shares the coefficients; the rows differ, since the
-border of the contact is near for some and far for others. The variables are the local functionals of the heights,
-whitened row by row; they do not depend on the penetration, so one basis serves all of them. What the target does
-around its prediction is read off strips that are left out (`conditional`).
+The field is stationary along the strip, so all nodes of a row share the coefficients. The rows differ, because their
+distances from the border differ. The variables are the local functionals of the heights, whitened row by row. They do
+not depend on the penetration, so one basis is enough for all penetrations. The distribution of the target given its
+prediction is estimated from left-out strips (`residual_distribution`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite
 
 ALL = slice(None)
-GROUPS = 20  # of training strips, at most, that are left out in turn
+GROUPS = 20  # largest number of groups of training strips, left out in turn
 QUALITY = ("leave_one_out", "condition_number", "effective_samples")
 
 
@@ -30,7 +30,7 @@ class StripExpansion:
     """Expansion of the target at every row and penetration.
 
     indices : (P, 8) exponents
-    whiten : (ny, 8, 8) [1/m] from local functionals to variables of unit variance, a row
+    whiten : (ny, 8, 8) [1/m] for each row, from local functionals to variables of unit variance
     coefficients : (ny, P, levels) in the unit of the target
     stencil : boxes of the local means
     target : how the target gives the pressure
@@ -49,10 +49,10 @@ class StripExpansion:
     def predicted(self, heights: np.ndarray, columns: slice = ALL) -> np.ndarray:
         """The target at every penetration.
 
-        heights : (nx, ny) [m] a strip as wide as those of the fit, of any length
-        columns : where it is wanted
+        heights : (nx, ny) [m] a strip of the width of the fit and of any length
+        columns : columns of the result
 
-        Returns s : (levels, columns, ny) [target]. Raises ParameterError for another width or heights that are not
+        Returns s : (levels, columns, ny) [target]. Raises ParameterError for another width, or heights that are not
         finite.
         """
         rows, _, levels = self.coefficients.shape
@@ -66,7 +66,7 @@ class StripExpansion:
         return values
 
     def pressure(self, heights: np.ndarray) -> np.ndarray:
-        """p : (levels, nx, ny) [Pa] of the predicted target itself; else as `predicted`."""
+        """p : (levels, nx, ny) [Pa] of the predicted target, without its scatter; arguments as `predicted`."""
         return self.target.pressure(self.predicted(heights))
 
 
@@ -83,13 +83,13 @@ def fit_strip(
     functionals : (K, ny, 8) [m] local functionals at the training nodes
     target_values : (K, ny, levels) [Pa] or [Pa^2] values of `target` there
     degree : total degree of the expansion
-    stencil : the boxes that the functionals were taken with
+    stencil : the boxes of the functionals
     odd : (8, symmetries) 1 for a functional that changes sign under a symmetry of the strip that keeps every row, else
-        0; terms that do so too are left out
+        0; terms that change sign are left out
 
-    Returns the expansion and, as (ny, levels) arrays, its QUALITY. Neighbouring nodes are correlated, so that
-    leave-one-out is an optimistic figure here. Raises ParameterError for arrays that do not match, and IllPosedError as
-    the whitening and the regression do.
+    Returns the expansion and, as (ny, levels) arrays, its QUALITY. Neighbouring nodes are correlated, so the
+    leave-one-out error is too small. Raises ParameterError for arrays that do not match, and IllPosedError as the
+    whitening and the regression.
     """
     functionals, target_values = finite("functionals", functionals, 3), finite("targets", target_values, 3)
     if functionals.shape[:2] != target_values.shape[:2]:
@@ -117,17 +117,17 @@ def fit_strip(
 def predictions_of_left_out_strips(
     expansion: StripExpansion, functionals: np.ndarray, target_values: np.ndarray, strip: np.ndarray
 ) -> np.ndarray:
-    """The target at the training nodes, predicted without the strips of each.
+    """The target at the training nodes, predicted from other strips.
 
     expansion, functionals, target_values : result and arguments of `fit_strip`
-    strip : (K,) number of the strip of each node; strips are left out in GROUPS at most
+    strip : (K,) number of the strip of each node; strips are left out in at most GROUPS groups
 
-    Returns s : (levels, K, ny). Raises ParameterError for less than two strips, IllPosedError where too few samples are
-    left to determine a coefficient.
+    Returns s : (levels, K, ny). Raises ParameterError for fewer than two strips, IllPosedError where the other strips
+    do not determine a coefficient.
     """
     strips = len(np.unique(strip))
     if strips < 2:
-        raise ParameterError("strips that are left out in turn must be two at least: train with more strips")
+        raise ParameterError("at least two training strips are needed to leave strips out: train with more strips")
     groups = min(GROUPS, strips)
     group = np.unique(strip, return_inverse=True)[1] % groups
     _, rows, levels = target_values.shape
@@ -143,12 +143,12 @@ def predictions_of_left_out_strips(
 
 
 def turned_to_half(functionals: np.ndarray, target_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Training nodes of the rows up to the middle one, with those of the others after half a turn of the strip.
+    """Training nodes of one half of the rows, with those of the other half after half a turn of the strip.
 
-    functionals, target_values : (K, ny, 8), (K, ny, levels) as `fit_strip` takes them
+    functionals, target_values : (K, ny, 8), (K, ny, levels) as in `fit_strip`
 
-    Returns both as (2 K, (ny + 1) // 2, ...). A stationary surface and the half-space are alike after half a turn, so
-    that a row and the one as far from the other border say the same: twice the samples for half the fits.
+    Returns both as (2 K, (ny + 1) // 2, ...). Half a turn does not change the distribution of a stationary surface nor
+    the half-space. A row and its mirror row are therefore equivalent: twice the samples for half the fits.
     """
     half = (functionals.shape[1] + 1) // 2
     pairs = ((functionals, functionals[:, ::-1] * HALF_TURN), (target_values, target_values[:, ::-1]))
@@ -157,7 +157,7 @@ def turned_to_half(functionals: np.ndarray, target_values: np.ndarray) -> tuple[
 
 
 def on_all_rows(half: StripExpansion, rows: int) -> StripExpansion:
-    """The expansion of strips of so many rows from that of the rows up to the middle one."""
+    """The expansion for all rows from that of the rows up to the middle one."""
     turned = np.flip(np.arange(rows // 2))
     return replace(
         half,

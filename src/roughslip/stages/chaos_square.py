@@ -192,7 +192,7 @@ def choice(chosen: Chosen) -> dict[str, store.Variable]:
 def of_modes(chosen: Chosen, directions: np.ndarray) -> dict[str, store.Variable]:
     """The variables at the centre, and what the modes behind them explain."""
     local = chosen.expansion
-    modes = sensitivity_to_directions(local.indices, local.coefficients[0], directions)
+    modes = sensitivity_to_directions(local.indices, local.whole.coefficients, directions)
     title = "share of the variance of the expanded target that a mode explains {} (Sobol' index)"
     return {
         "sobol_first": store.Variable(("mode",), modes.first, "1", title.format("alone")),

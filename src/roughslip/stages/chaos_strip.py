@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.conditional import conditional_means
 from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
+from roughslip.chaos.residual_distribution import conditional_means
 from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model

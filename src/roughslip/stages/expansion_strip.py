@@ -2,7 +2,7 @@
 
 Strips are numbered as in contact_strip and drawn from the same streams: the first are the solved ones over again, which
 makes the expansion their control variate; the others are new. Area and force are what the expansion expects of them
-given its prediction (`chaos/conditional.py`), at a plane that far contacts move (`contact/far_field.py`).
+given its prediction (`chaos/residual_distribution.py`), at a plane that far contacts move (`contact/far_field.py`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.conditional import ConditionalMeans
+from roughslip.chaos.residual_distribution import ConditionalMeans
 from roughslip.chaos.strip import StripExpansion
 from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
 from roughslip.friction.bowden_tabor import window_sums

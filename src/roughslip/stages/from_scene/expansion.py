@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.chaos.directions import moving_frame
 from roughslip.chaos.functionals import (
     INDEPENDENT,
     MIRRORED,
@@ -19,6 +18,7 @@ from roughslip.chaos.functionals import (
 )
 from roughslip.chaos.local import Samples
 from roughslip.chaos.pressure import KINDS, Kind, PressureTarget, pressure_target, summit_curvature
+from roughslip.chaos.selection import moving_frame
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.limits import VARIABLE_COUNTS

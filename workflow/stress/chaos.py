@@ -296,7 +296,7 @@ def judge(problem: PressureProblem, expansion: LocalExpansion, samples: Samples,
     means = expansion.mean_pressure_at(u)
     largest = max(float(true.max()), float(samples.pressure.max()))
     levels = np.concatenate([[0.0], np.geomspace(1e-3, 10, 30) * largest])
-    curve = cumulative(expansion, 0, hermite_basis(u[:200], expansion.indices), levels)
+    curve = cumulative(expansion, expansion.whole, hermite_basis(u[:200], expansion.indices), levels)
     if not all(np.isfinite(part).all() for part in (drawn, means, curve, expansion.score, expansion.cross_validated)):
         return Verdict(math.inf, ("pressures are not finite",))
     distance, limit = _distance(drawn, true), allowed + 2 * sampling_error(FRESH)

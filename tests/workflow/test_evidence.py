@@ -104,22 +104,6 @@ def test_without_the_peers_a_benchmark_says_what_to_do(monkeypatch, capsys):
 # What git keeps.
 
 
-def part(stage, outcomes, worst):
-    return {
-        "stage": stage,
-        "problems": sum(outcomes.values()),
-        "outcomes": outcomes,
-        "worst_residual_over_tolerance": worst,
-        "failures": 0,
-    }
-
-
-def test_a_stage_is_the_sum_of_its_classes():
-    parts = [part("a", {"converged": 3}, 0.5), part("b", {"InputError": 2}, None), part("a", {"converged": 1}, 0.7)]
-    found = keep.stress_by_stage({"summary": [*parts, part("a", {"InputError": 4}, None)]})
-    assert found == [part("a", {"converged": 4, "InputError": 4}, 0.7), part("b", {"InputError": 2}, None)]
-
-
 def test_new_results_are_kept_and_others_stay(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     kept = tmp_path / keep.KEPT

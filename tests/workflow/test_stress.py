@@ -84,46 +84,41 @@ def test_a_small_campaign_has_no_failure_and_can_be_repeated(stage):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stage", CAMPAIGNS)
-def test_a_campaign_of_a_hundred_problems_has_no_failure(stage):
-    """With two processes; the first rows are those of one process."""
+def test_a_campaign_on_two_processes_has_no_failure_and_the_same_rows(stage):
     rows = runner.run_problems(CAMPAIGNS[stage].row_of, SEED, range(100), jobs=2)
     assert runner.failures(rows) == []
     assert runner.run_problems(CAMPAIGNS[stage].row_of, SEED, range(10)) == rows[:10]
-    assert sum(row["outcome"] == "converged" for row in rows) > 40
 
 
-def test_errors_that_answer_no_problem():
-    advice = IllPosedError("too few: take more samples")
-    assert chaos.is_answer(advice, False)
-    assert not chaos.is_answer(advice, True)
-    assert not chaos.is_answer(IllPosedError("it did not work"), False)
-    assert not chaos.is_answer(ParameterError("take another"), False)
-    limit = ConvergenceError("within the step limit; try a larger tolerance", residual=1.0, work=2)
-    assert oscillator.is_answer(limit, False)
-    assert not oscillator.is_answer(ConvergenceError("no idea", residual=1.0, work=2), False)
-    negative = ParameterError("friction turns negative after 1 of 2 natural periods")
-    assert oscillator.is_answer(negative, True)
-    assert not oscillator.is_answer(negative, False)
+@pytest.mark.parametrize(
+    ("error", "well_posed", "answers"),
+    [
+        (IllPosedError("too few: take more samples"), False, True),
+        (IllPosedError("too few: take more samples"), True, False),
+        (IllPosedError("it did not work"), False, False),
+        (ParameterError("take another"), False, False),
+    ],
+)
+def test_an_error_answers_a_problem_that_is_not_well_posed_with_advice(error, well_posed, answers):
+    assert chaos.is_answer(error, well_posed) is answers
 
 
 def test_the_file_and_its_summary_hold_all_rows(tmp_path, monkeypatch):
-    cases = [f"number={number} control={number % 2} tolerance=1e-3" for number in range(5)]
+    cases = [f"number={number} tolerance=1e-3" for number in range(5)]
     rows = [runner.problem_row("contact", case, lambda: Verdict(5e-4)) for case in cases]
     rows.append(runner.problem_row("contact", cases[0], failing(OverflowError("too far"))))
     path = tmp_path / "stress" / "contact.json"
-    runner.write_campaign(path, rows, runner.summary(rows, ("control",)), {"contact": 1})
+    runner.write_campaign(path, rows, {"contact": 1})
     monkeypatch.setattr("sys.argv", ["runner", "--campaigns", f"{path}", "--output", f"{tmp_path / 'stress.json'}"])
     runner.main()
     for file in (path, tmp_path / "stress.json"):
         content = json.loads(file.read_text())
         assert content["rows"] == rows
         assert (content["problems"], content["failures"], content["seeds"]) == (6, 1, {"contact": 1})
-        assert [(part["control"], part["problems"], part["failures"]) for part in content["summary"]] == [
-            ("0", 4, 1),
-            ("1", 2, 0),
-        ]
-        assert content["summary"][0]["outcomes"] == {"OverflowError": 1, "converged": 3}
-        assert content["summary"][0]["worst_residual_over_tolerance"] == pytest.approx(0.5)
+        (stage,) = content["summary"]
+        assert (stage["stage"], stage["problems"], stage["failures"]) == ("contact", 6, 1)
+        assert stage["outcomes"] == {"OverflowError": 1, "converged": 5}
+        assert stage["worst_residual_over_tolerance"] == pytest.approx(0.5)
 
 
 def test_a_failure_is_listed_and_ends_the_command_with_one(capsys, monkeypatch):
@@ -132,7 +127,7 @@ def test_a_failure_is_listed_and_ends_the_command_with_one(capsys, monkeypatch):
         return runner.problem_row("contact", f"number={number} tolerance=1e-3", lambda: verdict)
 
     monkeypatch.setattr("sys.argv", ["stress", "--problems", "6"])
-    assert runner.command("", "contact", broken, (), 10) == 1
+    assert runner.command("", "contact", broken, 10) == 1
     assert "false claim: number=4 tolerance=1e-3: p >= 0: 1 for 0" in capsys.readouterr().err
     monkeypatch.setattr("sys.argv", ["stress", "--only", "3", "5"])
-    assert runner.command("", "contact", broken, (), 10) == 0
+    assert runner.command("", "contact", broken, 10) == 0

@@ -35,7 +35,6 @@ from workflow.stress.runner import Conditions, Verdict
 STAGE = "contact"
 LEAST_HARDNESS = 1.02  # mean pressures; at 1 all nodes yield
 PROBLEMS = 10_000
-CLASSES = ("control", "material", "surface")
 
 ROUNDING = 8 * np.finfo(np.float64).eps  # of displacements at a node: coefficients and z - plane
 LOAD_ROUNDING = 1e-12  # The load is a sum of at most 16384 doubles.
@@ -86,12 +85,12 @@ def solutions(problem: ContactProblem) -> tuple[float, list[ContactSolution]]:
     influence = Influence(problem.grid, problem.modulus, periodic=problem.periodic)
     hardness = math.inf
     if math.isfinite(problem.cap):
-        peak = max(float(elastic.pressure.max()) for elastic in _solve(problem, influence, 1e-3, math.inf))
+        peak = max(float(elastic.pressure.max()) for elastic in solve_planes(problem, influence, 1e-3, math.inf))
         hardness = max(problem.cap * peak, LEAST_HARDNESS * (problem.load or 0.0)) or problem.modulus
-    return hardness, list(_solve(problem, influence, problem.tolerance, hardness))
+    return hardness, list(solve_planes(problem, influence, problem.tolerance, hardness))
 
 
-def _solve(
+def solve_planes(
     problem: ContactProblem, influence: Influence, tolerance: float, hardness: float
 ) -> Iterator[ContactSolution]:
     if problem.load is not None:
@@ -242,4 +241,4 @@ def _norm(field: np.ndarray) -> np.longdouble:
 
 
 if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, PROBLEMS))
+    sys.exit(runner.command(__doc__, STAGE, row_of, PROBLEMS))

@@ -2,7 +2,7 @@
 
 `python -m workflow.stress.friction -j 2 --output results/stress/friction.json` runs the campaign; `--only 17` runs one
 problem. One problem in four is of friction paths (`friction_paths`), the others of statistics of windows
-(`friction_windows`) and of autocorrelations and distributions fitted to them (`friction_fits`).
+(`friction_windows`), of autocorrelations, and of fits (`friction_fits`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import numpy as np
 
 from roughslip.errors import IllPosedError, RoughslipError
 from roughslip.friction.correlation import autocorrelation, correlation_fit
-from roughslip.friction.distribution_families import fit_candidates
 from roughslip.friction.marginal import fit_beta
 from roughslip.friction.resampling import NO_SCATTER, strip_weights
 from roughslip.friction.statistics import window_statistics
@@ -24,7 +23,6 @@ from workflow.stress.friction_windows import MARGIN, WindowProblem, judge_statis
 from workflow.stress.runner import Conditions, Verdict, has_advice, verdict_of
 
 STAGE = "friction"
-CLASSES = ("entry", "kind")
 PROBLEMS = 2000
 PATHS = 4  # One problem in so many is of paths.
 
@@ -71,8 +69,6 @@ def _conditions(problem: WindowProblem, weights: np.ndarray) -> Conditions:
             return judge_statistics(problem, window_statistics(*windows, weights), weights)
         case "beta":
             return friction_fits.judge_beta(problem, fit_beta(*windows, weights), weights)
-        case "candidates":
-            return friction_fits.judge_candidates(problem, fit_candidates(*windows, weights), weights)
     curve = autocorrelation(*windows, problem.lags, weights)
     lags = problem.spacing * np.arange(problem.lags)
     window = problem.spacing * 10 ** np.random.default_rng(problem.seed).uniform(0.4, 2)
@@ -93,10 +89,10 @@ def is_answer(problem: WindowProblem, error: RoughslipError) -> bool:
     match problem.entry:
         case "autocorrelation":
             return not friction_fits.has_pairs(problem, weights)
-        case "beta" | "candidates":
+        case "beta":
             return not friction_fits.quantiles_scatter(problem, weights, MARGIN * NO_SCATTER)
     return False
 
 
 if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, PROBLEMS))
+    sys.exit(runner.command(__doc__, STAGE, row_of, PROBLEMS))

@@ -1,7 +1,7 @@
-"""The judge of autocorrelations, of lengths fitted to them, and of distributions fitted to windows.
+"""The judge of autocorrelations, of lengths fitted to them, and of Beta distributions fitted to windows.
 
 Autocorrelations are means over pairs, lag by lag, in long doubles. Lengths are compared with a table of lengths and
-with plain searches along lags. Distributions are compared with scipy's and with shapes nearby, which must not fit
+with plain searches along lags. Beta distributions are compared with scipy's and with shapes nearby, which must not fit
 better.
 """
 
@@ -14,7 +14,6 @@ import numpy as np
 from scipy import stats
 
 from roughslip.friction.correlation import CorrelationFit
-from roughslip.friction.distribution_families import Candidate
 from roughslip.friction.marginal import PROBABILITIES, SHAPES, BetaFit
 from roughslip.probability import Estimate
 from workflow.stress.friction_windows import EPS, WindowProblem, counted, interval_conditions, judged_rows, lost
@@ -24,7 +23,6 @@ TRIALS = 4001
 THREE, HALF = 3.0, 0.5  # windows, up to which lags enter
 SAMPLE_FIT, TABLE_FIT = 1e-7, 3e-3  # of the squared distance: least squares for the sample, a table for replicates
 GRID = 25
-STEP = 0.01  # of skewness
 
 
 def judge_autocorrelation(problem: WindowProblem, found: Estimate, weights: np.ndarray) -> Conditions:
@@ -62,7 +60,7 @@ def has_pairs(problem: WindowProblem, weights: np.ndarray) -> bool:
 
 
 def judge_lengths(lags: np.ndarray, curve: Estimate, window: float, found: CorrelationFit) -> Conditions:
-    """Return conditions on lengths by four methods, on the misfits, and on whether a length is at its bound.
+    """Return conditions on fitted lengths, on the first crossing of 1/e, and on whether a length is at its bound.
 
     lags : (K,) [m] of the autocorrelation; window [m]
     """
@@ -71,27 +69,15 @@ def judge_lengths(lags: np.ndarray, curve: Estimate, window: float, found: Corre
     conditions = interval_conditions(
         found, ("least_squares", "half_window", "one_over_e", "integral", "misfit_difference")
     )
-    triangle = np.maximum(1 - lags / window, 0)
     for row in (0, len(curve.rows) - 1):
         r = curve.rows[row, :used]
-        at = {name: float(getattr(found, name).rows[row]) for name in ("least_squares", "half_window", "integral")}
-        whole, half = at["least_squares"], at["half_window"]
-        loss, squares = float(np.mean((np.exp(-lags / whole) - r) ** 2)), float(np.sum(r**2))
-        trapezoids = float(np.sum(0.5 * (r[1:] + r[:-1]) * np.diff(lags)))
-        crossing, misfit = found.one_over_e.rows[row], found.misfit_exponential.rows[row]
+        whole, half = float(found.least_squares.rows[row]), float(found.half_window.rows[row])
+        slack = 1e-9 * (1 + float(np.sum(r**2)))
+        excess = _loss(lags[:near], r[:near], half) - _least(lags[:near], r[:near])
         conditions |= {
-            f"no better length, row {row}": (_loss(lags, r, whole) - _least(lags, r), 1e-9 * (1 + squares)),
-            f"half a window, row {row}": (
-                _loss(lags[:near], r[:near], half) - _least(lags[:near], r[:near]),
-                1e-9 * (1 + squares),
-            ),
-            f"1/e, row {row}": (abs(float(crossing) - _one_over_e(lags, r)) / lags[-1], 1e-12),
-            f"integral, row {row}": (abs(at["integral"] - trapezoids) / lags[-1], 1e-12 * (1 + np.abs(r).max())),
-            f"misfit, row {row}": (abs(float(misfit) ** 2 - loss), 1e-12 * (1 + loss)),
-            f"misfit of the triangle, row {row}": (
-                abs(float(found.misfit_triangle.rows[row]) ** 2 - np.mean((triangle - r) ** 2)),
-                1e-12 * (1 + squares),
-            ),
+            f"no better length, row {row}": (_loss(lags, r, whole) - _least(lags, r), slack),
+            f"half a window, row {row}": (excess, slack),
+            f"1/e, row {row}": (abs(float(found.one_over_e.rows[row]) - _one_over_e(lags, r)) / lags[-1], 1e-12),
         }
     ends = float(found.least_squares.value) / (100 * lags[-1]), lags[1] / 20 / float(found.least_squares.value)
     conditions["stated at a bound"] = (float((max(ends) > 1 - 1e-9) != found.at_bound), 0)
@@ -174,35 +160,3 @@ def judge_beta(problem: WindowProblem, found: BetaFit, weights: np.ndarray) -> C
             at_end = min(a / SHAPES[0], b / SHAPES[0], SHAPES[1] / a, SHAPES[1] / b) < 1.0005
             conditions["stated at a bound"] = (float(at_end and not found.at_bound), 0)
     return conditions
-
-
-def judge_candidates(problem: WindowProblem, found: dict[str, Candidate], weights: np.ndarray) -> Conditions:
-    """Return conditions on distances; no member of the family a step away may be nearer."""
-    conditions: Conditions = {}
-    for which, row in list(judged_rows(problem, weights).items())[:2]:
-        q = quantiles_of(problem.mu, problem.valid, weights[row])
-        standard = _standard(q).astype(float)
-        slack = 1e-9 + 64 * EPS * float(np.abs(q).max() / q.std())
-        for family, candidate in found.items():
-            skewness, distance = float(candidate.skewness.rows[row]), float(candidate.distance.rows[row])
-            misfit = _misfit(standard, family_member(family, skewness))
-            steps = () if family == "normal" else (-STEP, STEP, -skewness, 1 - skewness, -1 - skewness)
-            others = [family_member(family, skewness + step) for step in steps if abs(skewness + step) <= 2 + 1e-9]
-            least = min((_misfit(standard, other) for other in others), default=math.inf)
-            conditions |= {
-                f"{family}, distance, {which}": (abs(distance**2 - misfit), 1e-9 + slack),
-                f"{family}, no nearer, {which}": (misfit - least, slack),
-            }
-    return conditions
-
-
-def family_member(family: str, skewness: float) -> np.ndarray:
-    """Return quantiles of the member of this skewness."""
-    sign, size = math.copysign(1.0, skewness), abs(skewness)
-    p = PROBABILITIES if sign > 0 else 1 - PROBABILITIES
-    if family == "normal" or size < 1e-9:
-        return stats.norm.ppf(PROBABILITIES)
-    if family == "gamma":
-        return sign * stats.gamma.ppf(p, 4 / size**2)
-    u = 2 * math.sinh(math.asinh(0.5 * size) / 3)  # u^3 + 3 u = skewness
-    return sign * stats.lognorm.ppf(p, math.sqrt(math.log1p(u**2)))

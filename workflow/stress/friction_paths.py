@@ -8,7 +8,6 @@ Fisher's z.
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 
@@ -111,9 +110,8 @@ def is_answer(problem: PathProblem, error: RoughslipError) -> bool:
     ratio = problem.spacing / problem.process.correlation_length_m
     if isinstance(error, ParameterError):
         return problem.method == "recursion" and not SPACINGS[0] <= ratio <= SPACINGS[1]
-    return (
-        isinstance(error, IllPosedError) and left_out(problem.process.marginal.centred, HERMITE_TERMS) > 0.5 * LEFT_OUT
-    )
+    share = left_out(problem.process.marginal.centred, HERMITE_TERMS)
+    return isinstance(error, IllPosedError) and share > 0.5 * LEFT_OUT
 
 
 def judged(problem: PathProblem) -> Verdict:
@@ -122,7 +120,7 @@ def judged(problem: PathProblem) -> Verdict:
     paths = prepare(process, problem.spacing, problem.length, problem.method)
     nodes = max(math.ceil(problem.length / problem.spacing - 1e-9), 1) + 1
     generator = np.random.default_rng([problem.number, 7])
-    gaussian, conditions = _recursion(paths, generator) if isinstance(paths, Recursion) else _period(paths, nodes)
+    gaussian, conditions = _recursion(paths) if isinstance(paths, Recursion) else _period(paths, nodes)
     some = np.unique(generator.integers(0, min(len(gaussian), nodes), LAGS))
     wanted = np.exp(-some * problem.spacing / process.correlation_length_m)
     reached, error = pair_correlation(process.marginal.centred, np.clip(gaussian[some], -1, 1))
@@ -141,14 +139,12 @@ def judged(problem: PathProblem) -> Verdict:
         "its bounds, below": (float(np.max(scale * table[0] - sample)), 1e-15 * scale),
         "its bounds, above": (float(np.max(sample - scale * table[1])), 1e-15 * scale),
     }
-    if isinstance(paths, Recursion):
-        conditions |= _pieces(paths, generator)
     if scale > 0:
         conditions |= _sampled(problem, sample, gaussian)
     return verdict_of(conditions)
 
 
-def _recursion(paths: Recursion, generator: np.random.Generator) -> tuple[np.ndarray, Conditions]:
+def _recursion(paths: Recursion) -> tuple[np.ndarray, Conditions]:
     """Return the Gaussian correlation at the nodes, by the stationary state: P = D P D + c c'."""
     state, decay, gain = (part.astype(np.longdouble) for part in (paths.start, paths.decay, paths.gain))
     p = state @ state.T
@@ -164,14 +160,14 @@ def _period(paths: Paths, nodes: int) -> tuple[np.ndarray, Conditions]:
     """Return the Gaussian correlation at the nodes, by the waves of a period."""
     if not isinstance(paths, Spectrum):
         raise TypeError("neither a recursion nor a period")
-    power_ = paths.amplitude.astype(np.longdouble) ** 2
-    power_[[0, -1]] *= 0.5  # one real number each
-    k = np.arange(len(power_))
+    squares = paths.amplitude.astype(np.longdouble) ** 2
+    squares[[0, -1]] *= 0.5  # one real number each
+    k = np.arange(len(squares))
     lags = np.arange(min(nodes, SHORT))
     waves = np.cos(2 * np.pi * (np.outer(lags, k) % paths.period_nodes) / paths.period_nodes)
-    share = np.full(len(power_), 2.0)
+    share = np.full(len(squares), 2.0)
     share[[0, -1]] = 1.0
-    return (waves @ (share * power_) / np.longdouble(paths.period_nodes) ** 2).astype(float), {
+    return (waves @ (share * squares) / np.longdouble(paths.period_nodes) ** 2).astype(float), {
         "nodes": (abs(paths.nodes - nodes), 0),
         "spacing": (paths.period_nodes - MOST_NODES, 10.0 * MOST_NODES),
     }
@@ -185,17 +181,6 @@ def _path(paths: Paths, seed: list[int], nodes: int) -> np.ndarray:
         if sum(map(len, pieces)) >= count:
             break
     return np.concatenate(pieces)[:count]
-
-
-def _pieces(paths: Recursion, generator: np.random.Generator) -> Conditions:
-    """Return whether paths in pieces of different lengths are equal."""
-    first, second = (int(n) for n in generator.integers(1, 60, 2))
-    rows = [
-        np.concatenate(list(itertools.islice(paths.realisation([5], length), math.ceil(100 / length))))[:100]
-        for length in (first, second, 4096)
-    ]
-    same = all(np.array_equal(rows[0], row) for row in rows[1:])
-    return {"the same bits for pieces of any length": (float(not same), 0)}
 
 
 def _sampled(problem: PathProblem, sample: np.ndarray, gaussian: np.ndarray) -> Conditions:

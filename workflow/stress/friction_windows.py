@@ -19,8 +19,8 @@ from roughslip.friction.statistics import PERCENTS, WindowStatistics
 from roughslip.probability import TAILS, Estimate
 from workflow.stress.runner import Conditions, choose, log_uniform
 
-ENTRIES = ("statistics", "autocorrelation", "beta", "candidates")
-ENTRY_SHARES = (0.35, 0.3, 0.2, 0.15)
+ENTRIES = ("statistics", "autocorrelation", "beta")
+ENTRY_SHARES = (0.4, 0.35, 0.25)
 KINDS = ("rough", "dilute", "shaped", "outlier", "two-values", "constant", "nearly-constant", "none", "long")
 KIND_SHARES = (0.3, 0.12, 0.2, 0.06, 0.05, 0.06, 0.06, 0.03, 0.12)
 MOST_STRIPS, MOST_WINDOWS = 25, 150

@@ -25,7 +25,6 @@ from workflow.stress.oscillator_problem import MotionProblem, random_problem
 from workflow.stress.runner import Verdict, has_advice
 
 STAGE = "oscillator"
-CLASSES = ("law", "excitation", "path", "follows", "integrator")
 PROBLEMS = 2000
 SAMPLES = 126  # a period: a stretch is 0.05 of tau
 
@@ -239,4 +238,4 @@ def _sticks(by: Judge, drawn: Trajectory) -> list[str]:
 
 
 if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, PROBLEMS))
+    sys.exit(runner.command(__doc__, STAGE, row_of, PROBLEMS))

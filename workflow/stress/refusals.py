@@ -74,7 +74,6 @@ from workflow.stress.bad_input import (
 )
 
 STAGE = "refusals"
-CLASSES = ("function",)
 
 GRID = Grid(4, 3, 1e-6, 1e-6)
 OUTSIDE = {"zero": 0.0, "one": 1.0, "negative": -0.1, "nan": NAN, "text": "half", "none": None}  # of probabilities
@@ -394,4 +393,4 @@ def row_of(seed: int, number: int) -> Row:
 
 
 if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, len(NUMBERED), len(NUMBERED)))
+    sys.exit(runner.command(__doc__, STAGE, row_of, len(NUMBERED), len(NUMBERED)))

@@ -148,25 +148,22 @@ def failures(rows: Iterable[Row]) -> list[Row]:
     return [row for row in rows if "why" in row]
 
 
-def summary(rows: Iterable[Row], keys: Sequence[str]) -> list[dict[str, Any]]:
-    """Return counts of outcomes and the largest residual over its tolerance, by the values of these keys of a case."""
-    classes: dict[tuple[str, ...], list[Row]] = defaultdict(list)
+def summary(rows: Iterable[Row]) -> list[dict[str, Any]]:
+    """Return counts of outcomes and the largest residual over its tolerance, by stage."""
+    stages: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
-        case = fields(row["case"])
-        classes[row["stage"], *(case.get(key, "none") for key in keys)].append(row)
-    return [
-        _class(dict(zip(("stage", *keys), name, strict=True)), members) for name, members in sorted(classes.items())
-    ]
+        stages[row["stage"]].append(row)
+    return [_stage_summary(stage, members) for stage, members in stages.items()]
 
 
-def _class(name: Mapping[str, str], rows: Sequence[Row]) -> dict[str, Any]:
+def _stage_summary(stage: str, rows: Sequence[Row]) -> dict[str, Any]:
     ratios = [
         row["residual"] / float(fields(row["case"])["tolerance"])
         for row in rows
         if row["outcome"] == CONVERGED and row["residual"] is not None
     ]
     return {
-        **name,
+        "stage": stage,
         "problems": len(rows),
         "outcomes": dict(sorted(Counter(row["outcome"] for row in rows).items())),
         "worst_residual_over_tolerance": max(ratios, default=None),
@@ -183,13 +180,11 @@ def run_problems(row_of: Callable[[int, int], Row], seed: int, numbers: Sequence
     return [work(number) for number in numbers] if jobs == 1 else map_parallel(work, numbers, jobs, CHUNK)
 
 
-def write_campaign(
-    path: Path, rows: Sequence[Row], classes: Sequence[Mapping[str, Any]], seeds: Mapping[str, int]
-) -> None:
+def write_campaign(path: Path, rows: Sequence[Row], seeds: Mapping[str, int]) -> None:
     """Write seeds, summary and rows, each row on a line of its own, in one step."""
     head = {"seeds": seeds, "problems": len(rows), "failures": len(failures(rows))}
     lines = [json.dumps(head, allow_nan=False)[:-1] + ","]
-    for name, entries, end in (("summary", classes, ","), ("rows", rows, "}")):
+    for name, entries, end in (("summary", summary(rows), ","), ("rows", rows, "}")):
         lines += [f'"{name}": [', ",\n".join(json.dumps(entry, allow_nan=False) for entry in entries), f"]{end}"]
     store.write_text(path, "\n".join(lines) + "\n")
 
@@ -198,13 +193,11 @@ def command(
     description: str | None,
     stage: str,
     row_of: Callable[[int, int], Row],
-    keys: Sequence[str],
     problems: int,
     most: int = sys.maxsize,
 ) -> int:
     """Run the campaign of a stage from the command line and return the exit status, which is 1 if a problem failed.
 
-    keys : of a case, by which the summary counts
     problems : how many, if the command line does not say
     most : how many there are
     """
@@ -219,7 +212,7 @@ def command(
     numbers = arguments.only or range(min(arguments.problems, most))
     rows = run_problems(row_of, arguments.seed, numbers, arguments.jobs)
     if arguments.output:
-        write_campaign(arguments.output, rows, summary(rows, keys), {stage: arguments.seed})
+        write_campaign(arguments.output, rows, {stage: arguments.seed})
     return report(rows, f"{stage}, seed {arguments.seed}, {time.perf_counter() - started:.0f} s")
 
 
@@ -245,9 +238,9 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="the JSON file")
     arguments = parser.parse_args()
     campaigns = [json.loads(path.read_text(encoding="utf-8")) for path in arguments.campaigns]
-    rows, classes = ([entry for one in campaigns for entry in one[name]] for name in ("rows", "summary"))
+    rows = [row for campaign in campaigns for row in campaign["rows"]]
     seeds = {stage: seed for one in campaigns for stage, seed in one["seeds"].items()}
-    write_campaign(arguments.output, rows, classes, seeds)
+    write_campaign(arguments.output, rows, seeds)
 
 
 if __name__ == "__main__":

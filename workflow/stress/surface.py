@@ -30,7 +30,6 @@ from workflow.stress.runner import Conditions, Verdict, has_advice, verdict_of
 from workflow.stress.surface_problem import FieldProblem, random_problem
 
 STAGE = "surface"
-CLASSES = ("entry", "kernel")
 PROBLEMS = 2000
 HEIGHTS, FIT = (2, 5, 8), 9  # last digits of the numbers of their problems
 
@@ -242,4 +241,4 @@ def judge_embedding(problem: FieldProblem, embedding: Embedding) -> Verdict:
 
 
 if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, CLASSES, PROBLEMS))
+    sys.exit(runner.command(__doc__, STAGE, row_of, PROBLEMS))

@@ -17,7 +17,7 @@ from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, TRAINING_NODES, VARIABLE
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
-from roughslip.scene.plan import get
+from roughslip.scene.types import get
 
 Scene = dict[str, Any]
 

@@ -14,7 +14,7 @@ from roughslip.scene import plan, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load, scene_names
-from roughslip.scene.plan import get
+from roughslip.scene.types import get
 from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory

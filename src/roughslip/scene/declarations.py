@@ -100,6 +100,12 @@ def declarations() -> dict[str, Stage]:
     return {stage.name: stage for stage in found}
 
 
+@cache
+def targets() -> tuple[str, ...]:
+    """All that a scene may ask for."""
+    return tuple(sorted({stage.target for stage in declarations().values()} - {"", EVERY_SCENE}))
+
+
 def _declared(file: Path) -> Stage:
     """The declaration of one stage module."""
     for node in ast.parse(file.read_bytes(), str(file)).body:

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import PurePosixPath
 from typing import Any
 
-from roughslip.scene.declarations import EVERY_SCENE, Stage, declarations
+from roughslip.scene.declarations import EVERY_SCENE, Stage, declarations, targets
 from roughslip.scene.types import get, part_of
 
 Scene = dict[str, Any]
@@ -62,12 +62,6 @@ def skip_reasons(scene: Scene) -> dict[str, str]:
         else:
             found[name] = f"not asked for: {', '.join(target for target in targets() if name in _all_of(target))}"
     return found
-
-
-@cache
-def targets() -> tuple[str, ...]:
-    """All that a scene may ask for."""
-    return tuple(sorted({stage.target for stage in declarations().values()} - {"", EVERY_SCENE}))
 
 
 @cache

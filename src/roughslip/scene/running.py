@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from roughslip.scene.declarations import declarations
 from roughslip.scene.fields import Section, integer, number
 from roughslip.scene.mistakes import Mistake, Values, given, refused
 
@@ -34,20 +35,14 @@ class Batches(Section):
 
 
 MOST_JOBS = 2000  # of one total: Snakemake plans each of them, and each takes a second or two to start
-TOTALS = {
-    "square_samples": ("square.monte_carlo_samples", "square.latin_hypercube_samples", "expansion.samples"),
-    "strip_samples": ("strip.samples",),
-    "expansion_samples": ("strip.expansion_samples",),
-    "realisations": ("ensemble.realisations",),
-}
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """Batches so small that a stage has too many jobs."""
-    for key, totals in TOTALS.items():
-        size = scene["batches"].get(key)
-        for total in totals:
+    for batches in (stage.batches for stage in declarations().values() if stage.batches):
+        size = given(scene, batches.size)
+        for total in batches.totals.values():
             count = given(scene, total)
             if size is not None and isinstance(count, int) and count > MOST_JOBS * size:
                 allowed = f"enough that {total} = {count} takes at most {MOST_JOBS} jobs"
-                yield refused(size, allowed, f"batches.{key}", total)
+                yield refused(size, allowed, batches.size, total)

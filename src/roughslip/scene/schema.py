@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from roughslip.scene.declarations import targets
 from roughslip.scene.fields import REQUIRED, WORD, Section, default_of, fields_of
 from roughslip.scene.types import Scene
 
@@ -20,6 +21,8 @@ FILE = Path("config/scene.schema.json")
 def scene_schema() -> dict[str, Any]:
     """The schema of a scene after its overlays are merged, with the key `extends` of a file. Do not change it."""
     schema = _part(Scene, {"description": "Scene of roughslip; the unit of a number ends its name"})
+    listed = schema["properties"]["targets"]  # the stages declare them
+    listed["items"] = {"description": listed["items"]["description"], "type": "string", "enum": list(targets())}
     extends = {
         "description": "Name of the scene that this file overlays; mappings merge, numbers, text and lists replace",
         "type": "string",

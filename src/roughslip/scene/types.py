@@ -8,14 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from roughslip.scene.ensemble import Ensemble
 from roughslip.scene.expansion import Expansion
 from roughslip.scene.fields import (
     Section,
     build,
-    choice,
     completed,
     default_of,
     fields_of,
@@ -34,8 +33,6 @@ from roughslip.scene.square import Square
 from roughslip.scene.stick_slip_map import StickSlipMap, Survival
 from roughslip.scene.strip import Strip
 
-Figure = Literal["figure2", "figure3", "figure5", "figure_scan", "figure_field", "figure_map"]
-
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Scene(Section):
@@ -43,13 +40,13 @@ class Scene(Section):
 
     description: str = text("Purpose of the scene in one line, for captions and the report", longest=200)
     seed: int = integer("Fixes every random number of the scene", at_least=0, at_most=4294967295)
-    targets: tuple[Figure, ...] = many(
+    targets: tuple[str, ...] = many(
         "The figures to make; only the stages that they need run",
-        choice(
+        text(
             "A figure of the paper, or one of three others. In figure_scan, a scan is compared with surfaces sampled "
             "from its models. In figure_field, statistics of the pressure are shown at every node of the square. In "
             "figure_map, the probability of stick-slip is shown over damping and belt velocity, with its lifetimes",
-            Figure,
+            longest=40,
         ),
         unique=True,
     )

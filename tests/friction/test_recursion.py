@@ -47,9 +47,12 @@ def test_autocorrelation_of_many_paths(ensemble):
 
 
 def test_marginal_of_many_paths(ensemble):
-    """Kolmogorov distance at most 0.003: indicators at the median correlate as (2 / pi) asin(exp(-s / L)), over a
-    length of 2 L ln 2, so that 400 000 lengths hold 290 000 independent values, and 0.003 has a probability of 1 %.
-    Read at 2000 quantiles the distance is by no more than 1 / 2000 too small."""
+    """The Kolmogorov distance is at most 0.003.
+
+    Indicators at the median have the correlation (2 / pi) asin(exp(-s / L)), with the length 2 L ln 2. So 400 000
+    lengths hold 290 000 independent values, and a distance of 0.003 has a probability of 1 %. At 2000 quantiles the
+    distance is at most 1 / 2000 too small.
+    """
     probability = np.arange(1, 2000) / 2000
     law = beta_distribution(2.1, 5.0)
     values = np.sort(ensemble.ravel())
@@ -89,7 +92,7 @@ def test_a_path_begins_anew():
 @pytest.mark.parametrize(("a", "b"), BORDER)
 @pytest.mark.parametrize("nodes", [0.25, 2, 16, 1000])
 def test_errors_are_those_of_what_was_built(a, b, nodes):
-    """The covariance of the state, summed step by step, gives the autocorrelation that the errors tell, and the
+    """The covariance of the state, summed step by step, gives the reported errors of the autocorrelation, and the
     Cholesky factor in closed form gives that covariance."""
     built = recursion(process(a, b), LENGTH / nodes)
     covariance = state_covariance(built)
@@ -155,8 +158,10 @@ def test_refuses_a_spacing(spacing):
 
 @pytest.mark.parametrize("ratio", [4.0, 7.5, 10.0])
 def test_nodes_many_lengths_apart(ratio):
-    """Eight decays exp(-i ratio) are nothing beside one, and as numbers they were divided by differences of zero; at
-    the lags of the nodes few terms have the correlation within the tolerance."""
+    """Eight decays exp(-i ratio) vanish against one, and their differences with them.
+
+    At the lags of the nodes few terms give the correlation within the tolerance.
+    """
     marginal = QuantileDistribution(beta_distribution(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 400)), 0.3, 0.05)
     built = recursion(FrictionProcess(marginal, LENGTH), ratio * LENGTH)
     lags = built.decay ** np.arange(1, 4)[:, None]

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from roughslip.oscillator.equation import completed, place
+from roughslip.oscillator.equation import Oscillator, completed, path_coordinate
 from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.integrators import step
-from roughslip.oscillator.law import CoulombLaw, StribeckLaw
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.path import piece_at
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.runge_kutta import step
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 LAW = StribeckLaw(0.3)
@@ -30,7 +30,7 @@ def equal_steps(pair, p, path, x, u, duration, steps, sigma=1.0):
     h = duration / steps
     y = completed(0.0, x, u, 0.0, sigma, piece_at(path, 0.0), p)
     for _ in range(steps):
-        ahead = place(y.tau + 0.5 * h, y.s + 0.5 * h * sigma * (p.V - y.u), p)
+        ahead = path_coordinate(y.tau + 0.5 * h, y.s + 0.5 * h * sigma * (p.V - y.u), p)
         piece = piece_at(path, ahead)
         y = completed(y.tau, y.x, y.u, y.s, sigma, piece, p)
         y, _ = step(pair, y, h, sigma, piece, p)

@@ -9,9 +9,9 @@ import pytest
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator import motion as module
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
-from roughslip.oscillator.motion import simulate, trajectory
+from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from tests.oscillator.motions import LAW, STUDY, F, V, ends
 
 COULOMB = StribeckLaw(fit=0.0, decay_s_per_m=0.0, quadratic_s2_per_m2=0.0)
@@ -27,7 +27,7 @@ def coulomb_start(kinetic, start):
 def test_undamped_slip_arc():
     """From beyond the limit of stick the mass slips at once: mirror image, elapsed angle and slipped distance."""
     x, angle = coulomb_start(0.4, 0.012)
-    motion = simulate(UNDAMPED, COULOMB, None, 0.0, 1.5, tolerance=1e-11, start_position_m=0.012)
+    motion = simulate(UNDAMPED, COULOMB, None, 0.0, 1.5, MotionOptions(1e-11), start_position_m=0.012)
     assert motion.kind.tolist()[:2] == [DEPARTURE, REATTACHMENT]
     assert motion.time[0] == 0.0
     assert motion.position[1] == pytest.approx(x, abs=1e-9 * F)
@@ -43,11 +43,11 @@ def test_exact_stick_slip_cycle():
     period = angle + (0.4 * F - x) / V
     first = 0.4 * F / V + angle
     periods = 10.0
-    motion = simulate(UNDAMPED, COULOMB, path, 1e-4, periods, stochastic_static_limit=False)
+    motion = simulate(UNDAMPED, COULOMB, path, 1e-4, periods, MotionOptions(stochastic_static_limit=False))
     count = math.floor((2 * math.pi * periods - first) / period) + 1
     assert motion.cycles == count
     assert motion.micro_slips == 0
-    # each re-located event adds about the tolerance; none of it is amplified as every departure is the same point
+    # each located event adds about the tolerance, without growth, as every departure is the same point
     assert ends(motion)[:, 0] == pytest.approx(first + period * np.arange(count), abs=1e-7)
     assert motion.reattachments() == pytest.approx(np.full(count, x), abs=1e-8 * F)
     departures = motion.position[motion.kind == DEPARTURE]
@@ -73,7 +73,7 @@ def test_damped_slip_arc():
             break
         low, high = (middle, high) if velocity(middle) < V else (low, middle)
     x = 0.4 * F + math.exp(-0.05 * low) * (a * math.cos(w * low) + b * math.sin(w * low))
-    motion = simulate(oscillator, COULOMB, None, 0.0, 1.0, tolerance=1e-11, start_position_m=start)
+    motion = simulate(oscillator, COULOMB, None, 0.0, 1.0, MotionOptions(1e-11), start_position_m=start)
     assert motion.position[1] == pytest.approx(x, abs=1e-10 * F)
     assert motion.time[1] == pytest.approx(low, abs=1e-9)
 
@@ -108,9 +108,9 @@ def test_count_of_the_study():
 def test_trajectory_draws_the_motion():
     """Same events as simulate, stick lines exact, X' = V there, slip on the closed form."""
     path = np.full(20_000, -0.1)
-    kwargs = {"stochastic_static_limit": False}
-    drawn = trajectory(UNDAMPED, COULOMB, path, 1e-4, 3.0, samples_per_period=500, **kwargs)
-    plain = simulate(UNDAMPED, COULOMB, path, 1e-4, 3.0, **kwargs)
+    options = MotionOptions(stochastic_static_limit=False)
+    drawn = trajectory(UNDAMPED, COULOMB, path, 1e-4, 3.0, options, samples_per_period=500)
+    plain = simulate(UNDAMPED, COULOMB, path, 1e-4, 3.0, options)
     assert np.array_equal(drawn.motion.time, plain.time)
     assert drawn.time.size == 1500
     leave, back, again = plain.time[:3]
@@ -156,14 +156,7 @@ def test_step_limit_is_an_error(monkeypatch):
         ({"path": np.zeros(9), "spacing_m": 0.0}, "spacing"),
         ({"duration_periods": 0.0}, "duration"),
         ({"duration_periods": math.nan}, "duration"),
-        ({"tolerance": 0.0}, "tolerance"),
-        ({"tolerance": 1e-2}, "tolerance"),
-        ({"tolerance": math.nan}, "tolerance"),
         ({"start_position_m": math.inf}, "start must be finite"),
-        ({"path": np.zeros(9), "interpolation": "quintic"}, "cubic or linear"),
-        ({"friction_follows": "load"}, "slip, belt, time"),
-        ({"negative_friction": "allow"}, "clip, refuse"),
-        ({"integrator": "euler"}, "fehlberg45, dormand_prince853"),
     ],
 )
 @pytest.mark.parametrize("function", [simulate, trajectory])
@@ -173,14 +166,28 @@ def test_refuses(function, change, message):
         function(STUDY, LAW, **(valid | change))
 
 
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        *(({"tolerance": value}, "tolerance") for value in (0.0, 1e-2, math.nan)),
+        ({"interpolation": "quintic"}, "cubic, linear"),
+        ({"friction_follows": "load"}, "slip, belt, time"),
+        ({"negative_friction": "allow"}, "clip, refuse"),
+        ({"integrator": "euler"}, "fehlberg45, dormand_prince853"),
+    ],
+)
+def test_options_out_of_range_are_refused(option, message):
+    with pytest.raises(ParameterError, match=message):
+        MotionOptions(**option)
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_motion_may_start_off_the_belt(side):
-    """Undamped slip is a rotation about F mu on the side of X' < V, about -F mu on that of X' > V; it meets the belt
-    where the circle does, from below on the left, from above on the right."""
+    """Undamped slip is a rotation about F mu for X' < V and about -F mu for X' > V, up to the belt."""
     x, u = side * 0.3 * F, (1 - 2.5 * side) * V
     centre = side * 0.4 * F
     radius = math.hypot(x - centre, u)
-    motion = simulate(UNDAMPED, COULOMB, None, 0.0, 1.5, tolerance=1e-11, start_position_m=x, start_velocity_m=u)
+    motion = simulate(UNDAMPED, COULOMB, None, 0.0, 1.5, MotionOptions(1e-11), start_position_m=x, start_velocity_m=u)
     place = centre - side * math.sqrt(radius**2 - V**2)
     angle = (math.atan2(-V, place - centre) - math.atan2(-u, x - centre)) % (2 * math.pi)
     assert list(motion.kind[:1]) == [DEPARTURE]

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicHermiteSpline
 from roughslip.errors import ParameterError
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.limits import limit_cycle
-from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
+from roughslip.oscillator.motion import MotionOptions, ensemble_counts, simulate, trajectory
 from tests.oscillator.motions import LAW, STUDY, F, V, ends
 
 
@@ -66,7 +66,7 @@ def test_against_scipy(excited):
         oscillator = replace(STUDY, excitation_force_n=60.0, excitation_frequency_rad_per_s=430.0)
     path, spacing = wave()
     expected = reference(oscillator, path, spacing, 4)
-    found = ends(simulate(oscillator, LAW, path, spacing, 6.0, tolerance=1e-11))[:4]
+    found = ends(simulate(oscillator, LAW, path, spacing, 6.0, MotionOptions(1e-11)))[:4]
     assert found[:, 0] == pytest.approx(expected[:, 0], abs=1e-6)
     assert found[:, 1] == pytest.approx(expected[:, 1], abs=1e-7 * F)
     assert found[:, 2] == pytest.approx(expected[:, 2], abs=1e-7 * F)
@@ -75,7 +75,7 @@ def test_against_scipy(excited):
 def test_energy_balance_in_slip():
     """(X'^2 + X^2) / 2 changes by the work of friction less 2 D X'^2; the samples interpolate to h^4 ~ 1e-8."""
     path, spacing = wave()
-    drawn = trajectory(STUDY, LAW, path, spacing, 2.5, tolerance=1e-12, samples_per_period=4000)
+    drawn = trajectory(STUDY, LAW, path, spacing, 2.5, MotionOptions(1e-12), samples_per_period=4000)
     leave, back = drawn.motion.time[:2]
     keep = (drawn.time > leave) & (drawn.time < back)
     tau, x, u = drawn.time[keep], drawn.position[keep], drawn.velocity[keep]
@@ -86,7 +86,7 @@ def test_energy_balance_in_slip():
     assert energy - energy[0] == pytest.approx(cumulative_simpson(power, x=tau, initial=0.0), abs=1e-7 * F**2)
 
 
-def test_micro_slip_and_cycle_are_told_apart():
+def test_micro_slip_and_cycle_are_distinguished():
     """Friction that climbs by 0.3 over the first 0.3 mm of slip stops the mass before it turns; beyond it is level.
 
     Stick holds again at the higher limit; on the level part the slip is the deterministic one and ends a cycle.
@@ -118,7 +118,7 @@ def test_turning_point_between_steps():
     def draw(height):
         climb = np.full(60, 0.6)
         climb[:2] = 0.0, height
-        drawn = trajectory(STUDY, LAW, climb, 1e-3, 3.0, tolerance=1e-7, samples_per_period=4000)
+        drawn = trajectory(STUDY, LAW, climb, 1e-3, 3.0, MotionOptions(1e-7), samples_per_period=4000)
         k = np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0]
         return bool(drawn.motion.backwards[k]), drawn.velocity[drawn.time < drawn.motion.time[k]].min()
 
@@ -145,8 +145,8 @@ def test_micro_slip_after_a_cycle():
 
 def test_zero_path_is_the_deterministic_motion():
     """The same motion through other steps."""
-    plain = simulate(STUDY, LAW, None, 0.0, 5.0, tolerance=1e-11)
-    zero = simulate(STUDY, LAW, np.zeros(10_000), 2e-5, 5.0, tolerance=1e-11)
+    plain = simulate(STUDY, LAW, None, 0.0, 5.0, MotionOptions(1e-11))
+    zero = simulate(STUDY, LAW, np.zeros(10_000), 2e-5, 5.0, MotionOptions(1e-11))
     assert np.array_equal(plain.kind, zero.kind)
     assert zero.position == pytest.approx(plain.position, abs=1e-9 * F)
 
@@ -156,7 +156,7 @@ def test_departure_follows_the_path():
     path, spacing = wave()
     mu_s = CubicHermiteSpline(spacing * np.arange(path.size), path, np.gradient(path, spacing))
     for stochastic in (True, False):
-        motion = simulate(STUDY, LAW, path, spacing, 8.0, stochastic_static_limit=stochastic)
+        motion = simulate(STUDY, LAW, path, spacing, 8.0, MotionOptions(stochastic_static_limit=stochastic))
         leave = motion.kind == DEPARTURE
         scatter = mu_s(motion.slipped_distance[leave])
         limit = 0.4 + (scatter if stochastic else np.maximum(scatter, 0.0))
@@ -166,11 +166,11 @@ def test_departure_follows_the_path():
 def test_weak_excitation_is_continuous():
     """Q -> 0: events move in proportion to Q (here q = 1e-6 F and 1e-7 F)."""
     path, spacing = wave()
-    plain = simulate(STUDY, LAW, path, spacing, 3.0, tolerance=1e-12)
+    plain = simulate(STUDY, LAW, path, spacing, 3.0, MotionOptions(1e-12))
     shifts = []
     for share in (1e-6, 1e-7):
         weak = replace(STUDY, excitation_force_n=share * 2500.0, excitation_frequency_rad_per_s=400.0)
-        motion = simulate(weak, LAW, path, spacing, 3.0, tolerance=1e-12)
+        motion = simulate(weak, LAW, path, spacing, 3.0, MotionOptions(1e-12))
         assert np.array_equal(motion.kind, plain.kind)
         shifts.append(np.max(np.abs(motion.position - plain.position)))
     assert 0.0 < shifts[1] < shifts[0] < 1e-4 * F
@@ -192,11 +192,11 @@ def test_negative_friction_is_counted_or_refused():
     """mu_D is 0.24 to 0.4: a path of +- 0.35 cuts it at times, one of +- 0.2 never does."""
     wide, narrow = (size * np.sin(np.arange(4000) / 20.0) for size in (0.35, 0.2))
     assert simulate(STUDY, LAW, narrow, 5e-5, 8.0).cuts == 0
-    assert simulate(STUDY, LAW, narrow, 5e-5, 8.0, negative_friction="refuse").cycles > 0
+    assert simulate(STUDY, LAW, narrow, 5e-5, 8.0, MotionOptions(negative_friction="refuse")).cycles > 0
     clipped = simulate(STUDY, LAW, wide, 5e-5, 8.0)
     assert 0 < clipped.cuts < clipped.steps
     with pytest.raises(ParameterError, match="negative after"):
-        simulate(STUDY, LAW, wide, 5e-5, 8.0, negative_friction="refuse")
+        simulate(STUDY, LAW, wide, 5e-5, 8.0, MotionOptions(negative_friction="refuse"))
 
 
 @settings(derandomize=True, max_examples=25, deadline=None)
@@ -213,7 +213,7 @@ def test_order_of_events(seed, damping, scatter, force, frequency):
         STUDY, damping_ratio=damping, excitation_force_n=force, excitation_frequency_rad_per_s=frequency
     )
     path = scatter * np.random.default_rng(seed).uniform(-1.0, 1.0, 2500)
-    motion = simulate(oscillator, LAW, path, 1e-4, 4.0, tolerance=1e-7)
+    motion = simulate(oscillator, LAW, path, 1e-4, 4.0, MotionOptions(1e-7))
     assert np.all(np.diff(motion.time) >= 0.0)
     assert np.all(np.diff(motion.slipped_distance) >= 0.0)
     changes = motion.kind[motion.kind != CROSSING]
@@ -239,11 +239,11 @@ def test_counts_over_dampings_are_those_of_single_runs():
 @pytest.mark.parametrize("interpolation", ["cubic", "linear"])
 @pytest.mark.parametrize("size", [1, 3, 1000])
 def test_a_path_in_pieces_gives_the_same_motion(interpolation, size):
-    """Bit by bit, whatever the length of the pieces, drawn or not, where pieces end in the midst of a slip."""
+    """Bit by bit, for any length of the pieces, which end in the middle of a slip."""
     path = 0.1 * np.random.default_rng(5).uniform(-1.0, 1.0, 4000)
     pieces = [path[k : k + size] for k in range(0, 4000, size)]
-    whole = trajectory(STUDY, LAW, path, 5e-5, 6.0, interpolation=interpolation)
-    found = trajectory(STUDY, LAW, pieces, 5e-5, 6.0, interpolation=interpolation)
+    whole = trajectory(STUDY, LAW, path, 5e-5, 6.0, MotionOptions(interpolation=interpolation))
+    found = trajectory(STUDY, LAW, pieces, 5e-5, 6.0, MotionOptions(interpolation=interpolation))
     assert np.count_nonzero(whole.motion.kind == DEPARTURE) > 3
     for name in ("kind", "time", "position", "slipped_distance", "backwards", "total_slip", "steps"):
         assert np.array_equal(getattr(found.motion, name), getattr(whole.motion, name))
@@ -254,8 +254,8 @@ def test_a_path_in_pieces_gives_the_same_motion(interpolation, size):
 def test_a_phase_that_goes_on_is_no_new_phase():
     """Close nodes, pieces of one and long steps, so that the step to the belt is often the first after a pause."""
     path = 0.1 * np.random.default_rng(1).uniform(-1.0, 1.0, 24_000)
-    whole = simulate(STUDY, LAW, path, 1e-5, 12.0, tolerance=1e-5)
-    found = simulate(STUDY, LAW, (path[k : k + 1] for k in range(24_000)), 1e-5, 12.0, tolerance=1e-5)
+    whole = simulate(STUDY, LAW, path, 1e-5, 12.0, MotionOptions(1e-5))
+    found = simulate(STUDY, LAW, (path[k : k + 1] for k in range(24_000)), 1e-5, 12.0, MotionOptions(1e-5))
     assert np.count_nonzero(whole.kind == REATTACHMENT) > 10
     assert np.array_equal(found.time, whole.time)
     assert np.array_equal(found.kind, whole.kind)
@@ -267,7 +267,7 @@ def test_linear_interpolation_of_a_line_is_cubic_interpolation():
     s = 5e-5 * np.arange(4000)
     line, bent = 0.1 * s, 0.05 * np.sin(s / 3e-4)
     runs = {
-        (name, way): simulate(STUDY, LAW, path, 5e-5, 6.0, interpolation=way).position
+        (name, way): simulate(STUDY, LAW, path, 5e-5, 6.0, MotionOptions(interpolation=way)).position
         for name, path in (("line", line), ("bent", bent))
         for way in ("cubic", "linear")
     }
@@ -278,7 +278,7 @@ def test_linear_interpolation_of_a_line_is_cubic_interpolation():
 
 
 def test_a_path_without_end_is_kept_a_few_nodes_at_a_time():
-    """Pieces that nobody keeps can be let go: at most three are alive at any time, the one drawn among them."""
+    """The motion frees pieces that it has passed: at most three exist at any time, with the newest one."""
     alive: list[weakref.ref] = []
 
     def pieces():

@@ -1,4 +1,4 @@
-"""Where stick ends."""
+"""The end of stick: closed form, first root under excitation, first passage on a path."""
 
 import math
 from dataclasses import replace
@@ -7,13 +7,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-from roughslip.oscillator.law import CoulombLaw, StribeckLaw
-from roughslip.oscillator.stick import HELD, LOWER, UPPER, departure, static_limit, stick_force
-from roughslip.oscillator.system import Oscillator, coefficients
+from roughslip.errors import ParameterError
+from roughslip.oscillator.equation import Oscillator, coefficients
+from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
+from roughslip.oscillator.path import path_through
+from roughslip.oscillator.stick import HELD, LOWER, PAUSED, UPPER, departure, passage, static_limit, stick_force
+from tests.oscillator.motions import LAW, STUDY, F, V
 
-STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 STIFFNESS = STUDY.stiffness_n_per_m
 
 
@@ -69,7 +76,7 @@ def test_lower_limit_is_reached():
     start=st.floats(0.0, 100.0),
     share=st.floats(-0.9, 0.9),
 )
-def test_nothing_leaves_before_the_root(q_m, ratio, start, share):
+def test_stick_holds_up_to_the_root(q_m, ratio, start, share):
     """Property: the limits hold up to the departure, and are met there to rounding."""
     p = driven(q_m, ratio)
     limit = 0.4 * p.F
@@ -117,3 +124,214 @@ def test_static_limit_of_coulomb_friction():
 def test_a_fixed_base_holds_for_ever_without_excitation():
     p = coefficients(replace(STUDY, belt_velocity_m_per_s=0.0), StribeckLaw(0.3))
     assert departure(2.0, 0.001, 0.4 * p.F, 50.0, p) == (HELD, 50.0, 0.001)
+
+
+OMEGA = STUDY.natural_frequency_rad_per_s
+EXCITED = replace(STUDY, excitation_force_n=60.0, excitation_frequency_rad_per_s=430.0)
+
+
+def path_of(nodes, spacing, cubic=True):
+    return path_through(np.asarray(nodes, dtype=float), 0, spacing, cubic, True)
+
+
+def follower(oscillator=STUDY, spacing=0.3):
+    """Friction that follows the belt, with V the unit of its coordinate so that spacings are in tau."""
+    return coefficients(oscillator, LAW)._replace(advance=1.0)
+
+
+def smooth(nodes, spacing):
+    grid = spacing * np.arange(len(nodes))
+    return CubicHermiteSpline(grid, nodes, np.gradient(nodes, spacing))
+
+
+def test_ramp_against_a_parabola():
+    """F (0.4 + c (tau - 2)^2) against X + 2 D V + V tau: the lower root of a quadratic, in the midst of a piece.
+
+    Catmull-Rom pieces of a quadratic are that quadratic but for the two at the ends.
+    """
+    p, c = follower(), 0.01
+    nodes = c * (0.3 * np.arange(40) - 2.0) ** 2
+    x0 = 0.3 * F
+    side, tau, x = passage(0.0, x0, 12.0, path_of(nodes, 0.3), True, p)
+    a, b, d = F * c, -4.0 * F * c - V, F * (0.4 + 4.0 * c) - x0 - 2.0 * p.D * V
+    root = (-b - math.sqrt(b * b - 4.0 * a * d)) / (2.0 * a)
+    assert side == UPPER
+    assert tau == pytest.approx(root, abs=3e-12)
+    assert x == pytest.approx(x0 + V * root, abs=1e-13 * F)
+
+
+@pytest.mark.parametrize("above", [1e-12, -1e-12])
+def test_a_touch_is_seen(above):
+    """The force exceeds the limit by 1e-12 of it between 2e-6 before and after a double root, or just does not."""
+    p, c = follower(), 0.02
+    nodes = c * (0.3 * np.arange(40) - 5.0) ** 2
+    touch = 5.0 + V / (2.0 * F * c)  # where V tau - F c (tau - 5)^2 is largest
+    x0 = F * (0.4 + c * (touch - 5.0) ** 2) - 2.0 * p.D * V - V * touch + above * 0.4 * F
+    side, tau, _ = passage(1.0, x0 + V, 9.0, path_of(nodes, 0.3), True, p)
+    if above < 0:
+        assert (side, tau) == (HELD, 9.0)
+    else:
+        assert side == UPPER
+        assert touch - tau == pytest.approx(math.sqrt(above * 0.4 / c), rel=1e-2)
+
+
+def test_a_force_that_stays_at_its_limit_holds():
+    """On a fixed base nothing changes, and at the limit itself stick holds, with a path or without."""
+    p = follower(replace(STUDY, belt_velocity_m_per_s=0.0))
+    assert passage(0.0, 0.4 * F, 75.0, path_through(np.zeros(0), 0, 1.0, True, True), True, p) == (HELD, 75.0, 0.4 * F)
+    nodes = np.tile([0.0, 0.0, 0.3], 30)  # level from time to time, with cubics that dip between the nodes
+    side, tau, _ = passage(0.0, 0.4 * F, 20.0, path_of(nodes, 0.3), True, p)
+    assert side == UPPER
+    assert tau < 0.3
+
+
+def test_lower_limit_and_a_constant_one():
+    """The limit may fall to meet the force from either side; a constant one bears the least of both falls."""
+    p = follower()
+    falling = path_of(np.linspace(0.2, -11.8, 41), 0.3, cubic=False)
+    x0 = -0.35 * F - 2 * p.D * V
+    side, tau, _ = passage(0.0, x0, 4.0, falling, True, p)
+    # 0.35 F - V tau = F (0.6 - tau)
+    assert side == LOWER
+    assert tau == pytest.approx(0.25 * F / (F - V), abs=3e-12)
+    # 0.4 F at least: the force, -0.35 F + V tau, stays within
+    assert passage(0.0, x0, 4.0, falling, False, p)[:2] == (HELD, 4.0)
+
+
+def test_nodes_at_hand_end():
+    """A path that goes on elsewhere pauses where its nodes do; one that ends, too."""
+    p = follower()
+    for ends, last in ((True, 8), (False, 6)):
+        path = path_of(np.zeros(9), 0.3)._replace(ends=ends)
+        side, tau, x = passage(0.0, 0.0, 100.0, path, True, p)
+        assert side == PAUSED
+        assert 0.3 * (last - 1) <= tau + 1e-9
+        assert tau == pytest.approx(0.3 * round(tau / 0.3), abs=1e-12)
+        assert x == pytest.approx(V * tau, rel=1e-14)
+
+
+@settings(derandomize=True, max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    scatter=st.floats(0.0, 0.2),
+    share=st.floats(-0.9, 0.9),
+    force=st.floats(0.0, 400.0),
+    frequency=st.floats(10.0, 3000.0),
+    cubic=st.booleans(),
+    stochastic=st.booleans(),
+)
+def test_stick_holds_up_to_the_first_passage(seed, scatter, share, force, frequency, cubic, stochastic):
+    """Property: the limits hold up to the departure, and are met there to rounding."""
+    oscillator = replace(STUDY, excitation_force_n=force, excitation_frequency_rad_per_s=frequency)
+    p = follower(oscillator)
+    nodes = scatter * np.random.default_rng(seed).uniform(-1.0, 1.0, 80)
+    grid = 0.1 * np.arange(80)
+
+    def mu_s(tau):
+        return smooth(nodes, 0.1)(tau) if cubic else np.interp(tau, grid, nodes)
+
+    def excess(tau, x):
+        limit = 0.4 + mu_s(tau) if stochastic else np.maximum(0.4, 0.4 + mu_s(tau))
+        return np.abs([stick_force(t, y, p) for t, y in zip(tau, x, strict=True)]) - F * np.maximum(limit, 0.0)
+
+    x0 = 0.1 * F * share + p.q - 2 * p.D * V
+    side, tau, x = passage(0.0, x0, 7.5, path_of(nodes, 0.1, cubic), stochastic, p)
+    times = np.linspace(0.0, tau, 3000)
+    outside = excess(times, x0 + V * times)[:-1]
+    assert outside.max(initial=-1.0) <= 1e-11 * F or tau == 0.0
+    if side != HELD and tau > 0.0:
+        assert excess(np.array([tau]), np.array([x]))[0] == pytest.approx(0.0, abs=1e-9 * F)
+
+
+def reference(follows, oscillator, nodes, spacing, cycles):
+    """Reattachments by scipy's DOP853 with its own events, friction as a function of tau, first passages by brentq."""
+    rate = V if follows == "belt" else 1.0 / OMEGA
+    friction = smooth(nodes, spacing)
+    q, r, D = oscillator.q, oscillator.r, oscillator.damping_ratio
+
+    def slip(tau, y):
+        mu = float(LAW.mu(OMEGA * (V - y[1]))) + float(friction(rate * tau))
+        return [y[1], F * mu - 2.0 * D * y[1] - y[0] + q * math.cos(r * tau)]
+
+    def at_belt(tau, y):
+        return y[1] - V
+
+    at_belt.terminal, at_belt.direction = True, 1.0
+    tau, x, found = 0.0, 0.0, []
+    for _ in range(cycles):
+
+        def excess(t, tau=tau, x=x):
+            force = x + V * (t - tau) + 2.0 * D * V - q * np.cos(r * t)
+            return force - F * (0.4 + friction(rate * t))
+
+        scan = tau + np.linspace(0.0, 12.0, 200_001)
+        k = np.flatnonzero(excess(scan) > 0.0)[0]
+        leave = brentq(excess, scan[k - 1], scan[k], xtol=1e-14)
+        x, tau = x + V * (leave - tau), leave
+        h = 1e-3  # off the belt by Taylor's series: X'' grows as the limit falls and the force rises
+        drop = (excess(leave + 1e-6) - excess(leave - 1e-6)) / 2e-6
+        y = [x + V * h - drop * h**3 / 6.0, V - drop * h**2 / 2.0]
+        run = solve_ivp(
+            slip, (tau + h, tau + 20.0), y, method="DOP853", rtol=1e-11, atol=1e-14, events=at_belt, max_step=0.02
+        )
+        tau, x = run.t[-1], run.y[0, -1]
+        found.append((tau, x))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("follows", ["belt", "time"])
+@pytest.mark.parametrize("oscillator", [STUDY, EXCITED])
+def test_against_scipy(follows, oscillator):
+    """DOP853 at rtol 1e-11 on the same path, four cycles."""
+    spacing = 1e-4 if follows == "belt" else 1e-4 / 0.948
+    nodes = 0.05 * np.sin(2.0 * math.pi * np.arange(1600) / 40.0)
+    expected = reference(follows, oscillator, nodes, spacing, 4)
+    for integrator in ("fehlberg45", "dormand_prince853"):
+        motion = simulate(
+            oscillator, LAW, nodes, spacing, 5.0, MotionOptions(1e-11, friction_follows=follows, integrator=integrator)
+        )
+        back = motion.kind == REATTACHMENT
+        assert motion.time[back][:4] == pytest.approx(expected[:, 0], abs=1e-6)
+        assert motion.position[back][:4] == pytest.approx(expected[:, 1], abs=1e-7 * F)
+
+
+def test_belt_and_time_are_one_clock():
+    """v0 t is time in another unit, and a path without scatter is none."""
+    nodes = 0.05 * np.random.default_rng(3).uniform(-1.0, 1.0, 2500)
+    by_belt = simulate(STUDY, LAW, nodes, 1e-4, 8.0, MotionOptions(friction_follows="belt"))
+    by_time = simulate(STUDY, LAW, nodes, 1e-4 / 0.948, 8.0, MotionOptions(friction_follows="time"))
+    assert np.array_equal(by_belt.kind, by_time.kind)
+    assert by_time.position == pytest.approx(by_belt.position, abs=1e-8 * F)
+    flat = simulate(STUDY, LAW, np.zeros(2500), 1e-4, 8.0, MotionOptions(1e-11, friction_follows="belt"))
+    plain = simulate(STUDY, LAW, None, 0.0, 8.0, MotionOptions(1e-11))
+    assert flat.position == pytest.approx(plain.position, abs=1e-9 * F)
+
+
+@pytest.mark.parametrize("size", [1, 7, 1000])
+def test_a_path_in_pieces_gives_the_same_motion(size):
+    """Where pieces end in the midst of a stick, too; the motion pauses between two steps and nothing changes."""
+    path = 0.1 * np.random.default_rng(5).uniform(-1.0, 1.0, 3000)
+    pieces = [path[k : k + size] for k in range(0, 3000, size)]
+    whole = trajectory(STUDY, LAW, path, 5e-5, 5.0, MotionOptions(friction_follows="belt"))
+    found = trajectory(STUDY, LAW, pieces, 5e-5, 5.0, MotionOptions(friction_follows="belt"))
+    assert np.count_nonzero(whole.motion.kind == DEPARTURE) > 3
+    assert np.array_equal(found.motion.kind, whole.motion.kind)
+    # a pause begins the bracket of the passage anew, which moves it by the resolution, 1e-12
+    assert found.motion.time == pytest.approx(whole.motion.time, abs=1e-9)
+    assert found.position == pytest.approx(whole.position, abs=1e-9 * F)
+
+
+def test_end_of_the_path_is_an_error_in_stick_and_slip():
+    """And the length that the message asks for is enough."""
+    for follows, spacing, unit in (("belt", 5e-5, "m"), ("time", 5e-5, "s")):
+        for nodes in (np.zeros(150), np.zeros(420)):
+            with pytest.raises(ParameterError, match="friction path") as caught:
+                simulate(STUDY, LAW, nodes, spacing, 20.0, MotionOptions(friction_follows=follows))
+            needed = float(str(caught.value).split("about ")[1].split(f" {unit}")[0])
+            enough = np.zeros(math.ceil(needed / spacing))
+            assert simulate(STUDY, LAW, enough, spacing, 20.0, MotionOptions(friction_follows=follows)).cycles > 0
+
+
+def test_what_friction_cannot_follow_is_refused():
+    with pytest.raises(ParameterError, match="belt at rest"):
+        simulate(replace(STUDY, belt_velocity_m_per_s=0.0), LAW, None, 0.0, 1.0, MotionOptions(friction_follows="belt"))

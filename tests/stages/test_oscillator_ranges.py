@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from roughslip.oscillator.law import CoulombLaw, StribeckLaw
-from roughslip.oscillator.limits import existence_limit
-from roughslip.oscillator.pure_slip import hopf_damping
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.limits import existence_limit, hopf_damping
 from roughslip.stages.result_tables.oscillator_ranges import LONGEST, PARAMETERS, cycle_period, range_variables
 
 BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)

@@ -10,11 +10,11 @@ from roughslip.chaos.hermite import multi_indices
 from roughslip.contact.influence import DIRECT_SUM_LIMIT, Influence
 from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid
-from roughslip.oscillator.law import StribeckLaw
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.limits import LOOPS, counts_by_period
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.oscillator.path import KeptPath
-from roughslip.oscillator.periodic import LOOPS, counts_by_period
-from roughslip.oscillator.system import Oscillator
 from roughslip.stages.runtime import skip_counts, skip_reasons
 
 

@@ -11,7 +11,7 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.scene.loader import load
 from workflow.benchmarks import chain_plain
 from workflow.benchmarks.chain_budget import (
@@ -111,7 +111,7 @@ def test_the_plain_motion_counts_the_same_cycles(damping):
     belt = dataclasses.replace(STUDY, damping_ratio=damping)
     paths = recursion(PROCESS, PROCESS.correlation_length_m / 2)
     path = next(iter(paths.realisation([1, 0], 2000)))
-    ours = simulate(belt, LAW, path, paths.spacing, 5.0, 1e-8)
+    ours = simulate(belt, LAW, path, paths.spacing, 5.0, MotionOptions(1e-8))
     found = chain_plain.simulate(belt, LAW, path, paths.spacing, 5.0, 1e-8)
     assert found.cycles == ours.cycles >= 4
     assert found.evaluations > 1000

@@ -11,6 +11,7 @@ import csv
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -297,11 +298,12 @@ def count_cycles(
     marginal = BetaDistribution.of_moments(friction.a, friction.b, 0.0, friction.std)
     drawn = recursion(FrictionProcess(marginal, friction.length_m), friction.length_m / nodes)
     belt, periods, found = mass_on_belt.oscillator(scene_of(scene)), scene["ensemble"]["duration_periods"], []
-    options = mass_on_belt.run_options(scene_of(scene)) | ({} if tolerance is None else {"tolerance": tolerance})
+    options = mass_on_belt.motion_options(scene_of(scene))
+    options = options if tolerance is None else replace(options, tolerance=tolerance)
     mean = mass_on_belt.law(scene_of(scene), friction.mean)
     for number in range(paths):
         path = Thinned(drawn.realisation([scene["seed"], STREAMS["oscillator"], number]), step)
-        found.append(ensemble_counts(belt, mean, path, step * drawn.spacing, periods, DAMPING, **options).cycles)
+        found.append(ensemble_counts(belt, mean, path, step * drawn.spacing, periods, DAMPING, options).cycles)
     return np.array(found)
 
 

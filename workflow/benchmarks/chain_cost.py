@@ -275,18 +275,18 @@ def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_per
     nodes, ensemble = scene["ensemble"]["nodes_per_correlation_length"], scene["ensemble"]
     drawn = recursion(FrictionProcess(marginal, friction.length_m), friction.length_m / nodes)
     belt, mean = mass_on_belt.oscillator(scene_of(scene)), mass_on_belt.law(scene_of(scene), friction.mean)
-    options, periods = mass_on_belt.run_options(scene_of(scene)), float(ensemble["duration_periods"])
+    options, periods = mass_on_belt.motion_options(scene_of(scene)), float(ensemble["duration_periods"])
 
     def run(number: int, duration: float) -> int:
         path = KeptPath(drawn.realisation([scene["seed"], STREAM, number]))
-        return ensemble_counts(belt, mean, path, drawn.spacing, duration, DAMPING, **options).evaluations
+        return ensemble_counts(belt, mean, path, drawn.spacing, duration, DAMPING, options).evaluations
 
     run(0, 1.0)  # compiles
     start = time.process_time()
     evaluations = sum(run(number, periods) for number in range(paths))
     run_periods = paths * len(DAMPING) * periods
     ours_each = (time.process_time() - start) / run_periods
-    tolerance, our_error, plain_error = chain_plain.find_equal_tolerance(options["tolerance"], nodes)
+    tolerance, our_error, plain_error = chain_plain.find_equal_tolerance(options.tolerance, nodes)
     length = int(np.ceil(mass_on_belt.path_length(belt, plain_periods) / drawn.spacing)) + 2
     whole = next(iter(drawn.realisation([scene["seed"], STREAM, 0], length)))
 
@@ -301,7 +301,7 @@ def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_per
         return (time.process_time() - begun) / run_by_scipy, count / run_by_scipy
 
     plain_each, plain_count = plain(tolerance)
-    asked_each, asked_count = plain(options["tolerance"])
+    asked_each, asked_count = plain(options.tolerance)
     units = ensemble["realisations"] * len(ensemble["damping_ratios"]) * periods
     dampings = ", ".join(f"{damping:g}" for damping in DAMPING)
     how = (
@@ -309,7 +309,7 @@ def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_per
         f"D = {dampings}: ours over {paths} paths, scipy's {chain_plain.METHOD} over {plain_periods:g} natural periods "
         f"of one. At scipy's tolerance {tolerance:g} the error of a slip on a path is {plain_error:.1e}, ours "
         f"{our_error:.1e}. Evaluations a period: ours {evaluations / run_periods:.0f}, plain {plain_count:.0f}, at our "
-        f"tolerance {options['tolerance']:g} {asked_count:.0f}; the rest of the ratio is compiled code."
+        f"tolerance {options.tolerance:g} {asked_count:.0f}; the rest of the ratio is compiled code."
     )
     works = (Work(units, each) for each in (ours_each, plain_each, asked_each))
     ours, needed, as_asked = works

@@ -15,10 +15,8 @@ import numpy as np
 from scipy.special import betainc, betaincinv, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError, RoughslipError
-from roughslip.friction.fft_paths import Spectrum
-from roughslip.friction.load_sharing import average_beta
-from roughslip.friction.paths import METHODS, Paths, prepare
-from roughslip.friction.process import FrictionProcess, Marginal
+from roughslip.friction.paths import METHODS, Paths, Spectrum, prepare
+from roughslip.friction.process import FrictionProcess, Marginal, average_beta
 from roughslip.friction.recursion import SPACINGS, Recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution
 from workflow.evidence.rows import case

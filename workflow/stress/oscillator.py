@@ -18,7 +18,7 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.motion import Trajectory, trajectory
+from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from workflow.evidence.rows import Row, case, power
 from workflow.stress import runner
 from workflow.stress.oscillator_problem import MotionProblem, random_problem
@@ -64,20 +64,16 @@ def judged(problem: MotionProblem) -> Verdict:
 
 def drawn(problem: MotionProblem) -> Trajectory:
     """Return the motion of a problem at SAMPLES times a period."""
+    options = MotionOptions(
+        tolerance=problem.tolerance,
+        stochastic_static_limit=problem.stochastic,
+        interpolation=problem.interpolation,
+        friction_follows=problem.follows,
+        negative_friction=problem.negative,
+        integrator=problem.integrator,
+    )
     return trajectory(
-        problem.oscillator,
-        problem.law,
-        problem.path,
-        problem.spacing,
-        problem.periods,
-        problem.tolerance,
-        problem.start,
-        problem.stochastic,
-        problem.interpolation,
-        problem.follows,
-        problem.negative,
-        problem.integrator,
-        SAMPLES,
+        problem.oscillator, problem.law, problem.path, problem.spacing, problem.periods, options, problem.start, SAMPLES
     )
 
 

@@ -9,14 +9,18 @@ from itertools import repeat
 
 import numpy as np
 
-from roughslip.oscillator.integrators import PAIRS
-from roughslip.oscillator.law import CoulombLaw, FrictionLaw, StribeckLaw, TableLaw
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.laws import LAWS
 from roughslip.oscillator.motion import NEGATIVE_FRICTION
 from roughslip.oscillator.path import INTERPOLATIONS
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.runge_kutta import PAIRS
 from workflow.stress.runner import choose, log_uniform
 
-LAWS = ("stribeck", "steep", "coulomb", "level", "table")
+KINDS = ("stribeck", "steep", "coulomb", "level", "table")
+KINDS += tuple(name for name in sorted(LAWS) if name not in KINDS)
 EXCITATIONS = ("none", "weak", "resonance", "fast", "strong")
 FOLLOWS = ("slip", "belt", "time")
 STARTS = ("rest", "limit", "just-inside", "just-beyond", "far", "steady")
@@ -63,7 +67,7 @@ class MotionProblem:
     def may_turn_negative(self) -> bool:
         """Whether the least sum of law and path is below zero, with the overshoot of splines."""
         lowest = self.nodes.min(initial=0.0) - 0.25 * np.ptp(self.nodes) if self.nodes.size else 0.0
-        return self.law.compiled().least + lowest < 0.0
+        return self.law.parameters().least + lowest < 0.0
 
 
 def random_problem(seed: int, number: int) -> MotionProblem:
@@ -86,7 +90,7 @@ def random_problem(seed: int, number: int) -> MotionProblem:
         excitation_force_n=size * load,
         excitation_frequency_rad_per_s=ratio * omega,
     )
-    kind, scatter = choose(generator, LAWS), choose(generator, PATHS)
+    kind, scatter = choose(generator, KINDS), choose(generator, PATHS)
     law = _law(generator, kind, oscillator)
     per_cycle = log_uniform(generator, -3, 3)
     travel = 2 * math.pi * (1 / omega if follows == "time" else max(belt, 0.1 * natural if follows == "slip" else 0))
@@ -135,19 +139,14 @@ def _law(generator: np.random.Generator, kind: str, oscillator: Oscillator) -> F
     speed = oscillator.natural_frequency_rad_per_s * max(oscillator.V, oscillator.F)
     static = log_uniform(generator, -2, 0.3)
     match kind:
-        case "stribeck" | "steep":
-            decay = log_uniform(generator, -1, 1) if kind == "stribeck" else log_uniform(generator, 1, 3)
+        case "steep":
+            decay = log_uniform(generator, 1, 3)
             return StribeckLaw(
                 static * generator.random(), static, decay / speed, log_uniform(generator, -4, -1) / speed**2
             )
-        case "coulomb":
-            return CoulombLaw(static * generator.random(), static)
         case "level":
             return CoulombLaw(static, static)
-    knots = np.concatenate(([0.0], np.cumsum(generator.uniform(0.05, 0.5, 6)))) * speed
-    values = static * generator.uniform(0.2, 1.0, 7)
-    interpolation = choose(generator, ("monotone_cubic", "linear"))
-    return TableLaw(tuple(knots), tuple(values), float(max(values[0], static)), interpolation)
+    return LAWS[kind].example(generator, static, speed)
 
 
 def _nodes(generator: np.random.Generator, kind: str, static: float) -> np.ndarray:

@@ -32,19 +32,20 @@ from roughslip.contact.solve import solve, solve_load, sweep
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.distribution_families import fit_candidates
-from roughslip.friction.load_sharing import average_beta
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.paths import prepare
-from roughslip.friction.penetration_law import between, penetration_law
-from roughslip.friction.process import FrictionProcess
+from roughslip.friction.penetration import between, penetration_law, trend
+from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import recursion
 from roughslip.friction.resampling import strip_weights
-from roughslip.friction.statistics import combine, ratio_of_sums, trend, window_statistics
+from roughslip.friction.statistics import combine, ratio_of_sums, window_statistics
 from roughslip.grid import Grid
-from roughslip.oscillator.law import CoulombLaw, StribeckLaw, TableLaw
-from roughslip.oscillator.motion import simulate, trajectory
-from roughslip.oscillator.periodic import counts_by_period
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.friction_laws.table import TableLaw
+from roughslip.oscillator.limits import counts_by_period
+from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
 from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
@@ -367,10 +368,11 @@ def oscillator_refusals() -> Calls:
         spoilt(partial(StribeckLaw, fit=0.3), **stribeck),
         spoilt(partial(CoulombLaw, static=0.4), kinetic=NEGATIVE | {"above-static": 0.5}),
         spoilt(tables, values=values, speeds_m_per_s=speeds, interpolation=UNKNOWN),
-        spoilt(run, duration_periods=numbers, tolerance=numbers | {"large": 1e-2}, path=paths, **words),
+        spoilt(run, duration_periods=numbers, path=paths),
+        spoilt(MotionOptions, tolerance=numbers | {"large": 1e-2}, **words),
         spoilt(run, start_position_m={"nan": NAN, "infinite": INFINITY}),
         spoilt(partial(run, path=np.zeros(9)), spacing_m=numbers),
-        spoilt(partial(run, friction_follows="belt"), oscillator=at_rest),
+        spoilt(partial(run, options=MotionOptions(friction_follows="belt")), oscillator=at_rest),
         spoilt(partial(trajectory, study(), law, None, 0.0, 1.0), samples_per_period={"zero": 0}),
         spoilt(counted, oscillator={"excited": study(**excited)}),
     )

@@ -25,7 +25,7 @@ def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -
 
     Differences of one running sum a strip. Both ends of a window share the roundings made before it, so the error is at
     most (window_nodes + 1) 2^-53 sum|column_sums| of the strip. Terms >= 0 give sums >= 0, and windows of zeros exactly
-    0. A strip's result does not depend on the strips beside it.
+    0. A strip's result does not depend on the other strips.
     """
     columns = reals("column sums", column_sums)
     nx = columns.shape[-1] if columns.ndim else 0

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.compilation import compiled
-from roughslip.errors import IllPosedError, ParameterError, real
-from roughslip.friction.resampling import check_windows, require_scatter, resampled
+from roughslip.errors import IllPosedError, ParameterError, real, whole
+from roughslip.friction.bowden_tabor import window_sums
+from roughslip.friction.resampling import FEWEST_REPLICATES, check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
 from roughslip.validation import reals
 
 LONGEST_WINDOWS = 3.0
 """The main fit takes lags up to this many windows."""
-
 _SHORTEST_PER_SPACING = 1.0 / 20.0
 _LONGEST_PER_SPAN = 100.0
 _BISECTIONS = 50
@@ -136,8 +136,8 @@ def exponential_length(lags: np.ndarray, curves: np.ndarray) -> tuple[np.ndarray
     lags : (K,) [m] from 0, increasing; K >= 2
     curves : (n, K) autocorrelations
 
-    Returns (L, at_bound): (n,) [m], to a relative error below 1e-12, and (n,) bool, true where the least squares lie at
-    an end of the range from 1/20 of the first lag (uncorrelated) to 100 times the last (never decays).
+    Returns (L, at_bound). L : (n,) [m] has a relative error below 1e-12. at_bound : (n,) is true where L is at an end
+    of the range. The range goes from 1/20 of the first lag (uncorrelated) to 100 times the last (never decays).
     """
     low, high = lags[1] * _SHORTEST_PER_SPACING, lags[-1] * _LONGEST_PER_SPAN
     trial = np.linspace(math.log(low), math.log(high), 160)
@@ -223,3 +223,32 @@ def _lengths(lags: np.ndarray, curves: np.ndarray, window: float) -> tuple[Lengt
     half_window, _ = exponential_length(lags[:near], np.ascontiguousarray(curves[:, :near]))
     integral = np.trapezoid(curves, lags, axis=1)
     return Lengths(least_squares, half_window, one_over_e_length(lags, curves), integral), at_bound
+
+
+def white_autocorrelation(
+    strips: int, columns: int, window: int, spacing: int, lags: int, replicates: int, rng: np.random.Generator
+) -> Estimate:
+    """Autocorrelation of windows of white pressure, measured as `correlation.autocorrelation` measures that of mu.
+
+    strips : number of strips of one measurement
+    columns : on which the windows of a strip lie
+    window, spacing : length of a window and distance of two starts [columns]
+    lags : number K of lags, in window spacings
+    replicates : measurements, at least FEWEST_REPLICATES
+
+    Returns (K,): the mean over the measurements, and between low and high 95 % of them. Raises ParameterError where the
+    windows do not fit or the replicates are too few.
+
+    Windows begin and end at multiples of the common divisor of length and spacing. The sums of the columns between are
+    drawn directly, as sums of normal variables are normal.
+    """
+    if whole("the number of replicates", replicates) < FEWEST_REPLICATES:
+        raise ParameterError(f"a range of 95 % needs at least {FEWEST_REPLICATES} replicates, not {replicates}")
+    block = math.gcd(whole("a window", window), whole("the spacing of windows", spacing))
+    curves = np.empty((1 + replicates, lags))
+    for row in curves[1:]:
+        sums = window_sums(rng.standard_normal((strips, columns // block)), window // block, spacing // block)
+        parts = pair_sums(sums, np.ones(sums.shape, dtype=bool), lags)
+        row[:] = curves_of([part.sum(axis=0, keepdims=True) for part in parts], 0.0)[0]
+    curves[0] = curves[1:].mean(axis=0)
+    return Estimate.from_rows(curves)

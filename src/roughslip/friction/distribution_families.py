@@ -1,8 +1,8 @@
-"""Which law do the windows follow? Laws of one shape or none beside the four-parameter Beta, all judged alike.
+"""Families of distributions for the friction coefficient, compared with the four-parameter Beta by one distance.
 
-Every family is on a free interval or half-line, so only its shape is searched: the ends or location and scale follow
-from linear regression of the sample's quantiles on the family's, and what is left is 1 - correlation^2, the squared
-2-Wasserstein distance over the variance (del Barrio, Cuesta-Albertos and Matran, Test 9 (2000) 1).
+Every family has a free location and scale, so only its shape is searched. Linear regression of the sample's quantiles
+on those of the family gives location and scale. The residual is 1 - correlation^2, the squared 2-Wasserstein distance
+over the variance (del Barrio, Cuesta-Albertos and Matran, Test 9 (2000) 1).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from scipy import special
 from roughslip.friction.marginal import PROBABILITIES, standard_quantiles
 from roughslip.probability import Estimate
 
-# The shape of a member is named by its skewness: both families are the normal law at 0, the gamma is the exponential
-# law at 2, and to the left are mirror images.
+# The shape of a member is named by its skewness: both families are the normal distribution at 0, the gamma is the
+# exponential distribution at 2, and members of negative skewness are mirror images.
 SKEWNESS = np.linspace(-2.0, 2.0, 401)
 FAMILIES = ("normal", "gamma", "lognormal")
 
@@ -71,7 +71,7 @@ def _table(family: str) -> np.ndarray:
 
 
 def _gamma(skewness: np.ndarray) -> np.ndarray:
-    """Quantiles of gamma laws; a shape k has the skewness 2 / sqrt(k)."""
+    """Quantiles of gamma distributions; a shape k has the skewness 2 / sqrt(k)."""
     return special.gammaincinv(4.0 / skewness**2, PROBABILITIES)
 
 

@@ -219,8 +219,9 @@ def _standard_table() -> np.ndarray:
 def _table_search(standard: np.ndarray) -> np.ndarray:
     """(log a, log b) (rows, 2) of least squared distance 1 - correlation^2 to standardised quantiles (rows, nodes).
 
-    Best of the table, then best of the polynomial of degree 4 through the 5 x 5 entries around it, on a mesh of 1/20 of
-    a step (0.7 % of a shape). As the valley is narrow and oblique, that is repeated around each new best.
+    First the best entry of the table. Then the best point of the polynomial of degree 4 through the 5 x 5 entries
+    around it. The mesh width is 1/20 of a step (0.7 % of a shape). As the valley is narrow and oblique, that is
+    repeated around each new best.
     """
     misfit = 1.0 - (standard @ _standard_table() / _NODES) ** 2
     row = np.arange(len(standard))

@@ -1,16 +1,162 @@
-"""One interface to the three ways of drawing friction paths."""
+"""Friction paths: one interface to the recursion, and paths of a given length by Fourier transform.
+
+The spectral representation and the circulant embedding take one transform over a period, which draws the whole path.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
-from roughslip.errors import ParameterError
-from roughslip.friction.fft_paths import circulant_embedding, spectral_representation
+from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
+from roughslip.probability import Translation
+
+GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
+SHORTEST_PERIOD = 300.0  # correlation lengths; the random-phase sum has the excess kurtosis -3 L / period
+REACH = 36.0  # correlation lengths beyond which the embedded correlation, 2e-16, may wrap round
+MOST_NODES = 2**26
+CORRELATION_TOLERANCE = 0.01
+NEGATIVE_SHARE = 1e-9  # of the spectrum of an embedding, which rounding leaves
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """What samples of one process at one spacing have in common.
+
+    spacing : [m] distance of the nodes
+    nodes : number of nodes of a path
+    period_nodes : number of nodes of the period of the Gaussian sum
+    amplitude : (period_nodes // 2 + 1,) root mean square of the discrete Fourier transform of a Gaussian sample, at the
+        two frequencies without a phase times sqrt(2)
+    gaussian_amplitudes : whether the amplitudes of the waves are random, else their phases alone are
+    translation : from the Gaussian sum to mu_S
+    clipped : [-] share of the spectrum that was negative and set to zero
+    correlation_error : [-] largest deviation of the autocorrelation of mu_S from exp(-s / L) at the nodes of a path
+    """
+
+    spacing: float
+    nodes: int
+    period_nodes: int
+    amplitude: np.ndarray
+    gaussian_amplitudes: bool
+    translation: Translation
+    clipped: float
+    correlation_error: float
+
+    def realisation(self, seed: Sequence[int]) -> list[np.ndarray]:
+        """The path of a seed, whole."""
+        return [sample(self, np.random.default_rng(seed))]
+
+
+def spectral_representation(process: FrictionProcess, spacing_m: float, length_m: float) -> Spectrum:
+    """Spectrum for paths of at least length_m with nodes at 0, spacing_m, ..., waves of random phase.
+
+    The one-sided discrete spectrum is the transform of the covariance wrapped round the period, so that the exponential
+    holds at the nodes without truncation. The sum is Gaussian up to an excess kurtosis of -0.01. Raises ParameterError
+    for a spacing or length out of range, IllPosedError where the marginal does not let the autocorrelation come within
+    0.01 of the exponential.
+
+    Method: M. Shinozuka & G. Deodatis, Appl. Mech. Rev. 44 (1991) 191-204.
+    """
+    nodes = _nodes(spacing_m, length_m)
+    length = process.correlation_length_m
+    period = max(length_m + GUARD_LENGTHS * length, SHORTEST_PERIOD * length)
+    return _spectrum(process, spacing_m, nodes, period / spacing_m, gaussian_amplitudes=False)
+
+
+def circulant_embedding(process: FrictionProcess, spacing_m: float, length_m: float) -> Spectrum:
+    """The same with amplitudes that are random too, on a period in which every lag of the path is exact.
+
+    Raises as `spectral_representation`, and IllPosedError where the circulant covariance is not one.
+
+    Method: C. R. Dietrich & G. N. Newsam, SIAM J. Sci. Comput. 18 (1997) 1088-1107.
+    """
+    nodes = _nodes(spacing_m, length_m)
+    reach = REACH * process.correlation_length_m / spacing_m
+    spectrum = _spectrum(process, spacing_m, nodes, nodes - 1 + min(nodes - 1.0, reach), gaussian_amplitudes=True)
+    if spectrum.clipped > NEGATIVE_SHARE:
+        raise IllPosedError(
+            f"{spectrum.clipped:.1e} of the spectrum of the embedded path is negative: no Gaussian process has this "
+            f"correlation; use a longer path or larger shapes a, b"
+        )
+    return spectrum
+
+
+def _nodes(spacing_m: float, length_m: float) -> int:
+    for name, value in (("spacing", spacing_m), ("length", length_m)):
+        if not (math.isfinite(real(f"the {name} of a friction path", value)) and value > 0.0):
+            raise ParameterError(f"the {name} of a friction path must be finite and positive, not {value} m")
+    if not length_m / spacing_m < MOST_NODES:
+        raise _too_long()
+    return max(math.ceil(length_m / spacing_m - 1e-9), 1) + 1
+
+
+def _too_long() -> ParameterError:
+    return ParameterError(
+        f"a path by Fourier transform needs more than {MOST_NODES} nodes; use a wider spacing, or the recursion, which "
+        f"goes piece by piece"
+    )
+
+
+def _spectrum(
+    process: FrictionProcess, spacing_m: float, nodes: int, period_nodes: float, gaussian_amplitudes: bool
+) -> Spectrum:
+    if not period_nodes < MOST_NODES:
+        raise _too_long()
+    period = 2 * next_fast_len(math.ceil(0.5 * period_nodes) + 1, real=True)
+    translation = process.translation()
+    lag = np.arange(period // 2 + 1) * spacing_m
+    covariance = translation.gaussian_correlation(np.exp(-lag / process.correlation_length_m))
+    spectrum = rfft(np.concatenate((covariance, covariance[-2:0:-1]))).real
+    share = np.full(spectrum.size, 2.0 / period)  # one-sided: every frequency but the first and the last twice
+    share[[0, -1]] = 1.0 / period
+    clipped = float(np.sum(share * np.maximum(-spectrum, 0.0)))
+    variance = share * np.maximum(spectrum, 0.0)
+    variance /= np.sum(variance)
+
+    reached = translation.series(irfft(variance / share, n=period)[:nodes])
+    wanted = np.exp(-np.arange(nodes) * spacing_m / process.correlation_length_m)
+    correlation_error = float(np.max(np.abs(reached - wanted)))
+    if not correlation_error <= CORRELATION_TOLERANCE:
+        raise IllPosedError(
+            f"the autocorrelation of the marginal misses the exponential by {correlation_error:.3f}, more than "
+            f"{CORRELATION_TOLERANCE}: a translated Gaussian process cannot have both; use larger shapes a, b"
+        )
+    amplitude = np.sqrt(2.0 * variance) * period / 2.0
+    amplitude[[0, -1]] *= 2.0
+    return Spectrum(
+        spacing=float(spacing_m),
+        nodes=nodes,
+        period_nodes=period,
+        amplitude=amplitude,
+        gaussian_amplitudes=gaussian_amplitudes,
+        translation=translation,
+        clipped=clipped,
+        correlation_error=correlation_error,
+    )
+
+
+def sample(spectrum: Spectrum, generator: np.random.Generator) -> np.ndarray:
+    """One path: (nodes,) [-] mu_S at the slipped distances 0, spacing, 2 spacing, ..., of mean zero in the ensemble.
+
+    The Gaussian sum z = sum_k sqrt(2 variance_k) |w_k| cos(2 pi k j / period_nodes + arg w_k) comes by FFT. The w_k are
+    exp(i phase) with independent uniform phases, or complex normal of mean square 1. mu_S is the quantile of the
+    marginal at the probability of z.
+    """
+    count = spectrum.amplitude.size
+    if spectrum.gaussian_amplitudes:
+        wave = generator.standard_normal(2 * count).view(np.complex128) * math.sqrt(0.5)
+    else:
+        wave = np.exp(1j * generator.uniform(0.0, 2.0 * math.pi, count))
+    return spectrum.translation.apply(irfft(spectrum.amplitude * wave, n=spectrum.period_nodes)[: spectrum.nodes])
+
 
 METHODS = ("recursion", "embedding", "spectral")
 

@@ -1,7 +1,7 @@
 """Friction paths of any length by recursion, node after node.
 
-The Gaussian correlation r that gives mu_S the correlation x = exp(-s / L) is a smooth function of x with r(0) = 0 and
-r(1) = 1, so that a polynomial in x of low degree p is as good as r itself:
+Let r be the Gaussian correlation that gives mu_S the correlation x = exp(-s / L). It is a smooth function of x with
+r(0) = 0 and r(1) = 1, so a polynomial in x of low degree p approximates it well:
 
     r = 1 - (1 - x) q(x) = sum_i b_i exp(-i s / L),    i = 1, ..., p.
 
@@ -9,8 +9,8 @@ Its spectrum is rational, and the process at equidistant nodes is p first-order 
 
     z_k = sum_i v_i,    v_i <- rho_i v_i + c_i e,    rho_i = exp(-i spacing / L),
 
-which costs one normal number a node. A normal marginal has p = 1, the Ornstein-Uhlenbeck process. The b_i have either
-sign: independent recursions would not do, as r of another marginal is no mixture of exponentials.
+which costs one normal number a node. A normal marginal has p = 1, the Ornstein-Uhlenbeck process. The b_i have both
+signs, so independent recursions cannot replace these: r of another marginal is no mixture of exponentials.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MOST_TERMS = 8  # the weights grow by some five a term, and rounding with them
 CORRELATION_TOLERANCE = 1e-4  # at which the degree is high enough,
 CORRELATION_LIMIT = 0.01  # and above which MOST_TERMS is too low
 INCREMENT_TOLERANCE = 1e-3  # relative, of the mean square of an increment, at every lag
-LONGEST_RATE = 30.0  # of a decay a node: beyond, decays are rounding beside one and their differences nothing
+LONGEST_RATE = 30.0  # of a decay a node: beyond, decays are rounding against one and their differences vanish
 FIT_NODES, CHECK_NODES = 64, 2001
 SPACINGS = (1e-6, 10.0)  # correlation lengths; nodes at the longest have the correlation 5e-5
 FURTHEST_LAG, MOST_LAGS = 30.0, 100_000  # correlation lengths and nodes at which the built recursion is checked
@@ -59,7 +59,7 @@ class Recursion:
     increment_error: float
 
     def realisation(self, seed: Sequence[int], piece_nodes: int = PIECE_NODES) -> RecursivePath:
-        """The path of a seed, without end, in pieces of so many nodes; it is the same bits whatever their length."""
+        """The path of a seed, without end, in pieces of `piece_nodes` nodes, whose length does not change any bit."""
         if whole("the nodes of a piece", piece_nodes) < 1:
             raise ParameterError(f"a piece of a path has at least one node, not {piece_nodes}")
         return RecursivePath(self, tuple(seed), piece_nodes)
@@ -119,7 +119,7 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     Gaussian process has the correlation needed.
 
     Method: spectral factorization (G. E. P. Box & G. M. Jenkins, Time Series Analysis, 1976, ch. 3) in the variable
-    4 sin(w/2)^2, where poles close to one stay apart; the stationary state by the orthonormal functions of Malmquist
+    4 sin(w/2)^2, where poles close to one stay apart. The stationary state uses the orthonormal functions of Malmquist
     and Takenaka, a Cholesky factor in closed form (B. Ninness & F. Gustafsson, IEEE Trans. Autom. Control 42 (1997)
     515).
     """
@@ -178,8 +178,8 @@ def _errors(translation: Translation, weights: np.ndarray, x: np.ndarray) -> tup
 def _gains(weights: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """c : (p,) of recursions that share their noise, whose sum has the covariance sum_i weights_i exp(-rate_i k).
 
-    With y = 4 sin(w/2)^2 a first-order recursion has |1 - rho exp(iw)|^2 = (1 - rho)^2 + rho y, and the numerator of
-    the spectrum is a polynomial in y; a root y gives the zero theta within the unit circle, (1 - theta)^2 = -theta y.
+    Let y = 4 sin(w/2)^2. A first-order recursion has |1 - rho exp(iw)|^2 = (1 - rho)^2 + rho y. So the numerator of
+    the spectrum is a polynomial in y. A root y gives the zero theta within the unit circle, (1 - theta)^2 = -theta y.
     """
     rho, short = np.exp(-rate), -np.expm1(-rate)  # short = 1 - rho
     unit = short[0] ** 2  # of y, so that the coefficients are of order one

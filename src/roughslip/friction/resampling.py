@@ -1,10 +1,10 @@
 """Resampling of strips: intervals of statistics of the friction coefficient that respect the overlap of windows.
 
 Windows of one strip overlap and are correlated; strips are independent. So whole strips are resampled (Efron and
-Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8: the cluster is the unit), whatever the dependence
-within a strip. A replicate is a row of counts, one a strip, and a statistic is a function of counts: every moment
-of every replicate follows from one product of the counts with sums over each strip. Row 0 counts each strip once: the
-sample itself. Levels of penetration share their counts, so that differences between levels are paired.
+Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8: the cluster is the unit), for any dependence within a strip.
+A replicate is a row of counts, one a strip, and a statistic is a function of counts. Every moment of every replicate
+follows from one product of the counts with sums over each strip. Row 0 counts each strip once: it is the sample. Levels
+of penetration share their counts, so that differences between levels are paired.
 
 Sums over strips and searches of a table of shapes go through BLAS, whose bits depend on its threads; in the study a
 stage has one.
@@ -131,6 +131,6 @@ def require_scatter(variance: np.ndarray, centre: float, shift: np.ndarray | flo
     """
     if (variance <= np.maximum((NO_SCATTER * centre) ** 2, (CANCELLED * shift) ** 2)).any():
         raise IllPosedError(
-            "the friction coefficient has no scatter in the sample or a resampled one, so its shape is undefined: "
-            "solve more strips; a fully plastic contact has mu = tau / H exactly and needs no statistics"
+            "the friction coefficient has no scatter in the sample or a resampled one, so its shape is undefined. "
+            "Solve more strips; a fully plastic contact has mu = tau / H exactly and needs no statistics"
         )

@@ -16,7 +16,6 @@ from roughslip.friction.resampling import (
     resampled_quantiles,
 )
 from roughslip.probability import Estimate
-from roughslip.validation import reals
 
 PERCENTS = (5, 25, 50, 75, 95)
 """Quantiles that are reported [%]."""
@@ -45,21 +44,6 @@ class WindowStatistics:
     missing: int
 
 
-@dataclass(frozen=True)
-class Trend:
-    """Trend of a statistic over penetration: slope [1/%] of the least-squares line, and last less first level."""
-
-    slope: Estimate
-    change: Estimate
-
-    @property
-    def direction(self) -> int:
-        """-1 or 1 where both intervals lie on that side of 0, else 0: no direction is shown."""
-        down = self.slope.high < 0.0 and self.change.high < 0.0
-        up = self.slope.low > 0.0 and self.change.low > 0.0
-        return int(up) - int(down)
-
-
 def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> WindowStatistics:
     """Moments and quantiles of the friction coefficient, each with its interval.
 
@@ -67,12 +51,12 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     valid : (S, W) bool, windows that have one
     weights : (1 + R, S) counts from `strip_weights`
 
-    Windows are pooled: moments are sums over all valid windows divided by their number n (no n - 1: overlapping
-    windows are not n draws). The mean of strips is unbiased; std is low by about 1 / (2 effective_windows) of itself.
-    Percentile intervals are first-order correct: that of the mean covers P(|t| < 1.96 sqrt(1 - 1/S)), t with S - 1
-    degrees of freedom: 94.0 % for S = 40, 94.8 % for S = 300. On Gaussian strips std and kurtosis covered 88 and 87 %
-    for S = 40, 94 and 91 % for S = 300.
-    Raises IllPosedError where strips in contact are too few or mu has no scatter.
+    Windows are pooled: moments are sums over all valid windows divided by their number n (no n - 1: overlapping windows
+    are not n draws). The mean of strips is unbiased; std is low by about 1 / (2 effective_windows) of itself.
+    Percentile intervals are first-order correct. That of the mean covers P(|t| < 1.96 sqrt(1 - 1/S)), t with S - 1
+    degrees of freedom. This is 94.0 % for S = 40, 94.8 % for S = 300. On Gaussian strips std and kurtosis covered 88
+    and 87 % for S = 40, 94 and 91 % for S = 300. Raises IllPosedError where strips in contact are too few or mu has no
+    scatter.
     """
     mu, valid = check_windows(mu, valid, weights)
     if (mu[valid] <= 0.0).any():
@@ -122,29 +106,6 @@ def ratio_of_sums(area: np.ndarray, force: np.ndarray, shear_strength_pa: float,
     return Estimate.from_rows(shear_strength_pa * totals[:, 0] / totals[:, 1])
 
 
-def trend(percentiles: np.ndarray, values: np.ndarray, replicates: np.ndarray) -> Trend:
-    """Does a statistic rise or fall with penetration?
-
-    percentiles : (L,) [%] penetration, increasing
-    values, replicates : (L,), (L, R) the statistic per level, all levels resampled with the same weights
-
-    Rule: it falls if the 95 % intervals of the least-squares slope and of last - first both lie below 0.
-    """
-    q, values = reals("percentiles", percentiles), reals("values of a trend", values)
-    if q.ndim != 1 or not np.isfinite(q).all():
-        raise ParameterError("percentiles of a trend must be a row of finite numbers")
-    if len(q) < 2:
-        raise IllPosedError("a trend needs at least two levels of penetration")
-    if values.shape != q.shape or replicates.shape[:1] != q.shape or not (np.diff(q) > 0.0).all():
-        raise ParameterError("a trend needs increasing percentiles with a value and a row of replicates each")
-    rows = np.concatenate((values[:, None], replicates), axis=1)
-    if not np.isfinite(rows).all():
-        raise ParameterError("values and replicates of a trend must be finite")
-    about = q - q.mean()
-    slope = np.einsum("l,lr->r", about / np.sum(about**2), rows)
-    return Trend(Estimate.from_rows(slope), Estimate.from_rows(rows[-1] - rows[0]))
-
-
 def _influence_covariance(
     weights: np.ndarray, left: np.ndarray, of_left: np.ndarray, right: np.ndarray, of_right: np.ndarray
 ) -> np.ndarray:
@@ -185,15 +146,15 @@ def combine(
     """Mean and standard deviation of mu, solved strips corrected by a control on the same and on many other strips.
 
     solved, control_same : (mu, valid), each (S, W): the solved windows, and the control on the same strips
-    control_many : (mu, valid), each (S2, W): the control on S2 further strips, none of the S among them
+    control_many : (mu, valid), each (S2, W): the control on S2 further strips, all different from the S strips
     weights, weights_many : (1 + R, S), (1 + R, S2) counts from `strip_weights`
 
-    theta = theta_solved - alpha (theta_same - theta_many), alpha = cov / (var (1 + S / S2)) with the variance between
-    strips of the control and its covariance with the solved (Lavenberg and Welch, Management Science 27, 1981; the
-    control's mean itself estimated: Pasupathy et al., IIE Transactions 44, 2012). theta is the mean, and log std,
-    which keeps std positive; (co)variances are those of their influences, moments taken about the mean. A bias of the
-    control cancels. The mean has the bias of an estimated alpha, O(1 / S); a replicate estimates its own alpha, and
-    takes 0 if its control does not scatter between strips.
+    theta = theta_solved - alpha (theta_same - theta_many) and alpha = cov / (var (1 + S / S2)). Here var is the
+    variance between strips of the control, and cov its covariance with the solved strips (Lavenberg and Welch,
+    Management Science 27, 1981; the control's mean itself estimated: Pasupathy et al., IIE Transactions 44, 2012).
+    theta is the mean, and log std, which keeps std positive; (co)variances are those of their influences, moments taken
+    about the mean. A bias of the control cancels. The mean has the bias of an estimated alpha, O(1 / S); a replicate
+    estimates its own alpha, and takes 0 if its control does not scatter between strips.
     """
     if np.shape(weights)[:1] != np.shape(weights_many)[:1]:
         raise ParameterError(

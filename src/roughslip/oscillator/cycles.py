@@ -1,11 +1,19 @@
-"""Statistics of an ensemble of stick-slip motions: cycle counts, and the point where the mass sticks again."""
+"""Statistics of an ensemble of stick-slip motions: cycle counts, and the point where the mass sticks again.
+
+The cycles of one run may depend on each other, and a test of normality that takes dependent events for independent
+ones rejects too often. The null hypothesis here is a Gaussian sequence with the autocorrelation rho_k of the runs at a
+lag of k cycles. The average of the Hermite polynomial He_m of n such values has the variance m! S_m / n, where S_m is
+the sum of rho^m over all pairs of a run, divided by n. Independent values have S_m = 1.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr, stdtrit
+from scipy.special import log_ndtr, ndtr, stdtrit
 
 from roughslip.errors import IllPosedError, ParameterError
 
@@ -13,6 +21,8 @@ REPLICATES = 1000
 FEWEST_REALISATIONS = 8
 TAILS = (0.025, 0.975)
 NO_SCATTER = 1e-12  # of the mean, or of the scatter of all runs: what rounding leaves where there is none
+NULLS = 399
+FEWEST_EVENTS = 100
 
 
 @dataclass(frozen=True)
@@ -61,7 +71,7 @@ class Reattachment:
     mean, std : (3,) [m]; std is that of the events, without a correction for their number
     skewness, kurtosis : (3,) [-], kurtosis in excess over the normal
     distance_to_normal : (3,) [-] Kolmogorov distance to the normal of the same mean and standard deviation
-    events, realisations : what they rest on
+    events, realisations : their numbers
     """
 
     mean: np.ndarray
@@ -79,13 +89,13 @@ def reattachment_statistics(
     """Moments of the reattachment point, and its distance from normality.
 
     position : (events,) [m] X at the start of stick
-    realisation : (events,) whose event it is
+    realisation : (events,) number of the run of each event
     generator : draws the bootstrap replicates
 
-    Returns the statistics. Cycles of one run follow on one another, so the intervals come from resampling whole runs
-    (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8), as percentiles for the moments. Raises
+    Returns the statistics. Cycles of one run depend on each other, so whole runs are resampled (Efron and Tibshirani,
+    An Introduction to the Bootstrap, 1993, ch. 8). The intervals of moments are percentiles. Raises
     ParameterError for input that is not finite or does not match; IllPosedError where fewer than FEWEST_REALISATIONS
-    runs stick again, or where the places of a resampled ensemble do not scatter.
+    runs stick again, or where the points of a resampled ensemble do not scatter.
     """
     if position.ndim != 1 or position.shape != realisation.shape or not np.isfinite(position).all():
         raise ParameterError("reattachment points must be finite, each with its realisation")
@@ -95,7 +105,7 @@ def reattachment_statistics(
         raise IllPosedError(f"only {runs} runs stick again: lower the damping or run more realisations")
     centre, scale = position.mean(), position.std()
     if scale <= NO_SCATTER * np.abs(centre):
-        raise IllPosedError("every run sticks again at the same place: the friction has no scatter")
+        raise IllPosedError("every run sticks again at the same point: the friction has no scatter")
     ascending = np.argsort(position, kind="stable")
     values, owner = (position[ascending] - centre) / scale, owner[ascending]
     drawn = generator.multinomial(runs, np.full(runs, 1 / runs), size=REPLICATES)
@@ -117,7 +127,7 @@ def _moments(values: np.ndarray, owner: np.ndarray, counts: np.ndarray) -> np.nd
     m1, m2, m3, m4 = totals / n
     variance = m2 - m1**2
     if np.any(variance <= NO_SCATTER):
-        raise IllPosedError("but for a few runs every run sticks again at the same place: run more realisations")
+        raise IllPosedError("almost every run sticks again at the same point: run more realisations")
     third = m3 - 3 * m1 * m2 + 2 * m1**3
     fourth = m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
     return np.stack([m1, np.sqrt(variance), third / variance**1.5, fourth / variance**2 - 3], axis=1)
@@ -144,3 +154,98 @@ def _distance_to_normal(
     moved = [np.max(np.abs(departure(row) - ensemble)) for row in range(1, len(counts))]
     value, radius = np.max(np.abs(ensemble)), np.quantile(moved, 0.95)
     return np.array([value, max(value - radius, 0.0), value + radius])
+
+
+@dataclass(frozen=True)
+class Normality:
+    """Tests of normality of dependent events.
+
+    autocorrelation : (lags,) [-] rho_k of successive events of a run, from k = 0 on
+    effective_skewness : equivalent number of independent events for the skewness, n / S_3
+    effective_kurtosis : the same for the kurtosis, n / S_4
+    jarque_bera : statistic with these numbers in place of n
+    jarque_bera_p : its p-value
+    anderson_darling : statistic
+    anderson_darling_p : share of Gaussian ensembles that reach it
+    """
+
+    autocorrelation: np.ndarray
+    effective_skewness: float
+    effective_kurtosis: float
+    jarque_bera: float
+    jarque_bera_p: float
+    anderson_darling: float
+    anderson_darling_p: float
+
+
+def normality(position: np.ndarray, realisation: np.ndarray, generator: np.random.Generator) -> Normality:
+    """Test the hypothesis that the events are a Gaussian sequence of their own mean, variance and autocorrelation.
+
+    position : (events,) [m] in their order in time within each run
+    realisation : (events,) number of the run of each event
+    generator : draws the ensembles of the Anderson-Darling test
+
+    Raises ParameterError for input that is not finite or does not match, IllPosedError for fewer than FEWEST_EVENTS
+    events or for events at one point.
+
+    Method: I. N. Lobato & C. Velasco (Econometric Theory 20 (2004) 671) for skewness and kurtosis of one sequence, here
+    of many, which is the test of C. M. Jarque & A. K. Bera for independent events; the statistic of T. W. Anderson & D.
+    A. Darling (J. Am. Stat. Assoc. 49 (1954) 765) of the standardised events, which has no tables for dependent ones,
+    against NULLS ensembles of the same numbers of events a run.
+    """
+    if position.ndim != 1 or position.shape != realisation.shape or not np.isfinite(position).all():
+        raise ParameterError("reattachment points must be finite, each with its realisation")
+    n = position.size
+    if n < FEWEST_EVENTS:
+        raise IllPosedError(f"{n} events are too few for a test of normality: run at least {FEWEST_EVENTS} cycles")
+    centred = position - position.mean()
+    deviation = math.sqrt(float(np.mean(centred**2)))
+    if not deviation > 1e-12 * abs(float(position.mean())):
+        raise IllPosedError("every run sticks again at the same point: the friction has no scatter")
+    values = centred / deviation
+    _, owner, lengths = np.unique(realisation, return_inverse=True, return_counts=True)
+    by_run = np.argsort(owner, kind="stable")
+    inside = np.arange(lengths.max()) < lengths[:, None]
+    rows = np.zeros(inside.shape)
+    rows[inside] = values[by_run]
+    correlation = _autocorrelation(rows)
+    pairs = np.array([np.sum(np.maximum(lengths - k, 0)) for k in range(correlation.size)], dtype=np.float64)
+    pairs[1:] *= 2.0
+    third, fourth = (n**2 / float(pairs @ correlation**power) for power in (3, 4))
+    skewness, excess = float(np.mean(values**3)), float(np.mean(values**4)) - 3.0
+    statistic = third * skewness**2 / 6.0 + fourth * excess**2 / 24.0
+    distance = anderson_darling(values)
+    drawn = [anderson_darling(sequence[inside]) for sequence in _gaussian(correlation, len(lengths), generator)]
+    return Normality(
+        autocorrelation=correlation,
+        effective_skewness=third,
+        effective_kurtosis=fourth,
+        jarque_bera=statistic,
+        jarque_bera_p=math.exp(-0.5 * statistic),
+        anderson_darling=distance,
+        anderson_darling_p=(1 + int(np.count_nonzero(np.array(drawn) >= distance))) / (NULLS + 1),
+    )
+
+
+def _autocorrelation(rows: np.ndarray) -> np.ndarray:
+    """(lags,) of sequences in rows : (runs, longest), zero where one has ended; positive semidefinite by its form."""
+    spectrum = np.abs(np.fft.rfft(rows, 2 * rows.shape[1], axis=1)) ** 2
+    covariance = np.fft.irfft(spectrum.sum(axis=0))[: rows.shape[1]]
+    return covariance / covariance[0]
+
+
+def _gaussian(correlation: np.ndarray, runs: int, generator: np.random.Generator) -> Iterator[np.ndarray]:
+    """Yields (runs, lags) Gaussian sequences of an autocorrelation, NULLS times."""
+    lag = np.abs(np.subtract.outer(np.arange(correlation.size), np.arange(correlation.size)))
+    eigenvalue, vector = np.linalg.eigh(correlation[lag])
+    factor = vector * np.sqrt(np.maximum(eigenvalue, 0.0))
+    for _ in range(NULLS):
+        yield np.einsum("rj,ij->ri", generator.standard_normal((runs, correlation.size)), factor, optimize=True)
+
+
+def anderson_darling(values: np.ndarray) -> float:
+    """A^2 of values against the normal distribution of their own mean and standard deviation."""
+    n = values.size
+    z = np.sort((values - values.mean()) / values.std())
+    odd = 2.0 * np.arange(1, n + 1) - 1.0
+    return float(-n - np.sum(odd * (log_ndtr(z) + log_ndtr(-z[::-1]))) / n)

@@ -1,9 +1,9 @@
-"""Dense output of a step, whatever the method: quintics through value and two derivatives at its two ends.
+"""Dense output of a step of any method: quintics through value and two derivatives at its two ends.
 
 X with X' and X'', and X' with X'' and X''', which the equation gives, are known at the ends of every step. The quintic
 errs by h^6 / 46080 of the sixth derivative beyond that. In Bernstein's form it lies within the range of its control
-points, so that a step that stays away from the belt is told without looking for a root (G. Farin, Curves and Surfaces
-for CAGD, 5th ed. 2002, ch. 6).
+points, so a step that stays away from the belt needs no search for a root (G. Farin, Curves and Surfaces for CAGD, 5th
+ed. 2002, ch. 6).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from roughslip.compilation import compiled
 from roughslip.oscillator.equation import State
 
 HALVINGS = 52
-SETTLED = 1e-9  # of a step, between two iterates of a root: Newton has doubled the digits by then
+CONVERGED = 1e-9  # of a step, between two iterates of a root: Newton has doubled the digits by then
 
 
 class Quintic(NamedTuple):
@@ -66,7 +66,7 @@ def lowest(b: Quintic) -> float:
 
 @compiled()
 def sign_changes(b: Quintic) -> int:
-    """Of the control points, which is as many as the quintic has roots, or an even number more."""
+    """Number of sign changes of the control points: the number of roots of the quintic, or an even number more."""
     changes, last = 0, b.b0
     for point in (b.b1, b.b2, b.b3, b.b4, b.b5):
         if point * last < 0.0:
@@ -89,7 +89,7 @@ def first_zero(b: Quintic) -> float:
         rate = slope(b, t)
         newton = t - gap / rate if rate < 0.0 else low
         last, t = t, newton if low < newton < high else 0.5 * (low + high)
-        if abs(t - last) <= SETTLED:
+        if abs(t - last) <= CONVERGED:
             break
     return t
 

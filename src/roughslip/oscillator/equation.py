@@ -1,14 +1,122 @@
-"""The equation of slip: the state, its acceleration and jerk for one sign of the sliding velocity."""
+"""The mass on a moving belt: its parameters, the scaled equation of motion, and the state in slip.
+
+With tau = omega t, X = x and X' = dx/dtau, both in metres,
+
+    X'' + 2 D X' + X = F mu sign(v_rel) + q cos(r tau),    v_rel = omega (V - X').
+"""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from roughslip.compilation import compiled
-from roughslip.oscillator.law import CONTRACTED, excess_force, sliding, sliding_slope
-from roughslip.oscillator.path import Piece, offset, offset_slope
-from roughslip.oscillator.system import Coefficients
+from roughslip.errors import ParameterError, real
+from roughslip.oscillator.laws import CONTRACTED, FrictionLaw, excess_force, friction, friction_slope
+from roughslip.oscillator.path import Piece, mu_s_at, mu_s_slope
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """A mass on a belt, held by a spring and a damper, driven by Q cos(Omega t).
+
+    mass_kg : [kg] m > 0
+    natural_frequency_rad_per_s : [rad/s] omega > 0
+    damping_ratio : [-] D = d_k / (2 m omega) >= 0
+    belt_velocity_m_per_s : [m/s] v0 >= 0; 0 is a fixed base
+    normal_force_n : [N] N > 0
+    excitation_force_n : [N] Q >= 0
+    excitation_frequency_rad_per_s : [rad/s] Omega >= 0
+    """
+
+    mass_kg: float
+    natural_frequency_rad_per_s: float
+    damping_ratio: float
+    belt_velocity_m_per_s: float
+    normal_force_n: float
+    excitation_force_n: float = 0.0
+    excitation_frequency_rad_per_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("mass_kg", "natural_frequency_rad_per_s", "normal_force_n"):
+            value = real(f"Oscillator.{name}", getattr(self, name))
+            if not (math.isfinite(value) and value > 0.0):
+                raise ParameterError(f"Oscillator.{name} must be finite and positive, not {value}")
+        for name in (
+            *("damping_ratio", "belt_velocity_m_per_s", "excitation_force_n", "excitation_frequency_rad_per_s"),
+        ):
+            value = real(f"Oscillator.{name}", getattr(self, name))
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ParameterError(f"Oscillator.{name} must be finite and not negative, not {value}")
+
+    @property
+    def stiffness_n_per_m(self) -> float:
+        """c = m omega^2 [N/m]."""
+        return self.mass_kg * self.natural_frequency_rad_per_s**2
+
+    @property
+    def F(self) -> float:
+        """N / c [m]: the deflection under the normal force."""
+        return self.normal_force_n / self.stiffness_n_per_m
+
+    @property
+    def V(self) -> float:
+        """v0 / omega [m]: the scaled velocity of the belt."""
+        return self.belt_velocity_m_per_s / self.natural_frequency_rad_per_s
+
+    @property
+    def q(self) -> float:
+        """Q / c [m]: the deflection under the excitation."""
+        return self.excitation_force_n / self.stiffness_n_per_m
+
+    @property
+    def r(self) -> float:
+        """Omega / omega [-]."""
+        return self.excitation_frequency_rad_per_s / self.natural_frequency_rad_per_s
+
+
+FRICTION_FOLLOWS = ("slip", "belt", "time")
+
+
+class Coefficients(NamedTuple):
+    """Oscillator and law for compiled functions, in the symbols of the scaled equation.
+
+    advance : [m or s] rate, by tau, of the coordinate of the friction path; 0 where it is the slipped distance
+    law : parameters of the friction law
+    """
+
+    F: float
+    V: float
+    D: float
+    omega: float
+    q: float
+    r: float
+    advance: float
+    law: Any
+
+
+def coefficients(oscillator: Oscillator, law: FrictionLaw, friction_follows: str = "slip") -> Coefficients:
+    """The coefficients of the scaled equation of motion.
+
+    friction_follows : the variable of mu_S: slip, the slipped distance [m]; belt, the travel v0 t of the belt [m];
+        time [s]
+
+    Raises ParameterError for friction that follows a belt at rest.
+    """
+    advances = {"slip": 0.0, "belt": oscillator.V, "time": 1.0 / oscillator.natural_frequency_rad_per_s}
+    if friction_follows == "belt" and oscillator.V == 0.0:
+        raise ParameterError("friction cannot follow a belt at rest: let it follow slip or time")
+    return Coefficients(
+        F=float(oscillator.F),
+        V=float(oscillator.V),
+        D=float(oscillator.damping_ratio),
+        omega=float(oscillator.natural_frequency_rad_per_s),
+        q=float(oscillator.q),
+        r=float(oscillator.r),
+        advance=float(advances[friction_follows]),
+        law=law.parameters(),
+    )
 
 
 class State(NamedTuple):
@@ -23,7 +131,7 @@ class State(NamedTuple):
 
 
 @compiled()
-def place(tau: float, s: float, p: Coefficients) -> float:
+def path_coordinate(tau: float, s: float, p: Coefficients) -> float:
     """The coordinate of the friction path: slipped distance s [m], or travel of the belt [m] or time [s]."""
     return p.advance * tau if p.advance > 0.0 else s
 
@@ -37,9 +145,9 @@ def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: C
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
 def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p: Coefficients) -> float:
-    """X''' [m] in slip of sign sigma, continued likewise."""
+    """X''' [m] in slip of sign sigma, continued in the same way."""
     speed, along = sigma * p.omega * (p.V - u), p.advance if p.advance > 0.0 else sigma * (p.V - u)
-    mu_rate = offset_slope(piece, place(tau, s, p)) * along - sliding_slope(speed, p.law) * sigma * p.omega * a
+    mu_rate = mu_s_slope(piece, path_coordinate(tau, s, p)) * along - friction_slope(speed, p.law) * sigma * p.omega * a
     drive = p.q * p.r * math.sin(p.r * tau) if p.q > 0.0 else 0.0
     return sigma * p.F * mu_rate - 2.0 * p.D * a - u - drive
 
@@ -47,17 +155,19 @@ def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p
 @compiled()
 def completed(tau: float, x: float, u: float, s: float, sigma: float, piece: Piece, p: Coefficients) -> State:
     """The state in slip with its acceleration and jerk."""
-    a = acceleration(tau, x, u, sigma, offset(piece, place(tau, s, p)), p)
+    a = acceleration(tau, x, u, sigma, mu_s_at(piece, path_coordinate(tau, s, p)), p)
     return State(tau, x, u, s, a, jerk(tau, u, s, a, sigma, piece, p))
 
 
 @compiled(error_model="numpy")
-def friction(y: State, sigma: float, piece: Piece, p: Coefficients) -> float:
+def total_friction(y: State, sigma: float, piece: Piece, p: Coefficients) -> float:
     """mu_D + mu_S in slip, below zero where it is cut."""
-    return sliding(sigma * p.omega * (p.V - y.u), p.law) + offset(piece, place(y.tau, y.s, p))
+    return friction(sigma * p.omega * (p.V - y.u), p.law) + mu_s_at(piece, path_coordinate(y.tau, y.s, p))
 
 
 @compiled()
-def cut(y: State, sigma: float, piece: Piece, p: Coefficients) -> bool:
+def friction_is_cut(y: State, sigma: float, piece: Piece, p: Coefficients) -> bool:
     """Whether friction in slip would be negative, and is cut to zero."""
-    return p.law.least + offset(piece, place(y.tau, y.s, p)) < 0.0 and friction(y, sigma, piece, p) < 0.0
+    return (
+        p.law.least + mu_s_at(piece, path_coordinate(y.tau, y.s, p)) < 0.0 and total_friction(y, sigma, piece, p) < 0.0
+    )

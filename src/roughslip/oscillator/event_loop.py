@@ -1,4 +1,4 @@
-"""Stick and slip in turn: a run from event to event, which can pause for more nodes of its friction path."""
+"""Alternation of stick and slip: a run from event to event, which can pause for more nodes of its friction path."""
 
 from __future__ import annotations
 
@@ -7,20 +7,17 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation import compiled
-from roughslip.oscillator.equation import State, completed, place
-from roughslip.oscillator.path import Path, offset, piece_at
+from roughslip.oscillator.equation import Coefficients, State, completed, path_coordinate
+from roughslip.oscillator.path import Path, mu_s_at, piece_at
 from roughslip.oscillator.slip import (
-    AT_BELT,
     FIRST_STEP,
-    NEGATIVE,
-    NO_SLIP,
-    NODES_OVER,
-    PATH_OVER,
     SHORTEST_SLIP,
     START,
-    TIME_OVER,
-    Numerics,
-    Pace,
+    Horizon,
+    Samples,
+    Settings,
+    Status,
+    StepControl,
     slip,
 )
 from roughslip.oscillator.stick import (
@@ -29,26 +26,25 @@ from roughslip.oscillator.stick import (
     PAUSED,
     UPPER,
     departure,
-    draw_stick,
     passage,
+    sample_stick,
     static_limit,
     stick_force,
 )
 from roughslip.oscillator.switching_events import branch_at
-from roughslip.oscillator.system import Coefficients
 
 DEPARTURE, REATTACHMENT, CROSSING = 0, 1, 2
 
 
-class Stand(NamedTuple):
-    """Where a run stands.
+class RunState(NamedTuple):
+    """The state of a run between two calls of `continue_run`.
 
     y : the motion
     sigma : HELD in stick, else the sign of slip
     limit : [m] static limit of stick
-    since, pace : of the slip phase, as `slip` takes them
+    since, control : of the slip phase, arguments of `slip`
     backwards : whether X' < 0 occurred since the departure
-    steps, error : steps taken, sum of the local errors [m]
+    steps, error : number of steps, sum of the local errors [m]
     cuts : steps of slip and starts of stick at which friction was cut to zero
     """
 
@@ -56,7 +52,7 @@ class Stand(NamedTuple):
     sigma: int
     limit: float
     since: float
-    pace: Pace
+    control: StepControl
     backwards: bool
     steps: int
     error: float
@@ -85,7 +81,7 @@ def _record(events: Events, kind: int, y: State, backwards: bool) -> Events:
 
 @compiled()
 def _side(tau: float, x: float, limit: float, p: Coefficients) -> int:
-    """What follows at X' = V: stick where friction balances the force, else slip to the side that the force pulls."""
+    """What follows at X' = V: stick where friction balances the force, else slip in the direction of the force."""
     force = stick_force(tau, x, p)
     if abs(force) <= limit:
         return HELD
@@ -93,15 +89,15 @@ def _side(tau: float, x: float, limit: float, p: Coefficients) -> int:
 
 
 @compiled()
-def begin(x: float, path: Path, stochastic: bool, p: Coefficients) -> tuple[Stand, Events]:
-    """The run at X' = V and the place x [m], before anything happens."""
+def start_on_belt(x: float, path: Path, stochastic: bool, p: Coefficients) -> tuple[RunState, Events]:
+    """A run that starts at X' = V and X = x [m]."""
     y = State(0.0, x, p.V, 0.0, 0.0, 0.0)
-    limit = static_limit(offset(piece_at(path, 0.0), 0.0), stochastic, p)
+    limit = static_limit(mu_s_at(piece_at(path, 0.0), 0.0), stochastic, p)
     sigma = _side(0.0, x, limit, p)
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = _record(events, DEPARTURE, y, False)
-    return Stand(y, sigma, limit, 0.0, START, False, 0, 0.0, 0), events
+    return RunState(y, sigma, limit, 0.0, START, False, 0, 0.0, 0), events
 
 
 @compiled()
@@ -117,64 +113,62 @@ def _leave(
 
 
 @compiled()
-def begin_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[Stand, Events]:
-    """The run at the place x and the velocity u [m] off the belt's: in slip, as if it had departed just before."""
+def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
+    """A run that starts in slip at X = x and X' = u [m], u not V, as if the mass had departed just before."""
     sigma = UPPER if u < p.V else LOWER
     piece = piece_at(path, 0.0)
     y = State(0.0, x, u, 0.0, 0.0, 0.0)
     y = completed(0.0, x, u, 0.0, float(sigma), piece, branch_at(y, float(sigma), piece, p).p)
     events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    return Stand(y, sigma, 0.0, -1.0, Pace(FIRST_STEP, 0.0, 0.0), u < 0.0, 0, 0.0, 0), events
+    return RunState(y, sigma, 0.0, -1.0, StepControl(FIRST_STEP, 0.0, 0.0), u < 0.0, 0, 0.0, 0), events
 
 
 @compiled()
-def go_on(
-    stand: Stand, events: Events, tau_end: float, path: Path, p: Coefficients, numerics: Numerics, stochastic: bool,
-    step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
-) -> tuple[int, Stand, Events]:  # fmt: skip
-    """The run from where it stands until time, steps, the path or its nodes at hand are over, and the status then."""
-    status = TIME_OVER
-    y, sigma, limit, since, pace, backwards, steps, error, cuts = stand
-    while tau_end - y.tau > SHORTEST_SLIP:
+def continue_run(
+    run: RunState, events: Events, path: Path, p: Coefficients, settings: Settings, horizon: Horizon, samples: Samples
+) -> tuple[Status, RunState, Events]:
+    """Continue a run until time, steps, the path or its present nodes are over; returns why, with state and events."""
+    status, stochastic = Status.TIME_OVER, settings.stochastic
+    y, sigma, limit, since, control, backwards, steps, error, cuts = run
+    while horizon.tau - y.tau > SHORTEST_SLIP:
         if sigma == HELD:
             held = y
-            side, y = _leave(held, limit, tau_end, path, stochastic, p)
-            if x_drawn.size > 0 and y.tau > held.tau:
-                draw_stick(held.tau, held.x, y.tau, interval, p, x_drawn, u_drawn)
+            side, y = _leave(held, limit, horizon.tau, path, stochastic, p)
+            if samples.x.size > 0 and y.tau > held.tau:
+                sample_stick(held.tau, held.x, y.tau, samples.interval, p, samples.x, samples.u)
             if side == PAUSED:
-                status = PATH_OVER if path.ends else NODES_OVER
+                status = Status.PATH_OVER if path.ends else Status.NODES_OVER
                 break
             if side == HELD:
                 break
             events = _record(events, DEPARTURE, y, False)
-            sigma, since, pace, backwards = side, y.tau, START, False
+            sigma, since, control, backwards = side, y.tau, START, False
             continue
-        phase = slip(
-            y, since, pace, float(sigma), tau_end, path, p, numerics, step_limit - steps, interval, x_drawn, u_drawn
-        )
-        y, pace = phase.y, phase.pace
+        left = Horizon(horizon.tau, horizon.steps - steps)
+        phase = slip(y, since, control, float(sigma), path, p, settings, left, samples)
+        y, control = phase.y, phase.control
         steps += phase.steps
         error += phase.error
         cuts += phase.cuts
         backwards = backwards or phase.backwards
-        if phase.status != AT_BELT and phase.status != NO_SLIP:
+        if phase.status != Status.AT_BELT and phase.status != Status.NO_SLIP:
             status = phase.status
             break
         y = State(y.tau, y.x, p.V, y.s, 0.0, 0.0)
-        since, pace = y.tau, START
-        z = place(y.tau, y.s, p)
-        limit = static_limit(offset(piece_at(path, z), z), stochastic, p)
+        since, control = y.tau, START
+        z = path_coordinate(y.tau, y.s, p)
+        limit = static_limit(mu_s_at(piece_at(path, z), z), stochastic, p)
         if limit == 0.0:
             cuts += 1
-            if numerics.refuse:
-                status = NEGATIVE
+            if settings.refuse:
+                status = Status.NEGATIVE
                 break
-        side = HELD if phase.status == NO_SLIP else _side(y.tau, y.x, limit, p)
+        side = HELD if phase.status == Status.NO_SLIP else _side(y.tau, y.x, limit, p)
         if side == HELD:
             events = _record(events, REATTACHMENT, y, backwards)
         elif side != sigma:
             events = _record(events, CROSSING, y, False)
         sigma = side
-        if phase.status == NO_SLIP:  # stick lasts as long as no slip can, so that the run goes on
+        if phase.status == Status.NO_SLIP:  # stick lasts as long as the shortest slip, so that the run advances
             y = State(y.tau + SHORTEST_SLIP, y.x + p.V * SHORTEST_SLIP, p.V, y.s, 0.0, 0.0)
-    return status, Stand(y, sigma, limit, since, pace, backwards, steps, error, cuts), events
+    return status, RunState(y, sigma, limit, since, control, backwards, steps, error, cuts), events

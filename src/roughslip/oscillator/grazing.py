@@ -1,4 +1,4 @@
-"""Where noise ends stick-slip, in first order: how far it moves the peak of the slip orbit that grazes the belt.
+"""First-order effect of noise on the end of stick-slip: the shift of the peak of the slip orbit that grazes the belt.
 
 Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow (`oscillator.return_map`), s being the slipped distance.
 Along the orbit of the existence limit, from departure to the next peak at the belt, the peak w moves by
@@ -6,15 +6,15 @@ Along the orbit of the existence limit, from departure to the next peak at the b
     dw = (F / V) (psi_y(0) mu_S(0) + integral of psi_w(tau) mu_S(s(tau)) d tau),
 
 psi being the solution of the adjoint equation that ends as (0, 1) at the peak. The first part is the departure point,
-which moves with the static limit. A constant mu_S only moves the motion along X, so that the two parts cancel; where
-friction does not jump at the start of slip, as in eq. (13), each is zero: the mass departs along the line of the belt,
-y' = 1 and w' = 0, and to depart earlier or later on it is to be on the same orbit. Damping moves the peak by
+which moves with the static limit. A constant mu_S only moves the motion along X, so that the two parts cancel. Where
+friction does not jump at the start of slip, as in eq. (13), each part is zero: the mass departs along the line of the
+belt, y' = 1 and w' = 0. An earlier or later departure is on the same orbit. Damping moves the peak by
 
     dw / dD = -2 (psi_y(0) + integral of psi_w w d tau).
 
-So the damping ratio at which a loop just reaches the belt again is normal about the existence limit, in first order,
-with a standard deviation in proportion to that of mu_S: it is by this that a cycle misses the belt, and it sets the
-width of the band of damping in which stick-slip lives or dies by chance. A loop that misses may still reach the belt at
+So the damping ratio at which a loop just reaches the belt again is normal about the existence limit, in first order.
+Its standard deviation is proportional to that of mu_S. This scatter makes cycles miss the belt, and it sets the width
+of the band of damping in which stick-slip survives or ends by chance. A loop that misses the belt may still reach it at
 its next peak.
 """
 
@@ -25,13 +25,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.special import ndtr
 
 from roughslip.errors import ParameterError
-from roughslip.oscillator.law import FrictionLaw
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.return_map import TOLERANCE, slip_flow, turn_from
-from roughslip.oscillator.system import Oscillator
 
 SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it
 
@@ -66,7 +65,7 @@ class GrazingResponse:
 def grazing_response(
     oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True, tolerance: float = TOLERANCE
 ) -> GrazingResponse:
-    """The response of the orbit at the existence limit, whatever the oscillator's own damping ratio.
+    """The response of the orbit at the existence limit, independent of the oscillator's own damping ratio.
 
     stochastic_static_limit : whether the limit of stick, and so the departure point, moves with mu_S
 
@@ -103,11 +102,3 @@ def grazing_response(
         kernel=kernel,
         damping=-2.0 * float(adjoint[0, 0] + np.sum(weight * adjoint[:, 1] * w)),
     )
-
-
-def miss_probability(damping: np.ndarray, limit: float, scatter: float) -> np.ndarray:
-    """Probability that a loop from departure does not reach the belt again at a damping ratio, in first order.
-
-    limit, scatter : mean and standard deviation of the damping ratio at which it grazes
-    """
-    return np.asarray(ndtr((np.asarray(damping) - limit) / scatter))

@@ -1,7 +1,7 @@
 """The stochastic part of friction along the belt: mu_S(s) between equidistant nodes.
 
 Cubic Hermite pieces with central differences as tangents (Catmull & Rom 1974), one-sided at the two ends: continuous
-with its first derivative. Or straight lines. No nodes at all stand for mu_S = 0 on a path without end.
+with its first derivative. Or straight lines. Without nodes mu_S = 0 on a path without end.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 
 from roughslip.compilation import compiled
 from roughslip.errors import ParameterError
-from roughslip.oscillator.law import CONTRACTED
+from roughslip.oscillator.laws import CONTRACTED
 
 INTERPOLATIONS = ("cubic", "linear")
 
 
 class Path(NamedTuple):
-    """The nodes at hand of a path: numbers `first` and following, at the slipped distances number times spacing [m].
+    """The present nodes of a path: numbers `first` and following, at the slipped distances number times spacing [m].
 
     ends : whether the path ends with the last of them
     steepest : largest change of mu_S from one of them to the next
@@ -48,7 +48,7 @@ class Piece(NamedTuple):
 
 @compiled()
 def piece_at(path: Path, s: float) -> Piece:
-    """The piece that holds s; the last one for any s beyond it (the caller watches the end of the path)."""
+    """The piece that holds s; the last one for any s beyond it (the caller checks the end of the path)."""
     nodes = path.nodes
     if nodes.size == 0:
         return Piece(0.0, 0.0, 0.0, 0.0, 0.0, np.inf, 1.0)
@@ -66,27 +66,27 @@ def piece_at(path: Path, s: float) -> Piece:
 
 @compiled()
 def reaches(path: Path, s: float) -> bool:
-    """Whether the nodes at hand determine the piece that holds s, and the next, into which a phase may just step."""
+    """Whether the present nodes determine the piece that holds s, and the next piece, which a step may just enter."""
     size = path.nodes.size
     return path.ends or size == 0 or int(s / path.spacing) + 3 < path.first + size
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
-def offset(piece: Piece, s: float) -> float:
+def mu_s_at(piece: Piece, s: float) -> float:
     """mu_S at the slipped distance s [m]."""
     t = (s - piece.left) * piece.per_spacing
     return piece.c0 + t * (piece.c1 + t * (piece.c2 + t * piece.c3))
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
-def offset_slope(piece: Piece, s: float) -> float:
+def mu_s_slope(piece: Piece, s: float) -> float:
     """d mu_S / ds [1/m]."""
     t = (s - piece.left) * piece.per_spacing
     return (piece.c1 + t * (2.0 * piece.c2 + t * 3.0 * piece.c3)) * piece.per_spacing
 
 
 @compiled()
-def offset_curvature(piece: Piece, s: float) -> float:
+def mu_s_curvature(piece: Piece, s: float) -> float:
     """d^2 mu_S / ds^2 [1/m^2]."""
     t = (s - piece.left) * piece.per_spacing
     return (2.0 * piece.c2 + t * 6.0 * piece.c3) * (piece.per_spacing * piece.per_spacing)
@@ -94,16 +94,16 @@ def offset_curvature(piece: Piece, s: float) -> float:
 
 @compiled()
 def largest_kink(path: Path, t: float) -> float:
-    """What the pieces on either side of a node differ by at most, t spacings from it.
+    """A bound of the difference between the pieces on both sides of a node, t spacings from the node.
 
-    With r the rises around it, straight lines differ by (r' - r) t and cubics by (r' + r - r'' - r_) t^2 / 2 and
-    (r'' - 3 r' + 3 r - r_) t^3 / 2.
+    Let r_, r, r', r'' be the rises around the node. Straight lines differ by (r' - r) t. Cubics differ by
+    (r' + r - r'' - r_) t^2 / 2 + (r'' - 3 r' + 3 r - r_) t^3 / 2.
     """
     return path.steepest * (t * t * (2.0 + 4.0 * t) if path.cubic else 2.0 * t)
 
 
 @compiled()
-def lowest_offset(piece: Piece) -> float:
+def lowest_mu_s(piece: Piece) -> float:
     """A number that mu_S does not fall below on a piece: the least of its control points in Bernstein's form."""
     early, whole = piece.c0 + piece.c1 / 3.0, piece.c0 + piece.c1 + piece.c2 + piece.c3
     late = piece.c0 + (2.0 * piece.c1 + piece.c2) / 3.0
@@ -111,18 +111,18 @@ def lowest_offset(piece: Piece) -> float:
 
 
 def path_through(nodes: np.ndarray, first: int, spacing: float, cubic: bool, ends: bool) -> Path:
-    """The path with these nodes at hand, arguments as of Path."""
+    """A `Path` with the steepest change of its nodes."""
     return Path(nodes, first, spacing, cubic, ends, float(np.abs(np.diff(nodes)).max(initial=0.0)))
 
 
 class PathFeed:
-    """A path that arrives in pieces, of which it keeps what the motion may still read.
+    """A path that arrives in pieces; it keeps the nodes that the motion may still read.
 
     path : (nodes,) all nodes, an iterable of such rows one after another, or None for mu_S = 0
     spacing_m : [m] distance of the nodes (not used without a path)
     interpolation : cubic or linear
 
-    Raises ParameterError for what is no path, when it is met.
+    Raises ParameterError for an invalid path, when the invalid piece arrives.
     """
 
     def __init__(self, path: np.ndarray | Iterable[np.ndarray] | None, spacing_m: float, interpolation: str) -> None:
@@ -142,11 +142,11 @@ class PathFeed:
 
     @property
     def length_m(self) -> float:
-        """Slipped distance [m] at the last node at hand."""
+        """Slipped distance [m] at the last present node."""
         return (self.path.first + self.path.nodes.size - 1) * self.path.spacing
 
     def advance(self, s: float) -> Path:
-        """The nodes that the motion from s [m] onwards needs first, and more; those behind it are dropped."""
+        """Take the nodes that the motion needs next from s [m] on, and drop those behind it."""
         nodes, first, spacing, cubic, ends, _ = self.path
         passed = max(int(s / spacing) - 2 - first, 0)
         rows, size, first = [nodes[passed:]], nodes.size - passed, first + passed
@@ -163,9 +163,9 @@ class PathFeed:
 
 
 class KeptPath:
-    """An iterable path that keeps its pieces, so that a second run need not draw them anew.
+    """An iterable path that keeps its pieces, so that a second run does not draw them again.
 
-    path : rows of nodes, of which as many are kept as the longest run has asked for
+    path : rows of nodes; kept up to the last one that a run has read
     """
 
     def __init__(self, path: Iterable[np.ndarray]) -> None:
@@ -174,7 +174,7 @@ class KeptPath:
 
     @property
     def nodes(self) -> int:
-        """Number of nodes that runs have asked for."""
+        """Number of nodes that runs have read."""
         return sum(piece.size for piece in self._kept)
 
     def __iter__(self) -> Iterator[np.ndarray]:

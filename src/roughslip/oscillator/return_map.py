@@ -1,13 +1,13 @@
 """Slip from one peak of X' to the next: the return map of the free oscillator with its mean friction.
 
-With y = (X - X_eq) / V and w = y' = X' / V, in units of the belt, slip with v_rel = v0 (1 - w) > 0 obeys
+Let y = (X - X_eq) / V and w = y' = X' / V, in units of the belt. Slip with v_rel = v0 (1 - w) > 0 obeys
 
     y'' + 2 D y' + y = G(w),    G(w) = (F / V) (mu_D(v0 (1 - w)) - mu_D(v0)),
 
 where steady sliding is y = w = 0 and the belt runs at w = 1. X' peaks where w' = 0 with w > 0, on the curve
-y = G(w) - 2 D w; every orbit crosses it from the same side, as w'' = -w there, so that the peak alone tells a motion
-and a map of peaks 0 < a <= 1 onto the next ones tells all of sliding: a fixed point is a cycle without stick, and
-where the next peak exceeds 1 the mass has met the belt before it.
+y = G(w) - 2 D w. Every orbit crosses this curve from the same side, as w'' = -w there. So the peak alone determines a
+motion, and the map of peaks 0 < a <= 1 onto the next peaks describes all sliding. A fixed point is a cycle without
+stick; where the next peak exceeds 1 the mass meets the belt before it.
 
 More damping turns every velocity of the plane (y, w) the same way, by dw' = -2 w dD: a rotated family in the sense of
 G. F. D. Duff (Ann. of Math. 57 (1953) 15). So the next peak falls strictly with D, one damping ratio belongs to each
@@ -25,8 +25,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, ParameterError
-from roughslip.oscillator.law import FrictionLaw, sliding, sliding_slope
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.laws import friction, friction_slope
 
 TOLERANCE = 1e-12  # relative, of a step
 AT_REST = 1e-9  # of the first peak: a motion that has come so close to steady sliding does not turn again
@@ -71,8 +72,8 @@ class Turn:
     duration: float
 
 
-def free(oscillator: Oscillator) -> None:
-    """Raise ParameterError where the oscillator is excited, or its belt at rest: its limits are not those told here."""
+def check_free(oscillator: Oscillator) -> None:
+    """Raise ParameterError where the oscillator is excited or its belt is at rest, as the limits do not apply there."""
     if oscillator.q > 0.0:
         raise ParameterError("limits of the cycle are for the free oscillator: set the excitation force to 0")
     if not oscillator.V > 0.0:
@@ -81,18 +82,18 @@ def free(oscillator: Oscillator) -> None:
 
 def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
     """The flow of an oscillator and its law; friction below zero is cut, as in the motion."""
-    free(oscillator)
-    v0, scale, compiled = oscillator.belt_velocity_m_per_s, oscillator.F / oscillator.V, law.compiled()
-    mean = max(sliding(v0, compiled), 0.0)
+    check_free(oscillator)
+    v0, scale, compiled = oscillator.belt_velocity_m_per_s, oscillator.F / oscillator.V, law.parameters()
+    mean = max(friction(v0, compiled), 0.0)
 
     def force(w: float) -> float:
-        return scale * (max(sliding(abs(v0 * (1.0 - w)), compiled), 0.0) - mean)
+        return scale * (max(friction(abs(v0 * (1.0 - w)), compiled), 0.0) - mean)
 
     def slope(w: float) -> float:
         speed = v0 * (1.0 - w)
-        if sliding(abs(speed), compiled) <= 0.0:
+        if friction(abs(speed), compiled) <= 0.0:
             return 0.0
-        return -scale * v0 * math.copysign(1.0, speed) * sliding_slope(abs(speed), compiled)
+        return -scale * v0 * math.copysign(1.0, speed) * friction_slope(abs(speed), compiled)
 
     return SlipFlow(oscillator.damping_ratio, force, slope, oscillator.F * mean, oscillator.V)
 
@@ -145,21 +146,6 @@ def turn_from(flow: SlipFlow, y: float, w: float, tolerance: float = TOLERANCE) 
             return Turn(0.0, float(leg.t[-1]))
         time, state = float(leg.t_events[0][0]), leg.y_events[0][0]
     return Turn(max(float(state[1]), 0.0), time)
-
-
-def growth(flow: SlipFlow, peak: float, duration: float) -> float:
-    """The integral of G'(w) - 2 D from a peak on: areas of the plane grow by its exponential (Liouville).
-
-    Over the turn of a cycle that is the slope of the map there, by which a small distance from the cycle is multiplied.
-    """
-
-    def velocity(_: float, state: np.ndarray) -> tuple[float, float, float]:
-        w = float(state[1])
-        return w, flow.at_peak(w) - float(state[0]), flow.slope(w) - 2.0 * flow.damping_ratio
-
-    start = (flow.at_peak(peak), peak, 0.0)
-    run = solve_ivp(velocity, (0.0, duration), start, "DOP853", rtol=TOLERANCE, atol=0.1 * TOLERANCE * peak)
-    return float(run.y[2, -1])
 
 
 def falling_root(excess: Callable[[float], float], start: float, accuracy: float) -> float | None:

@@ -6,57 +6,86 @@ regularised. Steps end at the nodes of the friction path, where its second deriv
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from roughslip.compilation import compiled
 from roughslip.oscillator.dense_output import lowest, stationary, value, velocity
-from roughslip.oscillator.equation import State, completed, cut, place
-from roughslip.oscillator.integrators import ORDERS, step
-from roughslip.oscillator.path import Path, Piece, largest_kink, offset, piece_at, reaches
+from roughslip.oscillator.equation import Coefficients, State, completed, friction_is_cut, path_coordinate
+from roughslip.oscillator.path import Path, Piece, largest_kink, mu_s_at, piece_at, reaches
+from roughslip.oscillator.runge_kutta import ORDERS, step
 from roughslip.oscillator.switching_events import (
     LOWER,
     NONE,
     Branch,
-    behind,
+    Sliding,
     branch_at,
+    branch_on_piece,
+    cross_bound,
+    end_at_first_bound,
     may_cut,
-    on_piece,
     stays_within,
-    within_bounds,
 )
-from roughslip.oscillator.system import Coefficients
 
-AT_BELT, TIME_OVER, PATH_OVER, STEPS_OVER, NO_SLIP, NODES_OVER, NEGATIVE = 0, 1, 2, 3, 4, 5, 6
-FIRST_STEP = 0.1  # of a slip phase, in units of 1/omega; one that hides in it is smaller than its error may be
-MOST_TRIED = 5  # steps, until one ends at a node
+FIRST_STEP = 0.1  # of a slip phase, in units of 1/omega; a whole phase within it is smaller than the error allowed
+MOST_TRIED = 5  # trial steps, until one ends at a node
 LONGEST_STEP = 0.75  # so that the quintic dense output, which errs by h^6 / 46080, sees every extreme of X'
-SHORTEST_SLIP = 1e-7  # a phase back at the belt after so short a time is none: V h^2 / 2 drowns in the rounding of V
-SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it, if friction is that of either side
-AT_NODE = 1e-9  # of a node spacing: no distance
-MISPLACED = 0.1  # of the error allowed: what friction of the wrong side of a node may do
+SHORTEST_SLIP = 1e-7  # a shorter phase does not count as slip: V h^2 / 2 is below the rounding of V
+SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it, where both sides give equal friction
+AT_NODE = 1e-9  # of a node spacing: counts as zero
+MISPLACED = 0.1  # of the error allowed: the largest effect of using friction from the wrong side of a node
 LARGEST_GROWTH, LEAST_GROWTH = 5.0, 0.2  # of a step
 
 
-class Numerics(NamedTuple):
-    """How slip is integrated.
+class Status(IntEnum):
+    """Why a slip phase or a run ends."""
 
-    pair : of pairs.py
+    AT_BELT = 0  # X' is the velocity of the belt again
+    TIME_OVER = 1
+    PATH_OVER = 2
+    STEPS_OVER = 3
+    NO_SLIP = 4  # the mass is pulled back to the belt at once
+    NODES_OVER = 5  # the motion needs more nodes of the path than are present
+    NEGATIVE = 6  # friction is negative, which the settings refuse
+
+
+class Settings(NamedTuple):
+    """How a motion is integrated.
+
+    pair : of runge_kutta.py
     tolerance : [-] of a unit of tau
     refuse : whether negative friction ends the run, else it is cut to zero
+    stochastic : whether mu_S enters the limit of stick
     """
 
     pair: int
     tolerance: float
     refuse: bool
+    stochastic: bool
 
 
-class Pace(NamedTuple):
+class Horizon(NamedTuple):
+    """Up to which tau a motion runs, and for how many steps at most."""
+
+    tau: float
+    steps: int
+
+
+class Samples(NamedTuple):
+    """Arrays x, u : (samples,) that receive X and X' at the multiples of interval; empty ones receive nothing."""
+
+    interval: float
+    x: np.ndarray
+    u: np.ndarray
+
+
+class StepControl(NamedTuple):
     """How long the next step of a slip phase may be, all zero before the first one.
 
-    allowed : its length
-    grown, length : what the error of the last step that was no shorter than allowed let it grow by, and its length
+    allowed : the longest next step
+    grown, length : growth factor and length of the last step that was as long as allowed
     """
 
     allowed: float
@@ -64,34 +93,37 @@ class Pace(NamedTuple):
     length: float
 
 
-START = Pace(0.0, 0.0, 0.0)
+START = StepControl(0.0, 0.0, 0.0)
 
 
 class Slip(NamedTuple):
-    """The end of a slip phase: why and where, whether X' < 0 occurred, steps taken, sum of the local errors [m].
+    """The end of a slip phase.
 
-    steps : taken and tried, those that locate the end among them
-    pace : for a phase that goes on once more nodes are at hand
+    status, y : why and where it ends
+    backwards : whether X' < 0 occurred
+    steps : number of steps, with the rejected ones and those that locate the end
+    error : [m] sum of the local errors
+    control : of the next step, for a phase that continues when more nodes are present
     cuts : steps that ended where friction was cut to zero
     """
 
-    status: int
+    status: Status
     y: State
     backwards: bool
     steps: int
     error: float
-    pace: Pace
+    control: StepControl
     cuts: int
 
 
 @compiled(error_model="numpy")
 def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> float:
-    """The largest step up to h that slips no further than distance [m], from three derivatives of s (guarded Newton).
+    """The largest step up to h that slips no further than distance [m], from three derivatives of s by guarded Newton.
 
-    The next term of the series is left out; it moves the end by some 1e-4 of the distance at a tolerance of 1e-9.
+    The next term of the series would move the end by some 1e-4 of the distance at a tolerance of 1e-9.
     """
     low, high, step = 0.0, h, h
-    if s1 > 0.0:  # the reverted series, which mostly is near enough
+    if s1 > 0.0:  # the reverted series, which is usually accurate enough
         e, c2, c3 = distance / s1, 0.5 * s2 / s1, s3 / (6.0 * s1)
         step = min(h, e * max(0.0, 1.0 - e * (c2 - e * (2.0 * c2 * c2 - c3))))
     for _ in range(60):
@@ -110,7 +142,7 @@ def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> 
 
 @compiled(error_model="numpy")
 def to_node(y: State, h: float, right: float, sigma: float, path: Path, p: Coefficients) -> float:
-    """The largest step up to h that passes no further along the path, if any, than to its coordinate `right`."""
+    """The largest step up to h that does not pass the coordinate `right` of the path, if there is a path."""
     if path.nodes.size == 0:
         return h
     if p.advance > 0.0:
@@ -130,46 +162,45 @@ def turns_backwards(y: State, end: State) -> bool:
 
 
 @compiled(error_model="numpy")
-def excess(error: float, h: float, end: State, p: Coefficients, numerics: Numerics) -> float:
-    """The error of a step over what is allowed."""
-    return error / (h * numerics.tolerance * (p.F + max(abs(end.x), abs(end.u)))) if error != 0.0 else 0.0
+def error_ratio(error: float, h: float, end: State, p: Coefficients, settings: Settings) -> float:
+    """The error of a step over the error allowed."""
+    return error / (h * settings.tolerance * (p.F + max(abs(end.x), abs(end.u)))) if error != 0.0 else 0.0
 
 
 @compiled(error_model="numpy")
-def misplaced(
-    y: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, numerics: Numerics
+def node_side_matters(
+    y: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, settings: Settings
 ) -> bool:  # fmt: skip
-    """Whether friction of the other side of the node that ends a piece matters at a state beside it, in a step h.
+    """Whether it matters, for a state close to the end of a piece, from which side of the node friction is taken.
 
-    It errs in proportion to the distance from the node, and X' by half of that times the time there.
+    The error of friction is proportional to the distance from the node, that of X' to half of it times the time there.
     """
-    left = piece.right - place(y.tau, y.s, p)
+    left = piece.right - path_coordinate(y.tau, y.s, p)
     rate = p.advance if p.advance > 0.0 else sigma * (p.V - y.u)
     if abs(left) <= AT_NODE * path.spacing + 1e-15 * rate * y.tau:
         return False
     passed = min(rate * h, path.spacing) if rate > 0.0 else rate * h
     half = 0.5 * p.F * abs(left)
-    if excess(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, numerics) <= MISPLACED:
-        return False  # mostly: the piece to come need not be known
+    if error_ratio(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, settings) <= MISPLACED:
+        return False  # the usual case, which does not need the next piece
     z = piece.right - left
-    wrong = abs(offset(piece_at(path, piece.right + SLACK * path.spacing), z) - offset(piece, z))
-    return not excess(half * wrong, passed, y, p, numerics) <= MISPLACED
+    wrong = abs(mu_s_at(piece_at(path, piece.right + SLACK * path.spacing), z) - mu_s_at(piece, z))
+    return not error_ratio(half * wrong, passed, y, p, settings) <= MISPLACED
 
 
 @compiled(forceinline=True, error_model="numpy")
-def tried(
-    y: State, h: float, sigma: float, piece: Piece, here: Branch, path: Path, p: Coefficients, numerics: Numerics
+def try_step(
+    y: State, h: float, sigma: float, piece: Piece, here: Branch, path: Path, p: Coefficients, settings: Settings
 ) -> tuple[State, float, float, float, int]:  # fmt: skip
-    """A step h, taken again where it passes a node: its end, error, length, error over what is allowed, and how many
-    were taken."""
+    """Trial step, shortened at nodes; returns end, error, length, error over the error allowed, number of trials."""
     taken = 0
     while True:
-        end, error = step(numerics.pair, y, h, sigma, piece, here.p)
-        ratio, taken = excess(error, h, end, p, numerics), taken + 1
-        passed = place(end.tau, end.s, p) - piece.right
+        end, error = step(settings.pair, y, h, sigma, piece, here.p)
+        ratio, taken = error_ratio(error, h, end, p, settings), taken + 1
+        passed = path_coordinate(end.tau, end.s, p) - piece.right
         if passed <= 0.0 or not ratio <= 1.0 or taken == MOST_TRIED:
             break
-        if not misplaced(end, h, sigma, piece, path, p, numerics):
+        if not node_side_matters(end, h, sigma, piece, path, p, settings):
             break
         rate = p.advance if p.advance > 0.0 else sigma * (p.V - end.u)
         h = h - passed / rate if 0.0 < passed < rate * h else 0.5 * h
@@ -178,140 +209,142 @@ def tried(
 
 @compiled()
 def growth(ratio: float, pair: int) -> float:
-    """How many times as long a step may be whose error is `ratio` of what is allowed."""
+    """The growth factor of a step whose error is `ratio` times the error allowed."""
     if not ratio < np.inf:
         return LEAST_GROWTH
     return min(LARGEST_GROWTH, max(LEAST_GROWTH, 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))))
 
 
 @compiled()
-def shorter(pace: Pace, h: float) -> Pace:
-    """The pace after a step that was too long: the next one has the length h."""
-    return Pace(h, pace.grown, pace.length)
+def shortened(control: StepControl, h: float) -> StepControl:
+    """The control after a rejected step: the next step has the length h."""
+    return StepControl(h, control.grown, control.length)
 
 
 @compiled(error_model="numpy")
-def next_pace(pace: Pace, h: float, ratio: float, pair: int) -> Pace:
-    """The pace after a step of length h whose error is `ratio` of what is allowed.
+def next_control(control: StepControl, h: float, ratio: float, pair: int) -> StepControl:
+    """The control after a step of length h whose error is `ratio` times the error allowed.
 
-    Where steps shrink from one to the next, as before the belt, the one to come is to shrink likewise, or every other
-    one would be refused (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496). A step that may grow by more than it
-    is let tells no trend.
+    Where steps shrink from one to the next, as before the belt, the next step shrinks too; else every second step
+    would be rejected (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496). A step at the largest growth shows no
+    trend.
     """
     grown = growth(ratio, pair)
     trend = 1.0
-    if pace.grown > 0.0 and grown < LARGEST_GROWTH:
-        trend = min(1.0, grown / pace.grown * (h / pace.length))
-    return Pace(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h)
+    if control.grown > 0.0 and grown < LARGEST_GROWTH:
+        trend = min(1.0, grown / control.grown * (h / control.length))
+    return StepControl(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h)
 
 
 @compiled()
-def draw_slip(
-    y: State, end: State, interval: float, sigma: float, piece: Piece, here: Branch, pair: int,
-    x_drawn: np.ndarray, u_drawn: np.ndarray,
-) -> None:  # fmt: skip
-    """X and X' of one step at the multiples of interval in (tau, tau at its end], each by a shorter step: as good as
-    the step itself, which a polynomial through its ends is not."""
-    for k in range(int(y.tau / interval), min(int(end.tau / interval) + 2, x_drawn.size)):
+def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, pair: int, samples: Samples) -> None:
+    """Store X and X' of one step at the multiples of interval in (tau, tau at its end].
+
+    Each sample is the end of a shorter step, as accurate as the step; a polynomial through its ends is not.
+    """
+    interval = samples.interval
+    for k in range(int(y.tau / interval), min(int(end.tau / interval) + 2, samples.x.size)):
         if y.tau < k * interval <= end.tau:
-            at, _ = step(pair, y, k * interval - y.tau, sigma, piece, here.p)
-            x_drawn[k], u_drawn[k] = at.x, at.u
+            at, _ = step(pair, y, k * interval - y.tau, sliding.sigma, sliding.piece, here.p)
+            samples.x[k], samples.u[k] = at.x, at.u
 
 
 @compiled()
-def steady(path: Path, piece: Piece, p: Coefficients) -> bool:
-    """Whether acceleration and jerk go on steadily from the piece before."""
+def is_smooth_onto(path: Path, piece: Piece, p: Coefficients) -> bool:
+    """Whether acceleration and jerk are continuous from the previous piece onto this one."""
     return path.cubic and not may_cut(piece, p)
 
 
 @compiled()
-def begun(start: State, pace: Pace, sigma: float, path: Path, p: Coefficients) -> tuple[Piece, Branch, State]:
-    """Piece of the path, branch and state that a slip phase begins with, or goes on with behind the end of a piece."""
-    goes_on, z = pace.allowed > 0.0, place(start.tau, start.s, p)
+def start_phase(
+    start: State, control: StepControl, sigma: float, path: Path, p: Coefficients
+) -> tuple[Piece, Branch, State]:
+    """Piece of the path, branch and state at the start of a slip phase, or where it continues after a pause."""
+    goes_on, z = control.allowed > 0.0, path_coordinate(start.tau, start.s, p)
     piece = piece_at(path, z + (SLACK if goes_on else AT_NODE) * path.spacing)
     u = start.u if goes_on else p.V
     here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
-    if goes_on and steady(path, piece, p):
+    if goes_on and is_smooth_onto(path, piece, p):
         return piece, here, start
     return piece, here, completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
 
 
 @compiled()
-def done(
-    y: State, z: float, pace: Pace, sigma: float, piece: Piece, path: Path, p: Coefficients, numerics: Numerics
+def piece_is_over(
+    y: State, z: float, control: StepControl, sigma: float, piece: Piece, path: Path, p: Coefficients,
+    settings: Settings,
 ) -> bool:  # fmt: skip
-    """Whether a piece of the path that ends close to z, where a motion is, is done with."""
-    return not (z < piece.right and misplaced(y, pace.allowed, sigma, piece, path, p, numerics))
+    """Whether the motion, at the coordinate z close to the end of a piece, may leave the piece."""
+    return not (z < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings))
 
 
 @compiled(error_model="numpy")
 def slip(
-    start: State, since: float, pace: Pace, sigma: float, tau_end: float, path: Path, p: Coefficients,
-    numerics: Numerics, step_limit: int, interval: float, x_drawn: np.ndarray, u_drawn: np.ndarray,
+    start: State, since: float, control: StepControl, sigma: float, path: Path, p: Coefficients, settings: Settings,
+    horizon: Horizon, samples: Samples,
 ) -> Slip:  # fmt: skip
-    """A slip phase of sign sigma from X' = V until X' = V again, or until time, path, nodes at hand or steps are over.
+    """A slip phase of sign sigma from X' = V until X' = V again, or until time, path, present nodes or steps are over.
 
-    since : tau at which the phase began
-    pace : of the phase, all zero at its beginning
-
-    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): error per unit step,
-    so that the sum does not grow with the number of nodes that end a step.
+    since : tau at which the phase began, with a control of zeros
+    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)). This is an error per
+    unit step, so that the sum does not grow with the number of nodes that end a step.
     """
-    slack = SLACK * path.spacing
-    piece, here, y = begun(start, pace, sigma, path, p)
-    pace = pace if pace.allowed > 0.0 else Pace(FIRST_STEP, 0.0, 0.0)
+    slack, pair, tolerance = SLACK * path.spacing, settings.pair, settings.tolerance
+    piece, here, y = start_phase(start, control, sigma, path, p)
+    control = control if control.allowed > 0.0 else StepControl(FIRST_STEP, 0.0, 0.0)
     backwards, total, steps, cuts = False, 0.0, 0, 0
-    while steps < step_limit:
-        first, z = y.tau == since, place(y.tau, y.s, p)
-        if z >= piece.right - slack and done(y, z, pace, sigma, piece, path, p, numerics):
+    while steps < horizon.steps:
+        first, z = y.tau == since, path_coordinate(y.tau, y.s, p)
+        if z >= piece.right - slack and piece_is_over(y, z, control, sigma, piece, path, p, settings):
             if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
-                return Slip(PATH_OVER, y, backwards, steps, total, pace, cuts)
+                return Slip(Status.PATH_OVER, y, backwards, steps, total, control, cuts)
             if not reaches(path, z + slack):
-                return Slip(NODES_OVER, y, backwards, steps, total, pace, cuts)
+                return Slip(Status.NODES_OVER, y, backwards, steps, total, control, cuts)
             piece = piece_at(path, z + slack)
-            here = on_piece(here, y, sigma, piece, p, numerics.tolerance)
-            if not steady(path, piece, p):
+            here = branch_on_piece(here, y, sigma, piece, p, tolerance)
+            if not is_smooth_onto(path, piece, p):
                 y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
-        h = to_node(y, min(pace.allowed, tau_end - y.tau), piece.right, sigma, path, p)
+        h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)
         if not y.tau + h > y.tau:
             break
-        last, whole = h == tau_end - y.tau, h == pace.allowed
+        last, whole = h == horizon.tau - y.tau, h == control.allowed
 
-        end, error, h, ratio, taken = tried(y, h, sigma, piece, here, path, p, numerics)
-        steps += taken
+        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)
+        steps += trials
         if not ratio <= 1.0:
-            pace = shorter(pace, h * growth(ratio, numerics.pair))
+            control = shortened(control, h * growth(ratio, pair))
             continue
         if first and sigma * (p.V - end.u) <= 0.0:
             if h < SHORTEST_SLIP:
-                return Slip(NO_SLIP, y, False, steps, 0.0, pace, cuts)
-            pace = shorter(pace, 0.25 * h)
+                return Slip(Status.NO_SLIP, y, False, steps, 0.0, control, cuts)
+            control = shortened(control, 0.25 * h)
             continue
-        met, length = NONE, h
-        if not stays_within(y, end, h, first, here, sigma, piece, p, numerics.tolerance):
-            met, end, error, length, taken = within_bounds(
-                y, end, error, h, first, here, sigma, piece, p, numerics.pair, numerics.tolerance
+        met, length, sliding = NONE, h, Sliding(sigma, piece, p)
+        if not stays_within(y, end, h, first, here, sliding, tolerance):
+            met, end, error, length, trials = end_at_first_bound(
+                y, end, error, h, first, here, sliding, pair, tolerance
             )
-            steps += taken
-            ratio = excess(error, length, end, p, numerics)
+            steps += trials
+            ratio = error_ratio(error, length, end, p, settings)
             if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
-                pace = shorter(pace, length * growth(ratio, numerics.pair))
+                control = shortened(control, length * growth(ratio, pair))
                 continue
             last, whole = last and length == h, whole and length == h
-        if x_drawn.size > 0:
-            draw_slip(y, end, interval, sigma, piece, here, numerics.pair, x_drawn, u_drawn)
+        if samples.x.size > 0:
+            sample_slip(y, end, here, sliding, pair, samples)
         backwards = backwards or turns_backwards(y, end)
         total += error
-        cuts += cut(end, sigma, piece, p)
-        if numerics.refuse and cuts > 0:
-            return Slip(NEGATIVE, end, backwards, steps, total, pace, cuts)
-        arrived = met == LOWER and here.row == 0
-        if arrived or last:
-            return Slip(AT_BELT if arrived else TIME_OVER, end, backwards, steps, total, pace, cuts)
+        cuts += friction_is_cut(end, sigma, piece, p)
+        if settings.refuse and cuts > 0:
+            return Slip(Status.NEGATIVE, end, backwards, steps, total, control, cuts)
+        if met == LOWER and here.row == 0:
+            return Slip(Status.AT_BELT, end, backwards, steps, total, control, cuts)
+        if last:
+            return Slip(Status.TIME_OVER, end, backwards, steps, total, control, cuts)
         if whole:
-            pace = next_pace(pace, h, ratio, numerics.pair)
+            control = next_control(control, h, ratio, pair)
         y = end
         if met != NONE:
-            y, here = behind(end, met, here, sigma, piece, p)
-            pace = Pace(pace.allowed, 0.0, 0.0)
-    return Slip(STEPS_OVER, y, backwards, steps, total, pace, cuts)
+            y, here = cross_bound(end, met, here, sigma, piece, p)
+            control = StepControl(control.allowed, 0.0, 0.0)
+    return Slip(Status.STEPS_OVER, y, backwards, steps, total, control, cuts)

@@ -7,20 +7,20 @@ import math
 import numpy as np
 
 from roughslip.compilation import compiled
-from roughslip.oscillator.path import Path, Piece, offset, offset_curvature, piece_at, reaches
-from roughslip.oscillator.system import Coefficients
+from roughslip.oscillator.equation import Coefficients
+from roughslip.oscillator.path import Path, Piece, mu_s_at, mu_s_curvature, piece_at, reaches
 
 UPPER, LOWER, HELD, PAUSED = 1, -1, 0, 2
 RESOLUTION = 1e-12  # of tau, to which the first passage on a path is bracketed,
-WIDEST = 1e-6  # and up to which it widens where the force follows its limit so closely that no bound tells them apart
+WIDEST = 1e-6  # and up to which the bracket widens where force and limit are too close for any bound
 
 
 @compiled()
-def levels(stochastic: bool, p: Coefficients) -> tuple[float, float]:
+def limit_levels(stochastic: bool, p: Coefficients) -> tuple[float, float]:
     """(floor, base) of the limit of stick, max(floor, base + mu_S).
 
-    It is never below the kinetic one at vanishing speed: beyond the first and within the second neither stick nor
-    slip satisfies the law (Filippov's sliding mode, which is stick). So a constant limit, too, follows mu_S upwards.
+    It is never below the kinetic friction at vanishing speed: for a force between the two, neither stick nor slip would
+    satisfy the law (Filippov's sliding mode, which is stick). So a constant limit also follows mu_S upwards.
     """
     return (0.0, p.law.static) if stochastic else (p.law.static, p.law.rest)
 
@@ -28,7 +28,7 @@ def levels(stochastic: bool, p: Coefficients) -> tuple[float, float]:
 @compiled()
 def static_limit(mu_s: float, stochastic: bool, p: Coefficients) -> float:
     """The largest friction deflection F mu [m] that stick transmits."""
-    floor, base = levels(stochastic, p)
+    floor, base = limit_levels(stochastic, p)
     return p.F * max(floor, base + mu_s)
 
 
@@ -57,8 +57,8 @@ def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficient
     """The end of a stick phase that starts at (tau, x): (UPPER, LOWER or HELD until tau_end, tau, X).
 
     Without excitation the force rises as V tau, and the departure is known in closed form. With excitation the force
-    is monotone between its stationary points, where sin(r tau) = -V / (q r); the first such interval that leaves the
-    limits holds the only candidate, so that no short excursion is missed.
+    is monotone between its stationary points, where sin(r tau) = -V / (q r). The first such interval that leaves the
+    limits contains the departure, so no short excursion is missed.
     """
     if p.q * p.r == 0.0:
         spare = max(limit - stick_force(tau, x, p), 0.0)
@@ -93,10 +93,10 @@ def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficient
 
 
 @compiled()
-def draw_stick(
+def sample_stick(
     start: float, x: float, end: float, interval: float, p: Coefficients, x_drawn: np.ndarray, u_drawn: np.ndarray
 ) -> None:
-    """X and X' in stick from (start, x) on, at the multiples of interval in (start, end]."""
+    """Store X and X' in stick from (start, x) on, at the multiples of interval in (start, end]."""
     for k in range(int(start / interval), min(int(end / interval) + 2, x_drawn.size)):
         if start < k * interval <= end:
             x_drawn[k], u_drawn[k] = x + p.V * (k * interval - start), p.V
@@ -108,11 +108,11 @@ def passage(
 ) -> tuple[int, float, float]:
     """The end of a stick phase from (tau, x) where mu_S goes with time or the belt: its first passage on the path.
 
-    Returns (UPPER, LOWER, HELD until tau_end, or PAUSED where the nodes at hand are over; tau, X). Piece by piece, from
-    the left: an interval that a bound clears is passed, another one halved. So no excursion beyond the limit is missed
-    that lasts longer than RESOLUTION, or than WIDEST where it stays within rounding of the limit.
+    Returns (UPPER, LOWER, HELD until tau_end, or PAUSED at the end of the present nodes; tau, X). The search goes piece
+    by piece from the left: an interval that a bound clears is passed, any other interval is halved. So it finds every
+    excursion beyond the limit longer than RESOLUTION, or than WIDEST where it stays within rounding of the limit.
     """
-    floor, base = levels(stochastic, p)
+    floor, base = limit_levels(stochastic, p)
     piece = piece_at(path, p.advance * tau)
     a, width, finest = tau, math.inf, RESOLUTION * (1.0 + 1e-3 * tau)
     for side in (UPPER, LOWER):
@@ -144,21 +144,24 @@ def passage(
 def _excess(
     side: int, tau: float, x: float, piece: Piece, floor: float, base: float, p: Coefficients
 ) -> tuple[float, float]:
-    """By how much [m] the force to one side exceeds F (base + mu_S) and F floor; beyond both stick is at its end."""
+    """Excess [m] of the force to one side over F (base + mu_S) and over F floor; stick ends where both are positive."""
     force = side * stick_force(tau, x, p)
-    return force - p.F * (base + offset(piece, p.advance * tau)), force - p.F * floor
+    return force - p.F * (base + mu_s_at(piece, p.advance * tau)), force - p.F * floor
 
 
 @compiled()
 def _holds(
     side: int, a: float, x_a: float, b: float, x_b: float, piece: Piece, floor: float, base: float, p: Coefficients
 ) -> bool:
-    """Whether stick surely holds on [a, b] within a piece: a function exceeds its chord by (b - a)^2 / 8 of the
-    largest second derivative at most, and that of a cubic is largest at an end."""
+    """Whether stick certainly holds on [a, b] within a piece.
+
+    A function exceeds its chord by at most (b - a)^2 / 8 times the largest second derivative, which a cubic has at an
+    end.
+    """
     path_a, floor_a = _excess(side, a, x_a, piece, floor, base, p)
     path_b, floor_b = _excess(side, b, x_b, piece, floor, base, p)
     eighth = 0.125 * (b - a) ** 2
     bend = eighth * p.q * p.r * p.r
-    curvature = max(abs(offset_curvature(piece, p.advance * a)), abs(offset_curvature(piece, p.advance * b)))
+    curvature = max(abs(mu_s_curvature(piece, p.advance * a)), abs(mu_s_curvature(piece, p.advance * b)))
     sag = eighth * p.F * p.advance * p.advance * curvature
     return max(path_a, path_b) + bend + sag <= 0.0 or max(floor_a, floor_b) + bend <= 0.0

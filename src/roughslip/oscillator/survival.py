@@ -1,9 +1,9 @@
-"""How long stick-slip lives under noise: spells of it and of steady sliding, lifetimes, and the band of damping.
+"""Survival of stick-slip under noise: spells of it and of steady sliding, lifetimes, and the band of damping.
 
-A run is told by its slip phases. One that lasts longer than LONG_SLIP natural periods is a spell of steady sliding, for
-a loop of slip takes about one, so that the mass has missed the belt twice; all the rest is stick-slip. The friction
-path forgets itself within a cycle, and all cycles begin at the departure point: lifetimes are close to exponential, and
-those that a run cuts off are censored at its end.
+A slip phase longer than LONG_SLIP natural periods is a spell of steady sliding: a loop of slip takes about one period,
+so the mass has missed the belt twice. All other motion is stick-slip. The friction path loses its correlation within a
+cycle, and all cycles begin at the departure point. So lifetimes are close to exponential; the end of a run censors
+them.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def sliding_intervals(motion: Motion) -> np.ndarray:
 
 
 def cycling_share(motion: Motion, after_periods: float = 0.0) -> float:
-    """Share of the time later than so many natural periods that is stick-slip [-]."""
+    """Share of the time later than a number of natural periods that is stick-slip [-]."""
     end = motion.duration / (2.0 * math.pi)
     if not 0.0 <= after_periods < end:
         raise ParameterError(f"the time looked at must begin within the {end:.4g} natural periods of the run")
@@ -62,8 +62,8 @@ def cycling_share(motion: Motion, after_periods: float = 0.0) -> float:
 def spells(motion: Motion) -> tuple[Spells, Spells]:
     """Spells of stick-slip, and of steady sliding, in their order in time.
 
-    A slip phase that is cut off by the end of the run before it has become long tells nothing: the spell of stick-slip
-    before it is cut off where it begins.
+    A slip phase that the end of the run cuts off before it is long is left out. The spell of stick-slip before it is
+    cut off where that phase begins.
     """
     slips, cut_off = _slips(motion)
     end = motion.duration / (2.0 * math.pi)
@@ -104,7 +104,7 @@ def mean_lifetime(spells: Spells) -> np.ndarray:
 
 
 def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
-    """(times, 3) value, low, high [-] of the probability that a spell lasts longer than so many natural periods.
+    """(times, 3) value, low, high [-] of the probability that a spell lasts longer than a number of natural periods.
 
     The product-limit estimator of E. L. Kaplan & P. Meier (J. Am. Stat. Assoc. 53 (1958) 457) for spells of which some
     are cut off, Greenwood's variance on the scale log(-log S) for the interval (J. D. Kalbfleisch & R. L. Prentice,

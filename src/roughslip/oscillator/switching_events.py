@@ -1,9 +1,9 @@
-"""Where the equation of slip changes: at the belt, at knots of a table, and where friction begins to be cut to zero.
+"""Where the equation of slip changes: at the belt, at kinks of the friction law, and where friction is cut to zero.
 
-Between these bounds it is smooth. A step follows the equation of the side that it starts from, continued beyond the
-bound, and is taken again so that it ends there: the estimate of an embedded pair whose stages lie on both sides of a
-kink may vanish where its error does not (E. Hairer, S. P. Nørsett & G. Wanner, Solving Ordinary Differential
-Equations I, 2nd ed. 1993, II.6).
+Between these bounds the equation is smooth. A step follows the equation of the side that it starts from, continued
+beyond the bound, and is repeated so that it ends at the bound. The reason: with stages on both sides of a kink, the
+error estimate of an embedded pair may vanish where the error does not (E. Hairer, S. P. Nørsett & G. Wanner, Solving
+Ordinary Differential Equations I, 2nd ed. 1993, II.6).
 """
 
 from __future__ import annotations
@@ -24,24 +24,31 @@ from roughslip.oscillator.dense_output import (
     stationary,
     value,
 )
-from roughslip.oscillator.equation import State, completed, friction, place
-from roughslip.oscillator.integrators import step
-from roughslip.oscillator.law import in_row, knots, row_at, sliding, sliding_curvature, sliding_slope, spread
-from roughslip.oscillator.path import Piece, lowest_offset, offset, offset_curvature, offset_slope
-from roughslip.oscillator.system import Coefficients
+from roughslip.oscillator.equation import Coefficients, State, completed, path_coordinate, total_friction
+from roughslip.oscillator.laws import (
+    friction,
+    friction_curvature,
+    friction_slope,
+    only_row,
+    row_at,
+    row_ends,
+    row_spacing,
+)
+from roughslip.oscillator.path import Piece, lowest_mu_s, mu_s_at, mu_s_curvature, mu_s_slope
+from roughslip.oscillator.runge_kutta import step
 
 NONE, LOWER, UPPER, ZERO = 0, 1, 2, 3  # the bound that a step ends at: of speed, and of friction
-GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is judged by a step that ends there
+GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is decided by a step that ends there
 REACHED = 1e-15  # of V: X' is the belt's
-NEAR = 1e-5  # of a step: from so close the series of X' to the jerk meets the belt, to 1e-15 of what the step does
+NEAR = 1e-5  # of a step: within this distance the series of X' up to the jerk locates the belt to 1e-15 of the step
 MOST_TAKEN = 200  # steps to meet a bound
-BEYOND = 0.1  # of the tolerance: so far beyond a kink one side gives way to the other, or rounding would alternate them
+BEYOND = 0.1  # of the tolerance: the branch changes so far beyond a kink, else rounding would alternate branches
 
 
 class Branch(NamedTuple):
     """One smooth form of the equation.
 
-    row : of the table of friction, 0 for the closed form
+    row : of the friction law, 0 for a law without kinks
     cut : whether friction is cut to zero
     p : its coefficients; without friction where it is cut
     """
@@ -51,8 +58,16 @@ class Branch(NamedTuple):
     p: Coefficients
 
 
+class Sliding(NamedTuple):
+    """Slip of one sign along one piece of the friction path, with the coefficients of all branches."""
+
+    sigma: float
+    piece: Piece
+    p: Coefficients
+
+
 class Bound(NamedTuple):
-    """Of a branch: a quantity [m] that is positive within it.
+    """An end of a branch: a quantity [m] that is positive within the branch.
 
     kind : LOWER or UPPER: side (level - X'); ZERO: side F (mu_D + mu_S) + level
     """
@@ -66,36 +81,36 @@ class Bound(NamedTuple):
 def branch(row: int, cut: bool, p: Coefficients) -> Branch:
     """The branch of a row, friction cut or not."""
     force = 0.0 if cut else p.F
-    law = in_row(p.law, row)
+    law = only_row(row, p.law)
     return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.advance, law))
 
 
 @compiled()
 def may_cut(piece: Piece, p: Coefficients) -> bool:
     """Whether friction may be cut on a piece of the path."""
-    return p.law.least + lowest_offset(piece) < 0.0
+    return p.law.least + lowest_mu_s(piece) < 0.0
 
 
 @compiled(error_model="numpy")
 def branch_at(y: State, sigma: float, piece: Piece, p: Coefficients) -> Branch:
     """The branch that holds a state."""
     row = row_at(sigma * p.omega * (p.V - y.u), p.law)
-    return branch(row, may_cut(piece, p) and friction(y, sigma, piece, p) < 0.0, p)
+    return branch(row, may_cut(piece, p) and total_friction(y, sigma, piece, p) < 0.0, p)
 
 
 @compiled(error_model="numpy")
-def on_piece(here: Branch, y: State, sigma: float, piece: Piece, p: Coefficients, tolerance: float) -> Branch:
-    """The branch from y on along another piece of the path, on which friction goes on steadily."""
+def branch_on_piece(here: Branch, y: State, sigma: float, piece: Piece, p: Coefficients, tolerance: float) -> Branch:
+    """The branch from y on along the next piece of the path, on which friction is continuous."""
     cut = False
     if here.cut or may_cut(piece, p):
-        beyond = BEYOND * tolerance * (-1.0 if here.cut else 1.0)
-        cut = friction(y, sigma, piece, p) < -beyond
+        margin = BEYOND * tolerance * (-1.0 if here.cut else 1.0)
+        cut = total_friction(y, sigma, piece, p) < -margin
     return here if cut == here.cut else branch(here.row, cut, p)
 
 
 @compiled()
-def beyond(here: Branch, met: int, p: Coefficients) -> Branch:
-    """The branch behind a bound."""
+def next_branch(here: Branch, met: int, p: Coefficients) -> Branch:
+    """The branch beyond a bound."""
     if met == ZERO:
         return branch(here.row, not here.cut, p)
     return branch(here.row + (1 if met == UPPER else -1), here.cut, p)
@@ -106,32 +121,33 @@ def bound(kind: int, here: Branch, sigma: float, tolerance: float, p: Coefficien
     """A bound of a branch; that of the first row to below is the belt."""
     if kind == ZERO:
         return Bound(kind, -1.0 if here.cut else 1.0, BEYOND * tolerance * p.F)
-    low, high = knots(p.law, here.row)
+    low, high = row_ends(here.row, p.law)
     if kind == UPPER:
-        return Bound(kind, -sigma, p.V - sigma * (high + BEYOND * tolerance * spread(p.law, here.row + 1)) / p.omega)
+        return Bound(
+            kind, -sigma, p.V - sigma * (high + BEYOND * tolerance * row_spacing(here.row + 1, p.law)) / p.omega
+        )
     if here.row == 0:
         return Bound(kind, sigma, p.V)
-    return Bound(kind, sigma, p.V - sigma * (low - BEYOND * tolerance * spread(p.law, here.row)) / p.omega)
+    return Bound(kind, sigma, p.V - sigma * (low - BEYOND * tolerance * row_spacing(here.row, p.law)) / p.omega)
 
 
 @compiled(error_model="numpy")
-def gap_at(
-    y: State, to: Bound, here: Branch, sigma: float, piece: Piece, p: Coefficients
-) -> tuple[float, float, float]:
-    """How far from a bound [m], with its first and second derivative by tau."""
+def gap_at(y: State, to: Bound, here: Branch, sliding: Sliding) -> tuple[float, float, float]:
+    """The distance from a bound [m], with its first and second derivative by tau."""
+    sigma, piece, p = sliding
     if to.kind != ZERO:
         return to.side * (to.level - y.u), -to.side * y.a, -to.side * y.j
     law = here.p.law
     speed, rate, bend = sigma * p.omega * (p.V - y.u), -sigma * p.omega * y.a, -sigma * p.omega * y.j
-    z, along, turn = place(y.tau, y.s, p), p.advance, 0.0
+    z, along, turn = path_coordinate(y.tau, y.s, p), p.advance, 0.0
     if p.advance == 0.0:
         along, turn = sigma * (p.V - y.u), -sigma * y.a
-    first, on = sliding_slope(speed, law), offset_slope(piece, z)
+    first, on = friction_slope(speed, law), mu_s_slope(piece, z)
     mu_rate = first * rate + on * along
-    mu_bend = sliding_curvature(speed, law) * rate * rate + first * bend
-    mu_bend += offset_curvature(piece, z) * along * along + on * turn
+    mu_bend = friction_curvature(speed, law) * rate * rate + first * bend
+    mu_bend += mu_s_curvature(piece, z) * along * along + on * turn
     scale = to.side * p.F
-    return scale * (sliding(speed, law) + offset(piece, z)) + to.level, scale * mu_rate, scale * mu_bend
+    return scale * (friction(speed, law) + mu_s_at(piece, z)) + to.level, scale * mu_rate, scale * mu_bend
 
 
 @compiled(forceinline=True)
@@ -143,25 +159,22 @@ def speed_gap(y: State, end: State, h: float, to: Bound) -> Quintic:
 
 
 @compiled()
-def gap_over(
-    y: State, end: State, h: float, to: Bound, here: Branch, sigma: float, piece: Piece, p: Coefficients
-) -> Quintic:  # fmt: skip
+def gap_over(y: State, end: State, h: float, to: Bound, here: Branch, sliding: Sliding) -> Quintic:
     """The distance from a bound over a step h."""
     if to.kind != ZERO:
         return speed_gap(y, end, h, to)
-    g0, d0, e0 = gap_at(y, to, here, sigma, piece, p)
-    g1, d1, e1 = gap_at(end, to, here, sigma, piece, p)
+    g0, d0, e0 = gap_at(y, to, here, sliding)
+    g1, d1, e1 = gap_at(end, to, here, sliding)
     return quintic(h, g0, d0, e0, g1, d1, e1)
 
 
 @compiled(forceinline=True)
 def bracket(gap: Quintic, h: float, p: Coefficients) -> float:
-    """How much of a step h over which the distance from a bound is `gap` is to be taken again to tell whether it ends
-    there; 0 if it stays away.
+    """The part of a step h to repeat, given its distance `gap` from a bound; 0 if the step does not meet the bound.
 
-    Where the dense output has one root, up to the end; where it has an extreme near the bound, up to there; where it
-    is not clear, half the step, which is to be told likewise. A step taken again up to an extreme that does not meet
-    the bound stands, and the next begins there.
+    It is the whole step where the dense output has one root, and the part up to the extreme where it has an extreme
+    near the bound. In other cases it is half the step, which is judged in the same way. A repeated step that ends at an
+    extreme without meeting the bound is accepted, and the next step begins there.
     """
     if gap.b5 <= 0.0:
         return h if sign_changes(gap) <= 1 else 0.5 * h
@@ -190,24 +203,23 @@ def arrival(y: State, dt: float, to: Bound, sigma: float, p: Coefficients) -> St
 
 
 @compiled(error_model="numpy")
-def meet(
-    y: State, end: State, h: float, late: float, to: Bound, here: Branch, sigma: float, piece: Piece, p: Coefficients,
-    pair: int,
-) -> tuple[bool, State, float, float, int]:  # fmt: skip
-    """Shorten a step h from y to `end` so that it ends at a bound to rounding: Newton on re-taken steps in the bracket
-    (0, late].
+def locate_bound(
+    y: State, end: State, h: float, late: float, to: Bound, here: Branch, sliding: Sliding, pair: int
+) -> tuple[bool, State, float, float, int]:
+    """Shorten a step h from y to `end` so that it ends at a bound, by Newton steps in the bracket (0, late].
 
-    Returns whether it meets the bound, else the step that ends at late and has not reached it; the end, the error and
-    the length of the step, and how many were taken.
+    Returns whether the step meets the bound, its end, error and length, and the number of steps taken. A step that
+    does not meet the bound has the length `late`.
     """
+    sigma, piece, p = sliding
     low, high, taken, error = 0.0, late, 0, 0.0
     near = REACHED * (p.F if to.kind == ZERO else abs(to.level))
-    trial = late if late < h else h * first_zero(gap_over(y, end, h, to, here, sigma, piece, p))
+    trial = late if late < h else h * first_zero(gap_over(y, end, h, to, here, sliding))
     while taken < 100:
         h = trial
         end, error = step(pair, y, h, sigma, piece, here.p)
         taken += 1
-        gap, rate, bend = gap_at(end, to, here, sigma, piece, p)
+        gap, rate, bend = gap_at(end, to, here, sliding)
         if gap > 0.0 and h == late:
             return False, end, error, h, taken
         left = time_left(gap, rate, bend)
@@ -224,15 +236,13 @@ def meet(
 
 
 @compiled(forceinline=True, error_model="numpy")
-def stays_within(
-    y: State, end: State, h: float, first: bool, here: Branch, sigma: float, piece: Piece, p: Coefficients,
-    tolerance: float,
-) -> bool:  # fmt: skip
-    """Whether a step h from y to `end` surely meets no bound of its branch: most steps, at the least cost.
+def stays_within(y: State, end: State, h: float, first: bool, here: Branch, sliding: Sliding, tolerance: float) -> bool:
+    """Whether a step h from y to `end` certainly meets no bound of its branch, a cheap test that most steps pass.
 
-    first : whether it departs from the belt, which it is not to meet
+    first : whether the step departs from the belt, so that the belt does not count as a bound
     """
-    if here.cut or may_cut(piece, p) or knots(p.law, here.row)[1] < np.inf:
+    sigma, piece, p = sliding
+    if here.cut or may_cut(piece, p) or row_ends(here.row, p.law)[1] < np.inf:
         return False
     return (first and here.row == 0) or bracket(
         speed_gap(y, end, h, bound(LOWER, here, sigma, tolerance, p)), h, p
@@ -240,37 +250,38 @@ def stays_within(
 
 
 @compiled(error_model="numpy")
-def within_bounds(
-    y: State, end: State, error: float, h: float, first: bool, here: Branch, sigma: float, piece: Piece,
-    p: Coefficients, pair: int, tolerance: float,
+def end_at_first_bound(
+    y: State, end: State, error: float, h: float, first: bool, here: Branch, sliding: Sliding, pair: int,
+    tolerance: float,
 ) -> tuple[int, State, float, float, int]:  # fmt: skip
-    """Shorten a step h from y to `end` to where it meets the first bound of its branch; arguments as before.
+    """Shorten a step h from y to `end` to where it meets the first bound of its branch; arguments as above.
 
-    Returns the bound, NONE if it meets none; the end, the error and the length of the step, how many were taken.
+    Returns the bound (NONE if the step meets none), end, error and length of the step, and the number of steps taken.
     """
+    sigma, piece, p = sliding
     met, taken = NONE, 0
     for kind in (LOWER, UPPER, ZERO):
         if kind == LOWER and first and here.row == 0:
             continue
-        if kind == UPPER and not knots(p.law, here.row)[1] < np.inf:
+        if kind == UPPER and not row_ends(here.row, p.law)[1] < np.inf:
             continue
         if kind == ZERO and not (here.cut or may_cut(piece, p)):
             continue
         to = bound(kind, here, sigma, tolerance, p)
-        late = bracket(gap_over(y, end, h, to, here, sigma, piece, p), h, p)
+        late = bracket(gap_over(y, end, h, to, here, sliding), h, p)
         while late > 0.0 and taken < MOST_TAKEN:
             halved = late == 0.5 * h
-            arrived, end, error, h, tried = meet(y, end, h, late, to, here, sigma, piece, p, pair)
+            arrived, end, error, h, trials = locate_bound(y, end, h, late, to, here, sliding, pair)
             met = kind if arrived else NONE
-            taken += tried
+            taken += trials
             if arrived or not halved:
                 break
-            late = bracket(gap_over(y, end, h, to, here, sigma, piece, p), h, p)
+            late = bracket(gap_over(y, end, h, to, here, sliding), h, p)
     return met, end, error, h, taken
 
 
 @compiled()
-def behind(y: State, met: int, here: Branch, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, Branch]:
-    """The state at a bound, and its branch behind it."""
-    there = beyond(here, met, p)
+def cross_bound(y: State, met: int, here: Branch, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, Branch]:
+    """The state at a bound, and the branch beyond the bound."""
+    there = next_branch(here, met, p)
     return completed(y.tau, y.x, y.u, y.s, sigma, piece, there.p), there

@@ -46,8 +46,9 @@ def integer(
 
 
 def choice(description: str, kinds: Any, *, default: Any = REQUIRED) -> Any:
-    """A field for one of the words of a Literal type."""
-    return _field({"description": description, "type": "string", "enum": list(get_args(kinds))}, default)
+    """A field for one of several words. kinds : a Literal type or a tuple."""
+    words = list(kinds if isinstance(kinds, tuple) else get_args(kinds))
+    return _field({"description": description, "type": "string", "enum": words}, default)
 
 
 def flag(description: str, *, default: Any = REQUIRED) -> Any:

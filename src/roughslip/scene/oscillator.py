@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, strictly_increasing
 
-Law = Literal["stribeck", "coulomb", "table"]
 TableInterpolation = Literal["monotone_cubic", "linear"]
 Follows = Literal["slip", "belt", "time"]
 NegativeFriction = Literal["clip", "refuse"]
@@ -53,10 +53,10 @@ class Oscillator(Section):
         "Angular frequency Omega of the excitation", "rad/s", at_least=0, at_most=1e6
     )
     static_friction: float = number("Mean friction coefficient at rest, eq. (13) at v_rel = 0", above=0, at_most=10)
-    law: Law = choice(
+    law: str = choice(
         "Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as "
         "mu_fit; coulomb, that coefficient at every speed; table, friction_table",
-        Law,
+        FRICTION_LAWS,
         default="stribeck",
     )
     friction_table: FrictionTable = group(FrictionTable)

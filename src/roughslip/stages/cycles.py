@@ -9,8 +9,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.distribution import wilson_interval
 from roughslip.errors import IllPosedError
-from roughslip.oscillator.cycles import Reattachment, count_difference, reattachment_statistics
-from roughslip.oscillator.normality import normality
+from roughslip.oscillator.cycles import Reattachment, count_difference, normality, reattachment_statistics
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.runtime.command import Job, execute

@@ -13,12 +13,10 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.law import FrictionLaw
-from roughslip.oscillator.limits import existence_limit, limit_cycle
-from roughslip.oscillator.motion import ensemble_counts, trajectory
-from roughslip.oscillator.periodic import counts_by_period
-from roughslip.oscillator.pure_slip import hopf_damping
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.limits import counts_by_period, existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.motion import MotionOptions, ensemble_counts, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.result_tables.oscillator_ranges import range_variables
@@ -60,14 +58,14 @@ def work(job: Job) -> None:
                 limits["existence_limit"] = limit
             if (found := where_it_exists(limit_cycle, belt, law)) is not None:
                 cycle = {name: getattr(found, name) for name in cycle}
-        pair = mass_on_belt.run_options(scene)["integrator"]
+        options = MotionOptions(tolerance, integrator=scene.oscillator.integrator)
         duration, dampings = ensemble.duration_periods, ensemble.damping_ratios
         if by_period:
-            counts = counts_by_period(belt, law, duration, dampings, tolerance, pair)
+            counts = counts_by_period(belt, law, duration, dampings, options)
         else:
-            counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, tolerance, integrator=pair)
+            counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
         periods = ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS
-        drawn = trajectory(belt, law, None, 0.0, periods, tolerance, integrator=pair)
+        drawn = trajectory(belt, law, None, 0.0, periods, options)
         ranges = range_variables(belt, law, dampings)
     kept = drawn.time >= 2 * np.pi * ensemble.discarded_periods
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))

@@ -15,9 +15,8 @@ from roughslip.chaos.distribution import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.grazing import grazing_response
-from roughslip.oscillator.limits import equilibrium
+from roughslip.oscillator.limits import equilibrium, hopf_damping
 from roughslip.oscillator.motion import Motion, simulate
-from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.survival import (
     LONG_SLIP,
     Spells,
@@ -122,10 +121,10 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
     """Runs by scatter and damping; the same paths, scaled, serve every point."""
     asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    run = mass_on_belt.run_options(scene)
+    options = mass_on_belt.motion_options(scene)
     in_slip: dict[str, Any] = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
     periods, found = asked.duration_periods, []
-    length = mass_on_belt.path_length(belt, periods, run["friction_follows"])
+    length = mass_on_belt.path_length(belt, periods, options.friction_follows)
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
         scaled = replace(numbers, standard_deviation=float(deviation))
         process = friction_process(scene, scaled, job.arguments.friction)
@@ -135,8 +134,8 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
         of_scatter = []
         for ratio in row:
             damped = replace(belt, damping_ratio=float(ratio))
-            from_rest = [simulate(damped, law, path, paths.spacing, periods, **run) for path in nodes]
-            from_sliding = [simulate(damped, law, path, paths.spacing, periods, **run, **in_slip) for path in nodes]
+            from_rest = [simulate(damped, law, path, paths.spacing, periods, options) for path in nodes]
+            from_sliding = [simulate(damped, law, path, paths.spacing, periods, options, **in_slip) for path in nodes]
             of_scatter.append(summed_up(from_rest, from_sliding))
         found.append(of_scatter)
         job.usage.progress(number + 1, len(deviations))

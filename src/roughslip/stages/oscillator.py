@@ -47,18 +47,18 @@ def work(job: Job) -> None:
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
     last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)
     cuts = np.empty((count, len(dampings)), dtype=np.int64)
-    reattachments, owners, drawn, options = [], [], [], mass_on_belt.run_options(scene)
-    length = mass_on_belt.path_length(belt, periods, options["friction_follows"])
+    reattachments, owners, drawn, options = [], [], [], mass_on_belt.motion_options(scene)
+    length = mass_on_belt.path_length(belt, periods, options.friction_follows)
     steps = evaluations = sticks = unread = 0
     with job.usage.core():
         paths = friction_paths(scene, process, nodes)
         for row, number in enumerate(range(arguments.first, arguments.last)):
             path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
-            counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, **options)
+            counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options)
             cycles[row], micro_slips[row], cuts[row] = counts.cycles, counts.micro_slips, counts.cuts
             last_cycle[row] = counts.last_cycle
             steps, evaluations = steps + counts.steps, evaluations + counts.evaluations
-            nominal = simulate(belt, law, path, paths.spacing, periods, **options)
+            nominal = simulate(belt, law, path, paths.spacing, periods, options)
             places = nominal.reattachments(discarded)
             nominal_last_cycle[row] = nominal.last_cycle
             sticks += int(np.sum(counts.cycles + counts.micro_slips)) + nominal.cycles + nominal.micro_slips
@@ -66,7 +66,7 @@ def work(job: Job) -> None:
             owners.append(np.full(len(places), number))
             if number < ensemble.drawn_realisations:
                 until = discarded + mass_on_belt.DRAWN_PERIODS
-                drawn.append(trajectory(belt, law, path, paths.spacing, until, **options))
+                drawn.append(trajectory(belt, law, path, paths.spacing, until, options))
             unread += max(int(np.ceil(length / paths.spacing)) + 1 - path.nodes, 0)
             job.usage.progress(row + 1, count)
     job.usage.count(

@@ -85,14 +85,14 @@ def work(job: Job) -> None:
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
     process = friction_process(scene, numbers, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    options = mass_on_belt.run_options(scene)
+    options = mass_on_belt.motion_options(scene)
 
     def counts(nodes: int, step: int, number: int) -> np.ndarray:
         """(dampings,) cycles of a path of so many nodes a correlation length, every step-th of them read."""
         paths = recursion(process, process.correlation_length_m / nodes)
         path = Thinned(paths.realisation([scene.seed, geometry.STREAM_PILOT, number]), step)
         found = ensemble_counts(
-            belt, law, path, step * paths.spacing, ensemble.duration_periods, ensemble.damping_ratios, **options
+            belt, law, path, step * paths.spacing, ensemble.duration_periods, ensemble.damping_ratios, options
         )
         job.usage.skip({skip_reasons.STICK: np.sum(found.cycles + found.micro_slips)})
         return found.cycles

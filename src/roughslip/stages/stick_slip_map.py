@@ -11,12 +11,11 @@ from scipy.special import stdtrit
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.recursion import recursion
-from roughslip.oscillator.law import FrictionLaw
-from roughslip.oscillator.limits import existence_limit
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.limits import existence_limit, hopf_damping
 from roughslip.oscillator.motion import simulate
-from roughslip.oscillator.pure_slip import hopf_damping
 from roughslip.oscillator.survival import cycling_share
-from roughslip.oscillator.system import Oscillator
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.friction_paths import friction_process, path_nodes
@@ -58,9 +57,9 @@ def work(job: Job) -> None:
     velocities = np.geomspace(slow, fast, asked.points)
     dampings = np.linspace(light, heavy, asked.points)
     periods, runs = asked.duration_periods, asked.realisations
-    run = mass_on_belt.run_options(scene)
+    options = mass_on_belt.motion_options(scene)
     belts = [replace(belt, belt_velocity_m_per_s=float(velocity)) for velocity in velocities]
-    lengths = [mass_on_belt.path_length(one, periods, run["friction_follows"]) for one in belts]
+    lengths = [mass_on_belt.path_length(one, periods, options.friction_follows) for one in belts]
     share, steps = np.empty((runs, len(velocities), len(dampings))), 0
     sticks = 0
     with job.usage.core():
@@ -72,7 +71,7 @@ def work(job: Job) -> None:
                 path = nodes[: int(np.ceil(length / paths.spacing)) + 2]
                 for column, ratio in enumerate(dampings):
                     damped = replace(one, damping_ratio=float(ratio))
-                    motion = simulate(damped, law, path, paths.spacing, periods, **run)
+                    motion = simulate(damped, law, path, paths.spacing, periods, options)
                     share[number, row, column] = cycling_share(motion, 0.5 * periods)
                     steps, sticks = steps + motion.steps, sticks + motion.cycles + motion.micro_slips
             job.usage.progress(number + 1, runs)

@@ -9,9 +9,8 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.friction.load_sharing import average_beta
 from roughslip.friction.paths import Paths, prepare
-from roughslip.friction.process import PAPER_SHAPES, FrictionProcess, Marginal
+from roughslip.friction.process import PAPER_SHAPES, FrictionProcess, Marginal, average_beta
 from roughslip.friction.recursion import Recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution
 from roughslip.scene.types import Scene

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.friction.penetration_law import between
-from roughslip.oscillator.law import CoulombLaw, FrictionLaw, StribeckLaw, TableLaw
-from roughslip.oscillator.system import Oscillator
+from roughslip.friction.penetration import between
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.laws import LAWS
+from roughslip.oscillator.motion import MotionOptions
 from roughslip.scene.types import Scene
 
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
@@ -39,7 +40,7 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
 
     The mean is mu_fit(d); it and the scatter come from the solved windows with the expansion as control, the shape from
     the solved windows. Between two penetrations that were solved each number lies on its own curve through them
-    (`friction.penetration_law`); shapes that the windows do not determine (`beta_at_bound`) lie there by chance, where
+    (`friction.penetration`); shapes that the windows do not determine (`beta_at_bound`) lie there by chance, where
     `ensemble.marginal: paper` is the safer choice.
     """
     given = scene.friction.statistics
@@ -75,45 +76,21 @@ def oscillator(scene: Scene) -> Oscillator:
 
 
 def law(scene: Scene, mean: float) -> FrictionLaw:
-    """The scene's law: eq. (13) with the mean friction coefficient as mu_fit, Coulomb's with it as kinetic value, or a
-    table, which takes its place. Raises InputError where the mean exceeds the static coefficient."""
+    """The friction law that the scene names, with the mean friction coefficient of the windows."""
+    return LAWS[scene.oscillator.law].from_scene(scene.oscillator, mean)
+
+
+def motion_options(scene: Scene) -> MotionOptions:
+    """How every run of the scene treats friction, and how it is integrated."""
     section = scene.oscillator
-    kind, static = section.law, section.static_friction
-    if kind == "table":
-        table = section.friction_table
-        return TableLaw(
-            speeds_m_per_s=tuple(table.speeds_m_per_s),
-            values=tuple(table.values),
-            static=static,
-            interpolation=table.interpolation,
-        )
-    if mean > static:
-        reason = "stick holds less than slip" if kind == "coulomb" else "eq. (13) turns negative at high speed"
-        raise InputError(
-            f"oscillator.static_friction: {static:g} is less than the mean friction coefficient {mean:.3g} at the "
-            f"penetration of the oscillator, so that {reason}: raise it"
-        )
-    if kind == "coulomb":
-        return CoulombLaw(kinetic=mean, static=static)
-    return StribeckLaw(
-        fit=mean,
-        static=static,
-        decay_s_per_m=section.stribeck_decay_s_per_m,
-        quadratic_s2_per_m2=section.stribeck_quadratic_s2_per_m2,
+    return MotionOptions(
+        tolerance=scene.numerics.oscillator_tolerance,
+        stochastic_static_limit=section.stochastic_static_limit,
+        interpolation=scene.ensemble.interpolation,
+        friction_follows=section.friction_follows,
+        negative_friction=section.negative_friction,
+        integrator=section.integrator,
     )
-
-
-def run_options(scene: Scene) -> dict[str, Any]:
-    """How every run of the scene treats friction, and how it is integrated, as `simulate` takes it."""
-    section = scene.oscillator
-    return {
-        "tolerance": scene.numerics.oscillator_tolerance,
-        "stochastic_static_limit": section.stochastic_static_limit,
-        "interpolation": scene.ensemble.interpolation,
-        "friction_follows": section.friction_follows,
-        "negative_friction": section.negative_friction,
-        "integrator": section.integrator,
-    }
 
 
 def path_length(belt: Oscillator, duration_periods: float, follows: str = "slip") -> float:

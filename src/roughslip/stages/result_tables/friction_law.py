@@ -6,13 +6,11 @@ from __future__ import annotations
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.correlation import LONGEST_WINDOWS, correlation_fit
+from roughslip.friction.correlation import LONGEST_WINDOWS, correlation_fit, white_autocorrelation
 from roughslip.friction.distribution_families import FAMILIES, fit_candidates
-from roughslip.friction.hypotheses import p_value, p_value_of_equality
 from roughslip.friction.marginal import standardised_distribution
-from roughslip.friction.penetration_law import penetration_law
+from roughslip.friction.penetration import p_value, p_value_of_equality, penetration_law
 from roughslip.friction.statistics import Combined
-from roughslip.friction.white_noise_baseline import white_autocorrelation
 from roughslip.probability import Estimate
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry

@@ -7,7 +7,8 @@ import numpy as np
 from roughslip import store
 from roughslip.friction.correlation import triangular
 from roughslip.friction.marginal import SHAPES
-from roughslip.friction.statistics import PERCENTS, Combined, Trend, trend
+from roughslip.friction.penetration import Trend, trend
+from roughslip.friction.statistics import PERCENTS, Combined
 from roughslip.probability import Estimate
 from roughslip.scene.strip import Strip
 

@@ -10,10 +10,9 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.law import FrictionLaw
-from roughslip.oscillator.limits import limit_cycle
-from roughslip.oscillator.pure_slip import hopf_damping
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.limits import hopf_damping, limit_cycle
 from roughslip.verdicts.bracket import REACH, end
 
 PARAMETERS = ("mass_kg", "belt_velocity_m_per_s")

@@ -1,4 +1,4 @@
-"""One step of slip by either pair: closed forms, order conditions, orders on smooth friction and on a path."""
+"""The scaled equation and one step by either pair: closed forms, order conditions, orders."""
 
 import math
 from itertools import combinations_with_replacement
@@ -6,14 +6,57 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 
-from roughslip.oscillator import dormand_prince as dp
-from roughslip.oscillator.equation import State, completed, jerk
-from roughslip.oscillator.integrators import DORMAND_PRINCE853, FEHLBERG45, ORDERS, step
-from roughslip.oscillator.law import CoulombLaw
+from roughslip.errors import ParameterError
+from roughslip.oscillator import runge_kutta as dp
+from roughslip.oscillator.equation import Oscillator, State, coefficients, completed, jerk
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.path import path_through, piece_at
+from roughslip.oscillator.runge_kutta import DORMAND_PRINCE853, FEHLBERG45, ORDERS, step
 from roughslip.oscillator.switching_events import branch_at
-from roughslip.oscillator.system import Oscillator, coefficients
 from tests.oscillator.motions import LAW, equal_steps
+
+VALID = {
+    "mass_kg": 1.0,
+    "natural_frequency_rad_per_s": 316.0,
+    "damping_ratio": 0.17,
+    "belt_velocity_m_per_s": 0.948,
+    "normal_force_n": 2500.0,
+}
+
+
+def test_scales():
+    oscillator = Oscillator(**VALID, excitation_force_n=100.0, excitation_frequency_rad_per_s=158.0)
+    assert pytest.approx(0.003, rel=1e-14) == oscillator.V  # v0 / omega of the paper
+    assert pytest.approx(2500.0 / 316.0**2, rel=1e-14) == oscillator.F
+    assert oscillator.q == pytest.approx(100.0 / 316.0**2, rel=1e-14)
+    assert oscillator.r == pytest.approx(0.5, rel=1e-14)
+    p = coefficients(oscillator, StribeckLaw(0.3))
+    assert (p.F, p.V, p.D, p.omega, p.q, p.r) == (
+        oscillator.F, oscillator.V, 0.17, 316.0, oscillator.q, oscillator.r
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*VALID, "excitation_force_n", "excitation_frequency_rad_per_s"])
+@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
+def test_refuses(name, value):
+    with pytest.raises(ParameterError, match=name):
+        Oscillator(**(VALID | {name: value}))
+
+
+@pytest.mark.parametrize("name", ["mass_kg", "natural_frequency_rad_per_s", "normal_force_n"])
+def test_refuses_zero(name):
+    with pytest.raises(ParameterError, match=name):
+        Oscillator(**(VALID | {name: 0.0}))
+
+
+def test_what_friction_follows_sets_the_advance_of_its_path():
+    """Per unit of tau: nothing of its own, V of the belt, 1 / omega of time."""
+    advances = {
+        way: coefficients(Oscillator(**VALID), StribeckLaw(0.3), way).advance for way in ("slip", "belt", "time")
+    }
+    assert advances == {"slip": 0.0, "belt": pytest.approx(0.003), "time": pytest.approx(1.0 / 316.0)}
+
 
 PAIRS = [FEHLBERG45, DORMAND_PRINCE853]
 NONE = path_through(np.zeros(0), 0, 1.0, True, True)
@@ -121,7 +164,7 @@ def test_order_on_a_path_whose_nodes_end_steps(pair, steps, cubic):
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_order_is_lost_where_steps_pass_over_nodes(pair):
-    """The second derivative of the cubics jumps at the nodes: order three to four, whatever the pair."""
+    """The second derivative of the cubics jumps at the nodes: order three to four for either pair."""
     p = DRIVEN._replace(advance=DRIVEN.V)
     path = path_through(0.05 * np.sin(2.1 * np.arange(16)), 0, 0.25 * p.V, True, True)
     exact = equal_steps(DORMAND_PRINCE853, p, path, 0.0125, p.V, 3.0, 240).x

@@ -1,0 +1,153 @@
+"""The base of all friction laws, and the functions that compiled code calls for whichever law it is compiled for.
+
+A law is a frozen dataclass with its parameters, and its formula mu_D(|v_rel|) with slope and curvature, written once
+for plain and for compiled code. Compiled code reads the parameters as a named tuple, whose type selects the formula
+when the code is compiled: a law costs only what its own formula costs.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+from numba.extending import overload
+
+from roughslip.errors import InputError, ParameterError, real
+
+CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
+OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED}  # of the compiled formulas
+LAWS: dict[str, type[FrictionLaw]] = {}
+_LAW_OF: dict[type, type[FrictionLaw]] = {}  # by the type of its compiled parameters
+
+
+class FrictionLaw(ABC):
+    """Friction against relative velocity: a limit of stick, `static`, and a sliding coefficient mu_D(|v_rel|).
+
+    A subclass gives `name`, as a scene names it, and `parameters`, the named tuple that compiled code reads. The tuple
+    begins with static, rest (mu_D at vanishing speed, at most static) and least (a number that mu_D does not fall below
+    at any speed). The static methods take a speed |v_rel| >= 0 [m/s] and this tuple, and continue smoothly below 0.
+    """
+
+    name: ClassVar[str]
+    static: float
+
+    def __init_subclass__(cls, name: str = "", parameters: type | None = None) -> None:
+        if name:
+            cls.name = name
+            LAWS[name] = cls
+        if parameters is not None:
+            _LAW_OF[parameters] = cls
+
+    @classmethod
+    @abstractmethod
+    def from_scene(cls, section: Any, mean: float) -> FrictionLaw:
+        """The law of the section `oscillator` of a scene, with the mean friction coefficient of the windows."""
+
+    @classmethod
+    @abstractmethod
+    def example(cls, generator: np.random.Generator, static: float, speed: float) -> FrictionLaw:
+        """A law drawn at random for stress runs and tests, with features at some speeds [m/s]."""
+
+    @abstractmethod
+    def parameters(self) -> Any:
+        """The named tuple for compiled code; a law that uses the type of another law has the formula of that law."""
+
+    @staticmethod
+    def friction(speed: Any, law: Any) -> Any:
+        """mu_D at a speed."""
+        raise NotImplementedError
+
+    @staticmethod
+    def slope_of_friction(speed: Any, law: Any) -> Any:
+        """d mu_D / d|v_rel| [s/m] at a speed."""
+        raise NotImplementedError
+
+    @staticmethod
+    def curvature_of_friction(speed: Any, law: Any) -> Any:
+        """d^2 mu_D / d|v_rel|^2 [s^2/m^2] at a speed."""
+        raise NotImplementedError
+
+    # A law with kinks consists of rows, each smooth between two speeds; without kinks it is one row.
+
+    @staticmethod
+    def row_at(speed: float, law: Any) -> int:
+        """The row that holds a speed."""
+        return 0
+
+    @staticmethod
+    def row_ends(row: int, law: Any) -> tuple[float, float]:
+        """The two speeds [m/s] between which a row holds."""
+        return 0.0, np.inf
+
+    @staticmethod
+    def row_spacing(row: int, law: Any) -> float:
+        """The length [m/s] of the shorter of a row and the one below it."""
+        return 0.0
+
+    @staticmethod
+    def only_row(row: int, law: Any) -> Any:
+        """The law with one row alone, continued to all speeds."""
+        return law
+
+    def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """mu_D at a relative velocity [m/s] of either sign; at 0 the limit from sliding."""
+        return friction(np.abs(velocity_m_per_s), self.parameters())
+
+    def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a kink that of the row above it."""
+        return friction_slope(np.abs(velocity_m_per_s), self.parameters())
+
+    def check_not_negative(self, *names: str) -> None:
+        """Raise ParameterError for an attribute that is not finite or is negative."""
+        for name in names:
+            value = real(f"{type(self).__name__}.{name}", getattr(self, name))
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ParameterError(f"{type(self).__name__}.{name} must be finite and not negative, not {value}")
+
+
+def check_static(static: float, mean: float, reason: str) -> None:
+    """Raise InputError where the mean friction coefficient exceeds the static one of a scene."""
+    if mean > static:
+        raise InputError(
+            f"oscillator.static_friction: {static:g} is less than the mean friction coefficient {mean:.3g} at the "
+            f"penetration of the oscillator, so that {reason}: raise it"
+        )
+
+
+def _of_any_law(name: str) -> Callable[[Any, Any], Any]:
+    """The static method of that name, of the law that the parameters belong to, for plain and for compiled code."""
+
+    def of_law(at: Any, law: Any) -> Any:
+        return getattr(_LAW_OF[type(law)], name)(at, law)
+
+    @overload(of_law, jit_options=OPTIONS, strict=False)
+    def _compiled(at: Any, law: Any) -> Any:
+        return getattr(_LAW_OF[law.instance_class], name)
+
+    return of_law
+
+
+friction = _of_any_law("friction")
+friction_slope = _of_any_law("slope_of_friction")
+friction_curvature = _of_any_law("curvature_of_friction")
+row_at = _of_any_law("row_at")
+row_ends = _of_any_law("row_ends")
+row_spacing = _of_any_law("row_spacing")
+only_row = _of_any_law("only_row")
+
+
+def excess_force(normal: float, speed: float, more: float, held: float, law: Any) -> float:
+    """normal (mu_D + more) - held at a speed |v_rel| >= 0, for which the stages of a step wait one by one.
+
+    A law may have a static method `excess_force` of its own, where the formula is faster in another order.
+    """
+    return normal * (friction(speed, law) + more) - held
+
+
+@overload(excess_force, jit_options=OPTIONS, strict=False)
+def _compiled_excess_force(normal: Any, speed: Any, more: Any, held: Any, law: Any) -> Any:
+    own = getattr(_LAW_OF[law.instance_class], "excess_force", None)
+    return own or (lambda normal, speed, more, held, law: normal * (friction(speed, law) + more) - held)

@@ -1,0 +1,177 @@
+"""A friction law measured at some speeds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy
+
+from roughslip.compilation import compiled
+from roughslip.errors import ParameterError, real
+from roughslip.oscillator.friction_law import FrictionLaw
+
+INTERPOLATIONS = ("monotone_cubic", "linear")
+
+
+class TableParameters(NamedTuple):
+    """Rows of cubics between the knots; static, rest and least as in `FrictionLaw`.
+
+    table : (rows, 5) speed of the knot [m/s] where a row begins, and the coefficients of its cubic from there
+    """
+
+    static: float
+    rest: float
+    least: float
+    table: np.ndarray
+
+
+@compiled()
+def _row_at(speed: float, table: np.ndarray) -> int:
+    """The row that holds a speed; the first continues below its knot, the last, a constant, above it."""
+    low, high = 0, table.shape[0]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if speed >= table[middle, 0]:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@compiled()
+def _friction(speed: float, table: np.ndarray) -> float:
+    row = table[_row_at(speed, table)]
+    d = speed - row[0]
+    return row[1] + d * (row[2] + d * (row[3] + d * row[4]))
+
+
+@compiled()
+def _slope(speed: float, table: np.ndarray) -> float:
+    row = table[_row_at(speed, table)]
+    d = speed - row[0]
+    return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
+
+
+@compiled()
+def _curvature(speed: float, table: np.ndarray) -> float:
+    row = table[_row_at(speed, table)]
+    return 2.0 * row[3] + 6.0 * row[4] * (speed - row[0])
+
+
+@compiled()
+def _row_ends(row: int, table: np.ndarray) -> tuple[float, float]:
+    return table[row, 0], table[row + 1, 0] if row + 1 < table.shape[0] else np.inf
+
+
+@dataclass(frozen=True)
+class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
+    """mu_D as measured at some speeds.
+
+    speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two
+    values : (knots,) [-] mu_D at the speeds; constant beyond the last speed
+    static : [-] limit of stick, at least the first value; the first value where not given
+    interpolation : monotone_cubic, with a continuous slope and no extremes of its own (F. N. Fritsch & R. E. Carlson,
+        SIAM J. Numer. Anal. 17 (1980) 238), or linear
+    """
+
+    speeds_m_per_s: tuple[float, ...]
+    values: tuple[float, ...]
+    static: float = math.nan
+    interpolation: str = "monotone_cubic"
+
+    def __post_init__(self) -> None:
+        speeds = tuple(real("TableLaw.speeds_m_per_s", speed) for speed in self.speeds_m_per_s)
+        values = tuple(real("TableLaw.values", value) for value in self.values)
+        if len(speeds) < 2 or len(speeds) != len(values) or not np.isfinite((speeds, values)).all():
+            raise ParameterError("TableLaw.values must be finite, one for each of at least two finite speeds")
+        if speeds[0] != 0.0 or not np.all(np.diff(speeds) > 0.0):
+            raise ParameterError(f"TableLaw.speeds_m_per_s must increase strictly from 0, not {speeds}")
+        if min(values) < 0.0:
+            raise ParameterError(f"TableLaw.values must not be negative, not {min(values)}")
+        if self.interpolation not in INTERPOLATIONS:
+            raise ParameterError(
+                f"TableLaw.interpolation must be {' or '.join(INTERPOLATIONS)}, not {self.interpolation!r}"
+            )
+        object.__setattr__(self, "speeds_m_per_s", speeds)
+        object.__setattr__(self, "values", values)
+        if math.isnan(real("TableLaw.static", self.static)):
+            object.__setattr__(self, "static", values[0])
+        if not (math.isfinite(self.static) and self.static >= values[0]):
+            raise ParameterError(f"TableLaw.static must be at least the first value, {values[0]}, not {self.static}")
+
+    @classmethod
+    def from_scene(cls, section: Any, mean: float) -> TableLaw:
+        """The table of the scene, which takes the place of the mean friction coefficient."""
+        table = section.friction_table
+        return cls(tuple(table.speeds_m_per_s), tuple(table.values), section.static_friction, table.interpolation)
+
+    @classmethod
+    def example(cls, generator: np.random.Generator, static: float, speed: float) -> TableLaw:
+        """Seven knots within some of the speeds, and values that rise and fall."""
+        knots = np.concatenate(([0.0], np.cumsum(generator.uniform(0.05, 0.5, 6)))) * speed
+        values = static * generator.uniform(0.2, 1.0, 7)
+        interpolation = INTERPOLATIONS[int(generator.choice(len(INTERPOLATIONS)))]
+        return cls(tuple(knots), tuple(values), float(max(values[0], static)), interpolation)
+
+    def parameters(self) -> TableParameters:
+        """The named tuple for compiled code."""
+        speeds, values = np.array(self.speeds_m_per_s), np.array(self.values)
+        table = np.zeros((speeds.size, 5))
+        table[:, 0], table[:, 1] = speeds, values
+        if self.interpolation == "linear":
+            table[:-1, 2] = np.diff(values) / np.diff(speeds)
+        else:
+            table[:-1, 1:] = scipy.interpolate.PchipInterpolator(speeds, values).c[::-1].T
+        return TableParameters(float(self.static), self.values[0], min(self.values), table)
+
+    def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """mu_D at a relative velocity [m/s] of either sign."""
+        return np.vectorize(_friction, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters().table)
+
+    def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a knot that of the row above it."""
+        return np.vectorize(_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters().table)
+
+    @staticmethod
+    def friction(speed: float, law: TableParameters) -> float:
+        """mu_D at a speed."""
+        return _friction(speed, law.table)
+
+    @staticmethod
+    def excess_force(normal: float, speed: float, more: float, held: float, law: TableParameters) -> float:
+        """normal (mu_D + more) - held."""
+        return normal * (_friction(speed, law.table) + more) - held
+
+    @staticmethod
+    def slope_of_friction(speed: float, law: TableParameters) -> float:
+        """d mu_D / d|v_rel| [s/m] at a speed."""
+        return _slope(speed, law.table)
+
+    @staticmethod
+    def curvature_of_friction(speed: float, law: TableParameters) -> float:
+        """d^2 mu_D / d|v_rel|^2 [s^2/m^2] at a speed."""
+        return _curvature(speed, law.table)
+
+    @staticmethod
+    def row_at(speed: float, law: TableParameters) -> int:
+        """The row that holds a speed."""
+        return _row_at(speed, law.table)
+
+    @staticmethod
+    def row_ends(row: int, law: TableParameters) -> tuple[float, float]:
+        """The two speeds [m/s] between which a row holds."""
+        return _row_ends(row, law.table)
+
+    @staticmethod
+    def row_spacing(row: int, law: TableParameters) -> float:
+        """The length [m/s] of the shorter of a row and the one below it."""
+        below, above = _row_ends(row, law.table)
+        return min(below - law.table[row - 1, 0], above - below)
+
+    @staticmethod
+    def only_row(row: int, law: TableParameters) -> TableParameters:
+        """The law with one row alone, continued to all speeds."""
+        return TableParameters(law.static, law.rest, law.least, law.table[row : row + 1])

@@ -1,0 +1,259 @@
+"""Friction laws: formulas, compiled forms, refusals, and the recipe that adds a law."""
+
+import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+from scipy.interpolate import PchipInterpolator
+
+from roughslip import store
+from roughslip.errors import ParameterError
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws import FRICTION_LAWS
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.friction_laws.table import TableLaw
+from roughslip.oscillator.laws import (
+    LAWS,
+    excess_force,
+    friction,
+    friction_curvature,
+    friction_slope,
+    only_row,
+    row_at,
+    row_ends,
+)
+from roughslip.oscillator.motion import MotionOptions, simulate
+from workflow.faults.scratch import copy_project
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_published_law():
+    """Eq. (13) with mu_fit = 0.3 at the belt speed of the study, term by term."""
+    law = StribeckLaw(fit=0.3)
+    assert float(law.mu(0.948)) == pytest.approx(0.3 / (1 + 1.42 * 0.948) + 0.1 + 0.01 * 0.948**2, rel=1e-15)
+    assert float(law.mu(0.0)) == pytest.approx(0.4, rel=1e-15)
+
+
+@pytest.mark.parametrize("name", ["fit", "static", "decay_s_per_m", "quadratic_s2_per_m2"])
+@pytest.mark.parametrize("value", [-0.1, float("nan"), float("inf")])
+def test_refuses(name, value):
+    with pytest.raises(ParameterError, match=name):
+        StribeckLaw(**({"fit": 0.3} | {name: value}))
+
+
+@pytest.fixture(params=sorted(LAWS))
+def law(request):
+    """An example of each registered law, with features at speeds of about 1 m/s."""
+    return LAWS[request.param].example(np.random.default_rng(4), 0.4, 1.0)
+
+
+def test_a_law_is_named_by_its_module():
+    assert set(LAWS) == set(FRICTION_LAWS)
+
+
+def test_compiled_and_plain_forms_agree(law):
+    """The compiled formulas, the array functions of both signs, and the three leading parameters."""
+    parameters = law.parameters()
+    v = np.linspace(0.0, 3.0, 61)
+    mu, slope = compiled_forms(v, parameters)
+    assert mu == pytest.approx(law.mu(v), rel=1e-14)
+    assert slope == pytest.approx(law.slope(v), rel=1e-13, abs=1e-15)
+    assert np.array_equal(law.mu(-v), law.mu(v))
+    assert np.array_equal(law.slope(-v), law.slope(v))
+    assert parameters.static == law.static >= parameters.rest
+    assert parameters.rest == pytest.approx(float(law.mu(0.0)), rel=1e-14)
+    assert np.all(law.mu(v) >= parameters.least - 1e-15)
+
+
+@numba.njit
+def compiled_forms(speeds, parameters):
+    mu, slope = np.empty(speeds.size), np.empty(speeds.size)
+    for k in range(speeds.size):
+        mu[k] = excess_force(2.0, speeds[k], 0.1, 0.2, parameters) / 2.0
+        slope[k] = friction_slope(speeds[k], parameters)
+    return mu, slope
+
+
+def test_slope_and_curvature_are_derivatives(law):
+    """Central differences within a row: h^2 / 6 of the next but one derivative, here below 1e-6."""
+    parameters, h = law.parameters(), 1e-4
+    for speed in np.linspace(0.05, 2.5, 50):
+        if row_at(speed - h, parameters) != row_at(speed + h, parameters):
+            continue
+        ahead, behind = speed + h, speed - h
+        difference = (friction(ahead, parameters) - friction(behind, parameters)) / (2 * h)
+        assert friction_slope(speed, parameters) == pytest.approx(difference, abs=1e-6)
+        difference = (friction_slope(ahead, parameters) - friction_slope(behind, parameters)) / (2 * h)
+        assert friction_curvature(speed, parameters) == pytest.approx(difference, abs=1e-5)
+
+
+def test_rows_join_at_their_ends(law):
+    """mu_D is continuous where one row ends and the next begins, and a row alone continues its own formula."""
+    parameters, row = law.parameters(), 0
+    while (end := row_ends(row, parameters)[1]) < math.inf:
+        before, behind = only_row(row, parameters), only_row(row + 1, parameters)
+        assert friction(end, before) == pytest.approx(friction(end, behind), rel=1e-13)
+        row += 1
+    assert row_at(1e9, parameters) == row
+
+
+SPEEDS, VALUES = (0.0, 0.1, 0.4, 1.0, 2.0), (0.4, 0.33, 0.3, 0.28, 0.31)
+
+
+def test_coulomb_slides_at_one_value():
+    law = CoulombLaw(0.3, 0.4)
+    assert np.array_equal(law.mu(np.array([0.0, -1.0, 5.0])), np.full(3, 0.3))
+    assert np.array_equal(law.slope(np.array([0.0, -1.0, 5.0])), np.zeros(3))
+
+
+def test_table_is_scipy_s_monotone_cubic():
+    """And a constant beyond its last speed."""
+    law = TableLaw(SPEEDS, VALUES)
+    peer = PchipInterpolator(SPEEDS, VALUES)
+    v = np.linspace(0.0, 2.0, 401)
+    assert law.mu(-v) == pytest.approx(peer(v), abs=1e-15)
+    inside = v[v < 2.0]
+    assert law.slope(inside) == pytest.approx(peer(inside, 1), abs=1e-14)
+    assert law.mu(np.array([2.0, 7.0])) == pytest.approx([0.31, 0.31], rel=1e-15)
+    assert law.slope(7.0) == 0.0
+    assert np.all(np.diff(law.mu(v[v <= 1.0])) < 0.0)  # no extreme of its own
+    assert law.static == 0.4
+
+
+def test_linear_table_is_its_chords():
+    law = TableLaw(SPEEDS, VALUES, static=0.5, interpolation="linear")
+    v = np.linspace(0.0, 3.0, 301)
+    assert law.mu(v) == pytest.approx(np.interp(v, SPEEDS, VALUES), abs=1e-15)
+    assert law.slope(0.2) == pytest.approx(-0.1, rel=1e-13)
+    assert law.static == 0.5
+
+
+def test_a_fine_table_of_eq_13_moves_like_eq_13():
+    """Cubics over 0.01 m/s err by some 1e-9 of mu, and the motion by as much times the growth over two cycles."""
+    oscillator = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
+    law = StribeckLaw(0.3)
+    speeds = np.arange(0.0, 3.0, 0.01)
+    table = TableLaw(tuple(speeds), tuple(law.mu(speeds)))
+    closed, found = (simulate(oscillator, one, None, 0.0, 4.0, MotionOptions(1e-10)) for one in (law, table))
+    assert np.array_equal(found.kind, closed.kind)
+    assert found.position == pytest.approx(closed.position, abs=1e-6 * oscillator.F)
+
+
+def test_a_kinked_table_costs_steps_and_no_accuracy():
+    """Steps end nowhere in particular, so the error control finds the kinks of straight lines: error ~ tolerance."""
+    oscillator = Oscillator(1.0, 316.0, 0.0, 0.948, 2500.0)
+    law = TableLaw(SPEEDS, VALUES, interpolation="linear")
+    exact = simulate(oscillator, law, None, 0.0, 2.0, MotionOptions(1e-13)).position[1]
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        motion = simulate(oscillator, law, None, 0.0, 2.0, MotionOptions(tolerance))
+        assert abs(motion.position[1] - exact) < 10.0 * tolerance * oscillator.F
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: CoulombLaw(0.4, 0.3), "at least kinetic"),
+        (lambda: CoulombLaw(-0.1, 0.3), "kinetic"),
+        (lambda: CoulombLaw(0.3, math.inf), "static"),
+        (lambda: TableLaw((0.0,), (0.4,)), "at least two"),
+        (lambda: TableLaw((0.0, 1.0), (0.4,)), "one for each"),
+        (lambda: TableLaw((0.0, math.nan), (0.4, 0.3)), "finite"),
+        (lambda: TableLaw((0.1, 1.0), (0.4, 0.3)), "from 0"),
+        (lambda: TableLaw((0.0, 1.0, 1.0), (0.4, 0.3, 0.2)), "strictly"),
+        (lambda: TableLaw((0.0, 1.0), (0.4, -0.1)), "negative"),
+        (lambda: TableLaw((0.0, 1.0), (0.4, 0.3), static=0.3), "first value"),
+        (lambda: TableLaw((0.0, 1.0), (0.4, 0.3), interpolation="cubic"), "monotone_cubic"),
+    ],
+)
+def test_other_laws_refuse(call, message):
+    with pytest.raises(ParameterError, match=message):
+        call()
+
+
+EXPONENTIAL = """from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from roughslip.oscillator.friction_law import FrictionLaw
+
+
+class ExponentialParameters(NamedTuple):
+    static: float
+    rest: float
+    least: float
+    decay: float
+
+
+@dataclass(frozen=True)
+class ExponentialLaw(FrictionLaw, name="exponential", parameters=ExponentialParameters):
+    kinetic: float
+    static: float
+    decay_s_per_m: float
+
+    @classmethod
+    def from_scene(cls, section, mean):
+        return cls(mean, section.static_friction, section.stribeck_decay_s_per_m)
+
+    @classmethod
+    def example(cls, generator, static, speed):
+        return cls(0.5 * static, static, 1.0 / speed)
+
+    def parameters(self):
+        return ExponentialParameters(self.static, self.static, self.kinetic, self.decay_s_per_m)
+
+    @staticmethod
+    def friction(speed, law):
+        return law.least + (law.rest - law.least) * np.exp(-law.decay * speed)
+
+    @staticmethod
+    def slope_of_friction(speed, law):
+        return -law.decay * (law.rest - law.least) * np.exp(-law.decay * speed)
+
+    @staticmethod
+    def curvature_of_friction(speed, law):
+        return law.decay**2 * (law.rest - law.least) * np.exp(-law.decay * speed)
+"""
+
+
+@pytest.mark.slow
+def test_the_recipe_adds_a_law(tmp_path):
+    """The steps of CONTRIBUTING.md in a copy of the project, whose run has the Hopf damping of the new law.
+
+    D = -mu'(v0) N / (2 m omega), with mu'(v0) = -decay (static - mean) exp(-decay v0).
+    """
+    folder = tmp_path / "project"
+    copy_project(ROOT, folder)
+    shutil.copytree(ROOT / "tests/oscillator", folder / "tests/oscillator")
+    shutil.copy2(ROOT / "pyproject.toml", folder)
+    oscillator = folder / "src/roughslip/oscillator"
+    (oscillator / "friction_laws/exponential.py").write_text(EXPONENTIAL)
+    registry = oscillator / "laws.py"
+    registry.write_text(
+        registry.read_text().replace("import coulomb, stribeck", "import coulomb, exponential, stribeck")
+    )
+    scene = "extends: given\ndescription: A new law\ntargets: [figure5]\noscillator: {law: exponential}\n"
+    (folder / "config/scenes/exponential.yaml").write_text(scene)
+    environment = {**os.environ, "PYTHONPATH": str(folder / "src")}
+    for command in (
+        ["roughslip.scene.schema"],
+        ["snakemake", "-j1", "results/exponential/oscillator/deterministic.nc"],
+        ["pytest", "tests/oscillator/test_friction_laws.py", "-k", "exponential"],
+    ):
+        run = subprocess.run(
+            [sys.executable, "-m", *command], cwd=folder, env=environment, capture_output=True, text=True
+        )
+        assert run.returncode == 0, run.stdout + run.stderr
+    assert '"exponential"' in (folder / "config/scene.schema.json").read_text()
+    found = store.read(folder / "results/exponential/oscillator/deterministic.nc")
+    slope = -1.42 * (0.4 - 0.3) * math.exp(-1.42 * 0.948)
+    assert float(found["hopf_damping"]) == pytest.approx(-0.5 * slope * 2500.0 / 316.0, rel=1e-9)
+    assert float(found["period"]) > 2.0 * math.pi

@@ -163,6 +163,7 @@ def test_only_lags_to_three_windows_count() -> None:
     assert plain.least_squares.value == other.least_squares.value == pytest.approx(1.5e-3, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_band_covers_the_autocorrelation() -> None:
     hits = np.zeros(3)
     for k in range(200):

@@ -173,6 +173,7 @@ def test_scaled_distance_of_a_uniform_sample() -> None:
     assert distance_to_beta(mu, valid, weights(), 3.0, 2.0).scaled.value == pytest.approx(exact, abs=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("normal", [False, True])
 def test_interval_of_the_distance_covers_zero_and_a_distance(normal: bool) -> None:
     mean, std, _, _ = beta_moments(2.1, 5.0)

@@ -170,6 +170,7 @@ def test_no_scatter_is_a_zero_path(method):
     assert not np.any(beginning(prepared.realisation([0]), 600))
 
 
+@pytest.mark.slow
 @WAYS
 def test_correlation_far_longer_than_the_path(method):
     """The path hardly moves: E[(mu(s) - mu(0))^2] = 2 var (1 - exp(-s / L)), to 5 errors.

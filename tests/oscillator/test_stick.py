@@ -52,7 +52,8 @@ def test_first_root_with_excitation(q_m, ratio, start):
 
     side, tau, x = departure(start, x0, limit, start + 50.0, p)
     scan = np.linspace(start, start + 10.0, 100_001)
-    outside = np.flatnonzero(np.abs([force(t) for t in scan]) > limit)[0]
+    forces = x0 + p.V * (scan - start) + 2 * p.D * p.V - p.q * np.cos(p.r * scan)
+    outside = np.flatnonzero(np.abs(forces) > limit)[0]
     edge = math.copysign(limit, force(scan[outside]))
     root = start if outside == 0 else brentq(lambda t: force(t) - edge, scan[outside - 1], scan[outside], xtol=1e-14)
     assert side == (UPPER if edge > 0 else LOWER)
@@ -279,8 +280,7 @@ def reference(follows, oscillator, nodes, spacing, cycles):
     return np.array(found)
 
 
-@pytest.mark.parametrize("follows", ["belt", "time"])
-@pytest.mark.parametrize("oscillator", [STUDY, EXCITED])
+@pytest.mark.parametrize(("follows", "oscillator"), [("belt", EXCITED), ("time", STUDY)])
 def test_against_scipy(follows, oscillator):
     """DOP853 at rtol 1e-11 on the same path, four cycles."""
     spacing = 1e-4 if follows == "belt" else 1e-4 / 0.948

@@ -80,6 +80,7 @@ def test_mean_lifetime_by_hand():
         mean_lifetime(Spells(np.empty(0), np.empty(0, bool)))
 
 
+@pytest.mark.slow
 def test_the_interval_of_the_mean_covers_it_as_often_as_it_says():
     """Lifetimes of mean 40 cut off at 25, 20 a trial: between exact (0.95) and conservative."""
     rng, trials = np.random.default_rng(0), 2000
@@ -132,6 +133,7 @@ def test_crossing_by_hand():
     np.testing.assert_allclose(crossing(damping, shares[:2], 0.9), [0.15, 0.12])
 
 
+@pytest.mark.slow
 def test_band_of_normal_tolerances():
     """Every run survives up to a damping of its own, normal of mean 0.3 and deviation 0.02. The quantile at a share p
     of n runs errs by sqrt(p (1 - p) / n) / phi deviations; intervals hold the truth in 19 of 20 trials."""

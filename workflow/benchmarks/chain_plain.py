@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
 from roughslip.grid import Grid
-from roughslip.oscillator.law import StribeckLaw
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.surface.covariance import Covariance
 from workflow.benchmarks.contact_peers import PolonskyKeer, tune
 from workflow.benchmarks.contact_problem import MODULUS, Judge, Problem

@@ -19,11 +19,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
+from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.integrators import PAIRS
-from roughslip.oscillator.law import StribeckLaw
-from roughslip.oscillator.motion import simulate
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.motion import MotionOptions, simulate
+from roughslip.oscillator.runge_kutta import PAIRS
 from roughslip.probability import BetaDistribution
 from workflow.benchmarks.runner import make_row, race, report_rows, run_command
 from workflow.evidence.rows import Row, case, power
@@ -109,7 +109,8 @@ def choose_slips(nodes: int) -> tuple[Slip, Slip]:
 
 def simulate_slip(slip: Slip, integrator: str, tolerance: float) -> Any:
     """Return our motion over the slip and the cycles that follow."""
-    return simulate(STUDY, LAW, slip.path, slip.spacing, slip.periods, tolerance, slip.start, integrator=integrator)
+    options = MotionOptions(tolerance, integrator=integrator)
+    return simulate(STUDY, LAW, slip.path, slip.spacing, slip.periods, options, slip.start)
 
 
 def slip_by_roughslip(slip: Slip, integrator: str, tolerance: float) -> tuple[float, int, int]:

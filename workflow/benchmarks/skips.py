@@ -21,9 +21,9 @@ from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local, jackknife_deviations
 from roughslip.contact.solve import solve
 from roughslip.friction.recursion import PIECE_NODES, recursion
-from roughslip.oscillator.motion import Motion, ensemble_counts, simulate
+from roughslip.oscillator.limits import counts_by_period
+from roughslip.oscillator.motion import Motion, MotionOptions, ensemble_counts, simulate
 from roughslip.oscillator.path import KeptPath
-from roughslip.oscillator.periodic import counts_by_period
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.runtime import skip_reasons
 from workflow.benchmarks.chaos_problem import MEDIAN, Square
@@ -113,8 +113,8 @@ def motion_skips(periods: float, nodes: int) -> Iterator[Skip]:
         skip_reasons.BY_PERIOD,
         f"{len(DAMPING)}-dampings-{periods:g}-periods",
         0.0,
-        lambda: _counted(counts_by_period(STUDY, LAW, periods, DAMPING, TOLERANCE)),
-        lambda: _counted(ensemble_counts(STUDY, LAW, None, 0.0, periods, DAMPING, TOLERANCE)),
+        lambda: _counted(counts_by_period(STUDY, LAW, periods, DAMPING, MotionOptions(TOLERANCE))),
+        lambda: _counted(ensemble_counts(STUDY, LAW, None, 0.0, periods, DAMPING, MotionOptions(TOLERANCE))),
         _different_counts,
     )
     yield Skip(
@@ -128,7 +128,7 @@ def motion_skips(periods: float, nodes: int) -> Iterator[Skip]:
     paths = recursion(PROCESS, PROCESS.correlation_length_m / nodes)
 
     def run(path: Any) -> tuple[np.ndarray, int]:
-        return _counted(ensemble_counts(STUDY, LAW, path, paths.spacing, periods, DAMPING, TOLERANCE))
+        return _counted(ensemble_counts(STUDY, LAW, path, paths.spacing, periods, DAMPING, MotionOptions(TOLERANCE)))
 
     def kept() -> tuple[np.ndarray, int]:
         return run(KeptPath(paths.realisation([SEED, 0])))
@@ -149,7 +149,7 @@ def _on_slow_belt(follows: str, periods: float) -> Motion:
     With `belt` the end of stick is searched on the path, here a constant one; with `slip` it has a closed form.
     """
     slow = replace(STUDY, belt_velocity_m_per_s=0.1 * STUDY.belt_velocity_m_per_s)
-    return simulate(slow, LAW, None, 0.0, periods, TOLERANCE, friction_follows=follows)
+    return simulate(slow, LAW, None, 0.0, periods, MotionOptions(TOLERANCE, friction_follows=follows))
 
 
 def _counted(counts: Any) -> tuple[np.ndarray, int]:

@@ -13,8 +13,8 @@ from roughslip.friction.marginal import fit_beta
 from roughslip.friction.paths import METHODS
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.statistics import window_statistics
-from roughslip.oscillator.law import StribeckLaw
-from roughslip.oscillator.system import Oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.probability import BetaDistribution, Estimate
 from workflow.stress import chaos, chaos_strip, friction, friction_fits, friction_paths, friction_windows, oscillator
 from workflow.stress.friction_paths import PathProblem

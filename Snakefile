@@ -31,7 +31,6 @@ from workflow.study.scenes import RULES, Scenes
 # Paths are in the environment: in a command they would re-run all jobs when the tree is moved or .venv is made again.
 os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
 os.environ[PARENT] = str(os.getpid())
-EVIDENCE = 'exec "$ROUGHSLIP_PYTHON" -m workflow.job'  # references, benchmarks and stress campaigns
 
 # What only describes the workflow changes no file outside .snakemake, like a dry run.
 DESCRIBES = {"--lint", "--list-rules", "--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary", "--unlock"}

@@ -20,6 +20,8 @@ from tests.scene.shipped import SCENES
 from workflow.recovery import run_lock
 from workflow.study.scenes import Scenes, checked
 
+ROOT = Path(__file__).resolve().parents[2]
+
 # Snakemake runs in this process, and its warnings are its own.
 pytestmark = pytest.mark.filterwarnings("default")
 
@@ -189,6 +191,36 @@ def test_damage_and_disorder_are_planned(project, plan):
     assert plan(project.folder, "tiny") == {"tiny": {"figure2": 1, **COSTS}}
     (results / "contact/square-expansion-0-200.nc").write_bytes(b"cut")
     assert plan(project.folder, "tiny") == {"tiny": {"contact_square": 1, **AFTER_SQUARE, **CLAIMS}}
+
+
+MODULE = """\
+module roughslip:
+    snakefile: "{root}/Snakefile"
+    config: {{"scenes": "smoke"}}
+
+use rule * from roughslip as roughslip_*
+
+rule mine:
+    default_target: True
+    input: "results/smoke/summary.csv"
+    output: "mine.txt"
+    shell: "cp {{input}} {{output}}"
+"""
+
+
+@pytest.mark.slow
+def test_another_workflow_can_use_ours_as_a_module(tmp_path, plan):
+    (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT))
+    planned = plan(tmp_path)
+    assert planned[""] == {"mine": 1}
+    assert planned["smoke"].keys() == {f"roughslip_{stage}" for stage in STRIP}
+
+
+@pytest.mark.slow
+def test_snakemakes_linter_complains_of_environments_only(empty):
+    run = empty.snakemake("--lint")
+    complaints = {line.strip() for line in run.stderr.splitlines() if line.strip().startswith("* ")}
+    assert complaints == {"* Specify a conda environment or container for each rule.:"}
 
 
 CASES = int(os.environ.get("SCENE_CASES", "100"))

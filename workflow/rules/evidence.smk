@@ -44,7 +44,8 @@ for stage in BENCHMARKS:
             module=stage,
             options=" ".join(f"--{name}" for name in BENCHMARK_OPTIONS),
         shell:
-            EVIDENCE + " benchmarks.{params.module} {params.options} --output {output.result:q} 2> {log:q}"
+            'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
+            " benchmarks.{params.module} {params.options} --output {output.result:q} 2> {log:q}"
 
     rule:
         name:
@@ -61,8 +62,8 @@ for stage in BENCHMARKS:
         resources:
             mem_mb=EVIDENCE_MB,
         shell:
-            EVIDENCE
-            + " benchmarks.plot --benchmark {input.result:q} --output {output.png:q} {output.svg:q}"
+            'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
+            " benchmarks.plot --benchmark {input.result:q} --output {output.png:q} {output.svg:q}"
             " --usage {output.usage:q} 2> {log:q}"
 
 
@@ -80,7 +81,8 @@ rule evidence_drawn:
     resources:
         mem_mb=EVIDENCE_MB,
     shell:
-        EVIDENCE + " benchmarks.plot --benchmark {input.result:q} --output {output.png:q}"
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
+        " benchmarks.plot --benchmark {input.result:q} --output {output.png:q}"
         " --usage {output.usage:q} 2> {log:q}"
 
 
@@ -94,7 +96,8 @@ rule stress:
     resources:
         mem_mb=EVIDENCE_MB,
     shell:
-        EVIDENCE + " stress.runner --campaigns {input.campaigns:q} --output {output.result:q} 2> {log:q}"
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
+        " stress.runner --campaigns {input.campaigns:q} --output {output.result:q} 2> {log:q}"
 
 
 for stage in STRESSED:
@@ -115,4 +118,5 @@ for stage in STRESSED:
             module=stage,
             options=" ".join(f"--{name} {shlex.quote(value)}" for name, value in STRESS_OPTIONS.items()),
         shell:
-            EVIDENCE + " stress.{params.module} {params.options} -j {threads} --output {output.result:q} 2> {log:q}"
+            'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
+            " stress.{params.module} {params.options} -j {threads} --output {output.result:q} 2> {log:q}"

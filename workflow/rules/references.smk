@@ -28,7 +28,8 @@ for kind in SAMPLES:
         params:
             kind=kind,
         shell:
-            EVIDENCE + " monte_carlo.{params.kind} solve --key {input.key:q} --first {wildcards.first}"
+            'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
+            " monte_carlo.{params.kind} solve --key {input.key:q} --first {wildcards.first}"
             " --last {wildcards.last} --output {output.result:q} 2> {log:q}"
 
     rule:
@@ -48,5 +49,5 @@ for kind in SAMPLES:
         params:
             kind=kind,
         shell:
-            EVIDENCE
-            + " monte_carlo.{params.kind} gather --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"
+            'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
+            " monte_carlo.{params.kind} gather --key {input.key:q} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"

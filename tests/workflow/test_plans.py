@@ -56,13 +56,13 @@ def plan(monkeypatch):
 
 # One job a batched stage, three for the designs of the square.
 END = {"claims": 1, "costs": 1, "scene_report": 1}
-SQUARE = {"surface": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1}
+SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1}
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
 OSCILLATOR = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 FIELD = {"field_square": 1, "figure_field": 1}
-MAP = {"stick_slip_map": 1, "survival": 1, "figure_map": 1}
-SCAN = {"grinding": 1, "scan": 1, "twins": 1, "figure_scan": 1}
+MAP = {"stick_slip_map": 1, "lifetimes": 1, "figure_map": 1}
+SCAN = {"grinding": 1, "scan": 1, "synthetic_surfaces": 1, "figure_scan": 1}
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
 GIVEN = f"friction: {{statistics: {STATISTICS}}}"
 SPACED = "ensemble: {nodes_per_correlation_length: auto, count_error: 0.05}"
@@ -73,14 +73,14 @@ GROUND = """roughness: {scan: {form: plane, covariance: best, marginal: gaussian
 STAGES = {
     "targets: [figure2]": SQUARE,
     "targets: [figure2, figure_field]": {**SQUARE, **FIELD},
-    f"targets: [figure_field]\n{GROUND}": {"surface": 1, **FIELD, **SCAN},
+    f"targets: [figure_field]\n{GROUND}": {"karhunen_loeve": 1, **FIELD, **SCAN},
     "targets: [figure3]": {**STRIP, **FIGURE3},
     "targets: [figure5]": {**STRIP, **OSCILLATOR},
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, **FIGURE3},
     f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP},
     "targets: [figure_map]": {**STRIP, **MAP},
-    f"targets: [figure5]\n{GIVEN}\n{SPACED}": {"spacing": 1, **OSCILLATOR},
-    f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "training_square": 1},
+    f"targets: [figure5]\n{GIVEN}\n{SPACED}": {"path_resolution": 1, **OSCILLATOR},
+    f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "adaptive_training": 1},
     f"targets: [figure3]\n{FOUND}": {**STRIP, **FIGURE3},
     f"targets: [figure2, figure_scan]\n{GROUND}": {**SQUARE, **SCAN},
     f"targets: [figure5]\n{GIVEN}\n{GROUND}": OSCILLATOR,
@@ -108,7 +108,7 @@ CYCLES = {"cycles": 1, "figure5": 1, **CLAIMS}
 AFTER_FRICTION = {"deterministic": 1, "oscillator": 1, **CYCLES}
 AFTER_SQUARE = {"chaos_square": 1, "figure2": 1}
 CONTACT = {"contact_square": 3, **AFTER_SQUARE, **STRIP, **FIGURE3, **AFTER_FRICTION}
-SURFACE = {"surface": 1, "design": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
+SURFACE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
 SCENE = "config/scenes/tiny.yaml"
 MARGINAL = "roughness: {marginal: {family: beta, shapes: [2.1, 5]}}\nsquare:"
 ACTS = ("\n\n\n", "\n\n_EDITED = 1\n\n\n")
@@ -118,10 +118,10 @@ EDITS = [
     (SCENE, "draws: 2000", "draws: 3000", {**AFTER_SQUARE, **CLAIMS}),
     (SCENE, "realisations: 8}", "realisations: 4}", {**CYCLES, "oscillator": 2}),
     (SCENE, "modes: 64", "variance_share: 0.2", SURFACE),
-    (SCENE, "square:", MARGINAL, {"surface": 1, "design": 1, **CONTACT}),
+    (SCENE, "square:", MARGINAL, {"karhunen_loeve": 1, "design": 1, **CONTACT}),
     (SCENE, "Every stage", "Each stage", {"figure2": 1, **FIGURE3, "figure5": 1, **CLAIMS}),
     (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", CLAIMS),
-    ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"surface": 1, "design": 1, **CONTACT}),
+    ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, "design": 1, **CONTACT}),
     ("src/roughslip/figures/style.py", *ACTS, {"figure2": 1, **FIGURE3, "figure5": 1, **COSTS}),
     ("src/roughslip/surface/karhunen_loeve.py", *ACTS, SURFACE),
     ("src/roughslip/contact/solve.py", *ACTS, CONTACT),

@@ -19,8 +19,10 @@ for stage in ("deterministic", "path_resolution", "stick_slip_map", "lifetimes")
             log(stage),
         resources:
             mem_mb=scenes.memory(stage),
+        params:
+            module=stage,
         shell:
-            run("deterministic", module="{rule}")
+            run("deterministic", module="{params.module}")
 
 
 rule oscillator:

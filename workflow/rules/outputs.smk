@@ -19,9 +19,10 @@ for figure in FIGURES:
         resources:
             mem_mb=scenes.memory(figure),
         params:
+            module=stage,
             caption=declarations()[figure].caption,
         shell:
-            run("figure2", module="{rule}")
+            run("figure2", module="{params.module}")
 
 
 rule claims:

@@ -64,8 +64,10 @@ for stage in ("adaptive_training", "field_square"):
             log(stage),
         resources:
             mem_mb=scenes.memory(stage),
+        params:
+            module=stage,
         shell:
-            run("field_square", module="{rule}")
+            run("field_square", module="{params.module}")
 
 
 rule chaos_square:

@@ -19,7 +19,7 @@ _PYTHON = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
 def run(stage: str, module: str = "", **given: str) -> str:
     """The shell command of a stage, for a rule whose inputs and outputs have the names of the stage's options.
 
-    module : "{rule}" for a rule in a loop, which Snakemake asks for its command when the loop has ended
+    module : "{params.module}" for a rule in a loop, whose command Snakemake evaluates when the loop has ended
     given : by option, what the command takes in place of the input of that name
     """
     declared = declarations()[stage]

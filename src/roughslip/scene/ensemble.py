@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 from roughslip.limits import MOST_NUMBERS
 from roughslip.scene.expansion import AUTO
-from roughslip.scene.fields import Section, choice, flag, integer, many, number
+from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
 from roughslip.scene.friction import STATISTICS
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
 
@@ -18,7 +17,7 @@ Marginal = Literal["beta", "empirical", "paper"]
 Interpolation = Literal["cubic", "linear"]
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Ensemble(Section):
     """Runs of figure 5."""
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES, FUNCTIONALS
-from roughslip.scene.fields import Section, choice, integer, number
+from roughslip.scene.fields import Section, choice, integer, number, section
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
 
 AUTO = "auto"  # number of samples, or of nodes per correlation length
@@ -22,7 +21,7 @@ Design = Literal["latin_hypercube", "sobol", "monte_carlo"]
 EXTENDED = ("sobol", "monte_carlo")  # designs that can be extended
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Expansion(Section):
     """Polynomial chaos expansion of the pressure, fitted to all samples."""
 

@@ -15,6 +15,7 @@ WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
 _BOUNDS = {"at_least": "minimum", "above": "exclusiveMinimum", "at_most": "maximum", "below": "exclusiveMaximum"}
 
 S = TypeVar("S", bound="Section")
+section = dataclasses.dataclass(frozen=True, init=False, repr=False, eq=False)  # `build` makes the objects
 
 
 class Section:
@@ -102,16 +103,16 @@ def build(kind: type[S], values: Mapping[str, Any], place: str = "", *, defaults
 
     A key without a value is absent from the section too, and reading it raises AttributeError.
     """
-    section = object.__new__(kind)
-    section.__dict__["_place"] = place
+    made = object.__new__(kind)
+    made.__dict__["_place"] = place
     for name, field in fields_of(kind).items():
         if name not in values and not (defaults and field.metadata["default"] is not REQUIRED):
             continue
         value, inner = values.get(name, default_of(field)), field.metadata["kind"]
         if inner is not None and (value is not None or (defaults and not place)):
             value = build(inner, value or {}, f"{place}{name}.", defaults=defaults)
-        section.__dict__[name] = tuple(value) if isinstance(value, list) else value
-    return section
+        made.__dict__[name] = tuple(value) if isinstance(value, list) else value
+    return made
 
 
 def completed(kind: type[Section], values: Mapping[str, Any]) -> dict[str, Any]:

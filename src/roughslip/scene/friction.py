@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
-from roughslip.scene.fields import Section, group, number
+from roughslip.scene.fields import Section, group, number, section
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class FrictionStatistics(Section):
     """Friction process as numbers, in place of surfaces and contact."""
 
@@ -22,7 +21,7 @@ class FrictionStatistics(Section):
     beta_b: float = number("Second shape of the Beta marginal", above=0, at_most=1000)
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Friction(Section):
     """Friction coefficient from solved pressures (mean_at_median, least_contact_fraction), or given as statistics."""
 

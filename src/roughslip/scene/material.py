@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from roughslip.scene.fields import Section, number
+from roughslip.scene.fields import Section, number, section
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Material(Section):
     """Half-space, elastic, or elastic and plastic where a hardness is given."""
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
-from roughslip.scene.fields import Section, choice, flag, group, integer, many, number
+from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, strictly_increasing
 
 TableInterpolation = Literal["monotone_cubic", "linear"]
@@ -16,7 +15,7 @@ NegativeFriction = Literal["clip", "refuse"]
 Integrator = Literal["fehlberg45", "dormand_prince853"]
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class FrictionTable(Section):
     """Mean friction coefficient at some sliding speeds, with law table; the windows then give the scatter alone."""
 
@@ -37,7 +36,7 @@ class FrictionTable(Section):
     )
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Oscillator(Section):
     """Mass on a moving belt, eqs. (12) and (13)."""
 
@@ -116,22 +115,22 @@ BY_PERIOD = "ensemble.count_by_period"
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """What does not go together in oscillator and friction."""
-    section = scene["oscillator"]
-    law, table, static = section.get("law", "stribeck"), section.get("friction_table"), section.get("static_friction")
-    if law == "table" and "friction_table" not in section:
+    belt = scene["oscillator"]
+    law, table, static = belt.get("law", "stribeck"), belt.get("friction_table"), belt.get("static_friction")
+    if law == "table" and "friction_table" not in belt:
         yield missing(f"{LAW} = table needs it", TABLE, LAW)
     elif law != "table" and table is not None:
         yield not_together(TABLE, table, LAW, law, allowed="only table takes it")
     elif table is not None:
         yield from _table_mistakes(table, static)
-    follows, time = section.get("friction_follows", "slip"), section.get("correlation_time_s")
+    follows, time = belt.get("friction_follows", "slip"), belt.get("correlation_time_s")
     if follows == "time" and time is None:
         yield missing(f"{FOLLOWS} = time needs it", TIME, FOLLOWS)
     elif follows != "time" and time is not None:
         yield not_together(TIME, time, FOLLOWS, follows, allowed="only time takes it")
-    if (section.get("excitation_force_n") or 0) > 0:
-        if section.get("excitation_frequency_rad_per_s") == 0:
-            frequency = section["excitation_frequency_rad_per_s"]
+    if (belt.get("excitation_force_n") or 0) > 0:
+        if belt.get("excitation_frequency_rad_per_s") == 0:
+            frequency = belt["excitation_frequency_rad_per_s"]
             yield refused(frequency, f"a number > 0 [rad/s] where {FORCE} is not 0", FREQUENCY, FORCE)
         if given(scene, BY_PERIOD):
             allowed = f"false where {FORCE} is not 0, because no cycle repeats the last there"

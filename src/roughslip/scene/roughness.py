@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal, get_args
 
-from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, text
+from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section, text
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
 
 Covariance = Literal["gaussian", "exponential", "separable_exponential", "matern", "self_affine"]
@@ -19,7 +18,7 @@ Form = Literal["mean", "plane", "quadratic"]
 HeightUnit = Literal["m", "mm", "um", "nm", "pm"]
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Marginal(Section):
     """Distribution of the heights where it is not Gaussian, shifted to zero mean and scaled to rms_height_m."""
 
@@ -39,7 +38,7 @@ class Marginal(Section):
     )
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Fractal(Section):
     """Weierstrass-Mandelbrot surface, plane waves with random phases, eq. (1) and its form in two dimensions."""
 
@@ -60,7 +59,7 @@ class Fractal(Section):
     )
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Grinding(Section):
     """In place of a file, a scan that the project makes, of a surface ground along x grain by grain."""
 
@@ -74,7 +73,7 @@ class Grinding(Section):
     blank_length_m: float = number("Correlation length of the blank", "m", above=0, at_most=0.01)
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Scan(Section):
     """A measured surface; models are fitted to it, and surfaces are sampled from these."""
 
@@ -114,7 +113,7 @@ class Scan(Section):
     grinding: Grinding = group(Grinding)
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Roughness(Section):
     """Random heights, stationary: a field, a fractal or a measured surface.
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from roughslip.scene.declarations import declarations
-from roughslip.scene.fields import Section, integer, number
+from roughslip.scene.fields import Section, integer, number, section
 from roughslip.scene.mistakes import Mistake, Values, given, refused
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Numerics(Section):
     """Tolerances of the solvers."""
 
@@ -22,7 +21,7 @@ class Numerics(Section):
     )
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Batches(Section):
     """Number of samples that a job takes; no result depends on it."""
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
-from roughslip.scene.fields import Section, integer, number
+from roughslip.scene.fields import Section, integer, number, section
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
 MODES, SHARE = "square.modes", "square.variance_share"
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Square(Section):
     """Square surface of figure 2, a truncated Karhunen-Loeve expansion in contact with a rigid plane."""
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
-from roughslip.scene.fields import Section, integer, many, number
+from roughslip.scene.fields import Section, integer, many, number, section
 from roughslip.scene.mistakes import Mistake, Values, given, refused, strictly_increasing
 from roughslip.scene.oscillator import FORCE
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class StickSlipMap(Section):
     """Probability of stick-slip over damping and belt velocity, of figure_map."""
 
@@ -35,7 +34,7 @@ class StickSlipMap(Section):
     )
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Survival(Section):
     """Lifetimes of stick-slip and of steady sliding near the limit of existence, of figure_map."""
 

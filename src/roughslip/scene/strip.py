@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from roughslip.scene.fields import Section, integer, many, number
+from roughslip.scene.fields import Section, integer, many, number, section
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Strip(Section):
     """Long strip on whose sliding windows the friction coefficient is evaluated."""
 

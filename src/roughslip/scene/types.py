@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from copy import deepcopy
-from dataclasses import dataclass
 from typing import Any
 
 from roughslip.scene.ensemble import Ensemble
@@ -21,6 +20,7 @@ from roughslip.scene.fields import (
     group,
     integer,
     many,
+    section,
     text,
 )
 from roughslip.scene.friction import Friction
@@ -34,7 +34,7 @@ from roughslip.scene.stick_slip_map import StickSlipMap, Survival
 from roughslip.scene.strip import Strip
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Scene(Section):
     """Everything that a study may be asked to do."""
 
@@ -70,8 +70,8 @@ def part_of(scene: Values, keys: Iterable[str]) -> Values:
     for key in keys:
         *sections, last = key.split(".")
         inner = part
-        for section in sections:
-            inner = inner.setdefault(section, {})
+        for place in sections:
+            inner = inner.setdefault(place, {})
         inner[last] = deepcopy(get(scene, key))
     return part
 

@@ -1,4 +1,4 @@
-"""The scenes and the schema that are shipped, and words that tests of scenes share."""
+"""The scenes and the schema that are shipped, and texts that several tests of scenes use."""
 
 from pathlib import Path
 
@@ -15,21 +15,14 @@ SCENES = (
     *("coulomb", "elastoplastic", "excited", "excited_away", "fractal", "given", "measured", "nongaussian", "paper"),
     *("resolved", "smoke"),
 )
-PAPER_TEXT = (CONFIG / "scenes" / "paper.yaml").read_text()
-PAPER = yaml.safe_load(PAPER_TEXT)
-BESIDE = ", ".join(sorted((*SCENES, "mine")))
+PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
+KNOWN = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "gaussian, exponential, separable_exponential, matern, self_affine"
 FIGURES = "figure2, figure3, figure5, figure_field, figure_map, figure_scan"
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"
 TABLE = "{speeds_m_per_s: [0, 1], values: [0.4, 0.3]}"
-ALWAYS = {"claims", "costs", "report"}
-ASIDE = {"reference", "comparison", "verify"}  # of several scenes together, asked for by name
-OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
-SCAN_STAGES = {"grinding", "scan", "synthetic_surfaces", "figure_scan"}
-FIELD_STAGES = {"field_square", "figure_field"}
-MAP_STAGES = {"stick_slip_map", "lifetimes", "figure_map"}
 
 
 def shipped_scene(name: str) -> dict:

@@ -2,9 +2,9 @@
 
 import pytest
 
-from tests.scene.shipped import BESIDE, FIGURES, FRACTAL, KINDS, SCAN, STATISTICS, TABLE, lines_of
+from tests.scene.shipped import FIGURES, FRACTAL, KINDS, KNOWN, SCAN, STATISTICS, TABLE, lines_of
 
-# What follows `extends: paper` in a scene file, and the line that it earns, without the name of the file.
+# What follows `extends: paper` in a scene file, and the line that reports it, without the name of the file.
 MISTAKES = {
     # the schema
     "strip: {cell_m: 0}": "strip.cell_m: 0 is not allowed; a number > 0 [m]",
@@ -241,9 +241,9 @@ MISTAKES = {
     "draws limits of the free oscillator, and oscillator.excitation_force_n is not 0",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays
-    "extends: 3": f"extends: 3 is not allowed; scenes: {BESIDE}",
+    "extends: 3": f"extends: 3 is not allowed; scenes: {KNOWN}",
     "extends: *base": "extends: *base is not allowed; write the value out (no anchor, alias or tag)",
-    "extends: papr": f"extends: 'papr' is not allowed; did you mean paper? scenes: {BESIDE}",
+    "extends: papr": f"extends: 'papr' is not allowed; did you mean paper? scenes: {KNOWN}",
     "extends: mine": "extends: 'mine' is not allowed; overlays run in a circle: mine -> mine",
 }
 
@@ -277,6 +277,6 @@ def test_a_mistake_has_its_line(mine, text):
     ids=lambda value: str(value)[:20],
 )
 def test_a_file_that_is_no_scene(mine, content, line):
-    (told,) = lines_of(mine, content)
-    assert told.startswith(f"scenes/mine.yaml: {line}")
-    assert "\n" not in told
+    (found,) = lines_of(mine, content)
+    assert found.startswith(f"scenes/mine.yaml: {line}")
+    assert "\n" not in found

@@ -5,16 +5,12 @@ from pathlib import Path
 import yaml
 
 from roughslip.chaos.functionals import NAMES
-from roughslip.limits import FUNCTIONALS
+from roughslip.limits import FUNCTIONALS, VARIABLE_COUNTS
+from roughslip.scene import rules
 from roughslip.scene.loader import RESERVED, describe_allowed, load
 from roughslip.scene.plan import slice_for
+from roughslip.stages.from_scene.training import training_columns
 from tests.scene.shipped import FIGURES, KINDS, PAPER, SCHEMA, lines_of
-
-
-def test_aliases_cannot_make_a_small_file_endless(mine):
-    laughs = "".join(f"a{n + 1}: &a{n + 1} [{', '.join([f'*a{n}'] * 9)}]\n" for n in range(60))
-    lines = lines_of(mine, f"a0: &a0 1\n{laughs}")
-    assert all(line.startswith("scenes/mine.yaml: ") for line in lines)
 
 
 def test_names_and_files(folder, monkeypatch):
@@ -75,22 +71,10 @@ def test_what_no_target_reads_may_not_fit(mine):
     assert len(lines_of(mine, text.replace("figure2", "figure3"))) == 1
 
 
-def test_the_rule_on_training_strips_counts_the_columns_that_the_stages_take():
-    from roughslip.scene import rules
-    from roughslip.stages.from_scene.training import training_columns
-
-    assert [rules.training_columns(n) for n in range(4, 60)] == [
-        len(training_columns(slice(7, 7 + n))) for n in range(4, 60)
-    ]
-    assert len(NAMES) == FUNCTIONALS
-
-
-def test_the_rules_on_the_best_number_of_variables_count_as_its_choice_does():
-    from roughslip.chaos.selection import COUNTS
-    from roughslip.scene import expansion, rules
-    from roughslip.stages.from_scene.expansion import BEST
-
-    assert (BEST, COUNTS[0], len(NAMES), COUNTS[-1]) == (expansion.BEST, rules.FEWEST, FUNCTIONALS, rules.MOST)
+def test_rules_count_as_the_stages_do():
+    columns = range(4, 60)
+    assert [rules.training_columns(n) for n in columns] == [len(training_columns(slice(7, 7 + n))) for n in columns]
+    assert len(NAMES) == FUNCTIONALS in VARIABLE_COUNTS
 
 
 def test_lengths_at_the_edge_of_the_numbers(mine):

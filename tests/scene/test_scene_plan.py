@@ -1,0 +1,138 @@
+"""What stages read of a scene, which of them its targets need, and why the others do not run."""
+
+import copy
+
+import pytest
+import yaml
+
+from roughslip.scene.declarations import declarations
+from roughslip.scene.plan import figures, skip_reasons, slice_for, stages_needed
+from roughslip.scene.types import without_nulls
+from tests.scene.shipped import SCAN, SCENES, SCHEMA, properties, shipped_scene
+
+ALWAYS = {"claims", "costs", "report"}
+SEVERAL = {"reference", "comparison", "verify"}  # of several scenes together, asked for by name
+SQUARE = {"karhunen_loeve", "design", "contact_square", "chaos_square", "figure2"}
+STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
+LAW = {*STRIP, "figure3", "figure3_law"}
+OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
+SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
+FIELD = {"field_square", "figure_field"}
+MAP = {"stick_slip_map", "lifetimes", "figure_map"}
+FIGURES = {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"}
+
+
+def test_slices_read_keys_of_the_schema_and_leave_none_out():
+    keys = set(properties(SCHEMA))
+    read = {key for stage in declarations().values() for key in stage.keys}
+    assert read <= keys
+    unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
+    # the rules turn this number of samples into jobs, and no stage reads it
+    assert {key for key in unread if not key.startswith("batches")} == {"extends", "square.monte_carlo_samples"}
+
+
+def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
+    scene = shipped_scene("paper")
+    square = {key: scene["square"][key] for key in ("edge_m", "nodes", "modes")}
+    assert without_nulls(slice_for(scene, "karhunen_loeve")) == {"roughness": scene["roughness"], "square": square}
+    assert slice_for(shipped_scene("given"), "oscillator")["friction"]["statistics"]["mean"] > 0
+    assert slice_for(scene, "oscillator")["friction"] == {"statistics": None}
+    assert slice_for(scene, "oscillator")["oscillator"]["integrator"] == "fehlberg45"
+    slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
+    assert scene["strip"]["penetration_percentiles"]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "stages"),
+    [
+        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "path_resolution", "oscillator"}),
+        ("batches.strip_samples", 7, set()),
+        ("map.points", 7, {"stick_slip_map"}),
+        ("survival.points", 7, {"lifetimes"}),
+        ("ensemble.duration_periods", 7, {"deterministic", "path_resolution", "oscillator", "cycles"}),
+        ("numerics.contact_tolerance", 1e-9, {"contact_square", "adaptive_training", "field_square", "contact_strip"}),
+        ("strip.samples", 99, {"expansion_strip", "friction"}),
+        ("friction.mean_at_median", 0.2, {"friction"}),
+        ("square.monte_carlo_samples", 999, set()),
+        ("expansion.draws", 9999, {"chaos_square"}),
+        ("description", "other", FIGURES | ALWAYS | SEVERAL),
+    ],
+)
+def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
+    scene = shipped_scene("paper")
+    changed = copy.deepcopy(scene)
+    *sections, last = key.split(".")
+    inner = changed
+    for section in sections:
+        inner = inner[section]
+    assert inner[last] != value
+    inner[last] = value
+    assert {stage for stage in declarations() if slice_for(scene, stage) != slice_for(changed, stage)} == stages
+
+
+def test_only_stages_that_the_targets_need():
+    paper, given = shipped_scene("paper"), shipped_scene("given")
+    adaptive = paper | {"expansion": paper["expansion"] | {"samples": "auto", "cdf_error": 0.01}}
+    resolving = paper | {"ensemble": paper["ensemble"] | {"nodes_per_correlation_length": "auto", "count_error": 0.01}}
+    for scene, target, stages in (
+        (paper, "figure2", SQUARE),
+        (paper, "figure3", LAW),
+        (paper, "figure5", STRIP | OSCILLATOR),
+        (paper, "figure_map", STRIP | MAP),
+        (paper, "figure_field", {"karhunen_loeve"} | FIELD),
+        (adaptive, "figure2", SQUARE | {"adaptive_training"}),
+        (adaptive, "figure3", LAW),
+        (adaptive, "figure_field", {"karhunen_loeve"} | FIELD),
+        (resolving, "figure5", STRIP | OSCILLATOR | {"path_resolution"}),
+        (resolving, "figure3", LAW),
+        (resolving, "figure_map", STRIP | MAP),
+        (given, "figure5", OSCILLATOR),
+        (given, "figure_map", MAP),
+    ):
+        assert stages_needed(scene | {"targets": [target]}) == stages | ALWAYS, target
+    assert stages_needed(paper) == SQUARE | LAW | OSCILLATOR | ALWAYS
+
+
+def test_given_statistics_need_nothing_but_an_oscillator(mine):
+    paper = shipped_scene("paper")
+    own = {key: paper[key] for key in ("description", "seed", "oscillator", "ensemble")}
+    own |= {"targets": ["figure5"], "friction": shipped_scene("given")["friction"]}
+    own |= {"numerics": {"oscillator_tolerance": 1e-8}, "batches": {"realisations": 50}}
+    assert stages_needed(mine(yaml.safe_dump(own))) == OSCILLATOR | ALWAYS
+
+
+def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
+    scene = mine(f"extends: paper\nroughness: {{scan: {SCAN}}}")
+    for target in ("figure2", "figure3", "figure5", "figure_scan"):
+        assert stages_needed(scene | {"targets": [target]}) >= SCANNED
+        sheets = ["figure3", "figure3_law"] if target == "figure3" else [target]
+        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys(["figure_scan", *sheets]))
+    assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS
+    assert skip_reasons(scene)["grinding"] == "roughness.scan.grinding is not given"
+    given = mine(f"extends: given\nroughness: {{scan: {SCAN}}}")
+    assert stages_needed(given) == OSCILLATOR | ALWAYS
+    assert (
+        skip_reasons(given)["synthetic_surfaces"] == skip_reasons(given)["grinding"] == "friction.statistics is given"
+    )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_stage_runs_or_has_a_reason(name):
+    scene = shipped_scene(name)
+    reasons = skip_reasons(scene)
+    assert reasons.keys() == declarations().keys() - stages_needed(scene) - SEVERAL
+    for stage, reason in reasons.items():
+        assert set(scene["targets"]).isdisjoint(reason.removeprefix("not asked for: ").split(", ")), stage
+
+
+def test_reasons():
+    paper, given = skip_reasons(shipped_scene("paper")), skip_reasons(shipped_scene("given"))
+    assert paper["field_square"] == "not asked for: figure_field"
+    assert paper["adaptive_training"] == "expansion.samples is given"
+    assert paper["path_resolution"] == "ensemble.nodes_per_correlation_length is given"
+    assert paper["grinding"] == paper["scan"] == "roughness.scan is not given"
+    assert given["contact_strip"] == "friction.statistics is given"
+    for name in ("given", "paper"):
+        square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
+        assert square["contact_strip"] == square["friction"] == "not asked for: figure3, figure5, figure_map"
+        assert square["path_resolution"] == "not asked for: figure5"

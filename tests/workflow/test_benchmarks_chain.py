@@ -12,7 +12,6 @@ from roughslip.contact.solve import solve
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.motion import MotionOptions, simulate
-from roughslip.scene.loader import load
 from workflow.benchmarks import chain_plain
 from workflow.benchmarks.chain_budget import (
     Change,
@@ -24,7 +23,7 @@ from workflow.benchmarks.chain_budget import (
     strip_sampling,
 )
 from workflow.benchmarks.chain_cost import Stage, Work, count_strips, count_surfaces, samples_for, sum_stages
-from workflow.benchmarks.chaos_problem import ROOT
+from workflow.benchmarks.chaos_problem import load_scene
 from workflow.benchmarks.contact_problem import MODULUS, square, surface
 from workflow.benchmarks.oscillator import LAW, PROCESS, STUDY, choose_slips, slip_by_roughslip, slip_by_scipy
 
@@ -83,7 +82,7 @@ def test_sampling_errors_follow_from_the_kept_intervals(tmp_path):
 
 def test_paths_of_one_seed_are_the_same_at_half_their_nodes():
     """With almost no scatter the counts do not depend on the path at all."""
-    scene = load("paper", ROOT / "config" / "scenes")
+    scene = load_scene("paper")
     smooth = Friction(0.3, 1e-9, 2.5e-4, 2.1, 5.0)
     found = count_cycles(scene, smooth, 2, 8)
     np.testing.assert_array_equal(found, count_cycles(scene, smooth, 2, 16, 2))

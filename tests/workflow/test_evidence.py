@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 import sys
 from pathlib import Path
 
@@ -54,10 +56,29 @@ EDITED = {
 }
 
 
+def plan(project, *arguments: str) -> dict[str, int]:
+    """Number of jobs of each rule that a dry run announces."""
+    table = project.make("-n", *arguments).partition("Job stats:\n")[2].partition("\n\n")[0]
+    return {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", table, re.M) if name != "total"}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("target", PLANS)
 def test_the_target_plans_the_evidence(empty, target):
-    assert empty.plan(target) == PLANS[target]
+    assert plan(empty, target) == PLANS[target]
+
+
+@pytest.mark.slow
+def test_references_are_made_where_they_are_missing_and_never_again(empty, tmp_path):
+    project = empty.copy(tmp_path / "copy")
+    project.path("config/config.yaml").write_text("scenes: [paper]\n")
+    assert plan(project, "reference", "--config", "reference_surfaces=300000")["pressure_solves"] == 2
+    project.path("results/reference/paper").mkdir(parents=True)
+    kept = project.path("results/reference/paper/pressure.nc")
+    kept.write_bytes(b"kept")
+    os.utime(kept, (1e9, 1e9))  # older than its key, as in a fresh copy of the repository
+    assert not {"pressure_solves", "pressure_reference"} & set(plan(project, "reference"))
+    assert set(plan(project, "benchmark_chaos")) == {"benchmark_chaos"}
 
 
 @pytest.mark.parametrize(

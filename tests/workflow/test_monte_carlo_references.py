@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from pathlib import Path
 
 import numpy as np
@@ -212,19 +211,6 @@ def test_only_the_physics_makes_solves_again(tmp_path, monkeypatch):
     ):
         assert (key({**one, section: {**one[section], name: value}}) != first) is changes, name
     assert json.loads(first)["code"] == "any"
-
-
-@pytest.mark.slow
-def test_references_are_made_where_they_are_missing_and_never_again(empty, tmp_path):
-    project = empty.copy(tmp_path / "copy")
-    project.path("config/config.yaml").write_text("scenes: [paper]\n")
-    assert project.plan("reference", "--config", "reference_surfaces=300000")["pressure_solves"] == 2
-    project.path("results/reference/paper").mkdir(parents=True)
-    kept = project.path("results/reference/paper/pressure.nc")
-    kept.write_bytes(b"kept")
-    os.utime(kept, (1e9, 1e9))  # older than its key, as in a fresh copy of the repository
-    assert not {"pressure_solves", "pressure_reference"} & set(project.plan("reference"))
-    assert set(project.plan("benchmark_chaos")) == {"benchmark_chaos"}
 
 
 # The friction of windows, solved directly.

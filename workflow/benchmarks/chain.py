@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from roughslip.scene.loader import load
 from workflow.benchmarks import chain_budget, chain_cost
-from workflow.benchmarks.chaos_problem import KEPT_RESULTS, ROOT
+from workflow.benchmarks.chaos_problem import KEPT_RESULTS, load_scene
 from workflow.benchmarks.runner import report_progress, run_command
 from workflow.evidence.rows import Row, fields
 
@@ -55,7 +54,7 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
     rows: list[Row] = []
     cost: dict[str, list[dict[str, Any]]] = {"stages": [], "chain": []}
     for name in sizes.scenes:
-        scene = load(name, ROOT / "config" / "scenes")
+        scene = load_scene(name)
         kept = KEPT_RESULTS / name
         of_square = list(chain_budget.square_budget(name, sizes.surfaces, kept / "pressure.nc"))
         rows += of_square

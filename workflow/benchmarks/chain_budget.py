@@ -6,7 +6,6 @@ and more accurately. The change is then much better known than the number itself
 
 from __future__ import annotations
 
-import copy
 import csv
 import math
 import time
@@ -25,7 +24,7 @@ from roughslip.friction.recursion import recursion
 from roughslip.grid import Grid
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.probability import BetaDistribution
-from roughslip.scene.types import scene_of
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.stages.from_scene.nodes import central_nodes
 from roughslip.stages.path_resolution import Thinned
@@ -123,7 +122,7 @@ def central_pressures(square: Square, grid: Grid, rough: np.ndarray, tolerance: 
 
     rough : (surfaces, nx, ny) [m] heights on a mesh of which every `step`-th node is one of the scene's
     """
-    influence, nodes = elastic.influence(scene_of(square.configuration), grid), central_nodes(square.model, square.grid)
+    influence, nodes = elastic.influence(square.scene, grid), central_nodes(square.model, square.grid)
     found = np.empty((len(rough), len(nodes.x)))
     for row, surface in enumerate(rough):
         pressure = solve(influence, surface - square.planes[MEDIAN], tolerance).pressure
@@ -139,7 +138,7 @@ def square_budget(name: str, surfaces: int, kept: Path) -> Iterator[Row]:
     The mesh is varied on surfaces with all their modes, drawn on a mesh of half the cell.
     """
     square = Square.of(name)
-    tolerance = square.configuration["numerics"]["contact_tolerance"]
+    tolerance = square.scene.numerics.contact_tolerance
     grid, fine = square.grid, Grid(2 * square.grid.nx, 2 * square.grid.ny, square.grid.dx / 2, square.grid.dy / 2)
     modes = len(square.modes)
     start = time.perf_counter()
@@ -170,14 +169,14 @@ def square_budget(name: str, surfaces: int, kept: Path) -> Iterator[Row]:
 
 def _expansion_rows(name: str, square: Square, kept: Path) -> Iterator[Row]:
     """Yield the expansion's difference from the reference, and the sampling error that it estimates of itself."""
-    reference, terms = read_references(kept)[MEDIAN], square.configuration["expansion"]
+    reference, terms = read_references(kept)[MEDIAN], square.scene.expansion
     start = time.perf_counter()
-    solved = square.solve(square.design("latin_hypercube", terms["samples"], 0))
+    solved = square.solve(square.design("latin_hypercube", terms.samples, 0))
     variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
     pressure, gap = solved.pressure[:, MEDIAN], solved.gap[:, MEDIAN]
     fitting = time.process_time()
     samples = Samples(variables, square.nodes.distance2, pressure, gap, square.odd)
-    found = fit_local(samples, terms["degree"], square.target)
+    found = fit_local(samples, terms.degree, square.target)
     drawn = found.draw(np.random.default_rng([square.seed, geometry.STREAM_DRAWS]), DRAWS, left_out=True)
     seconds, fit_seconds = time.perf_counter() - start, time.process_time() - fitting
     differences = reference.differences(drawn[0])
@@ -187,24 +186,21 @@ def _expansion_rows(name: str, square: Square, kept: Path) -> Iterator[Row]:
         deviations = jackknife_deviations(np.array([one[key] for one in numbers[1:]]))
         missed[key] = Change(value, differences[key].seen, differences[key].reference_error)
         scatter[key] = Change(value, float(np.linalg.norm(deviations)) / value, 0.0)
-    yield from rows_of_source(name, "expansion", missed, seconds, terms["samples"])
-    yield from rows_of_source(name, "sampling", scatter, seconds, terms["samples"], fit_seconds=fit_seconds)
+    yield from rows_of_source(name, "expansion", missed, seconds, terms.samples)
+    yield from rows_of_source(name, "sampling", scatter, seconds, terms.samples, fit_seconds=fit_seconds)
 
 
 # The friction coefficient of windows, Figure 3.
 
 
-def scale_cell(scene: dict[str, Any], factor: float) -> dict[str, Any]:
+def scale_cell(scene: Scene, factor: float) -> Scene:
     """Return the scene with the cells of the strip so many times as large."""
-    changed = copy.deepcopy(scene)
-    changed["strip"]["cell_m"] *= factor
-    return changed
+    return replace(scene, strip=replace(scene.strip, cell_m=factor * scene.strip.cell_m))
 
 
-def friction_statistic(scene: dict[str, Any], area: np.ndarray, force: np.ndarray) -> Statistic:
+def friction_statistic(scene: Scene, area: np.ndarray, force: np.ndarray) -> Statistic:
     """Return mean and standard deviation of mu at each penetration, in units of the mean at the median."""
-    strip = scene["strip"]
-    least = scene["friction"]["least_contact_fraction"] * strip["window_m"] * strip["width_m"]
+    least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
     mu, valid = friction_coefficient(area, force, 1.0, least)
 
     def numbers(chosen: np.ndarray) -> Numbers:
@@ -219,15 +215,15 @@ def friction_statistic(scene: dict[str, Any], area: np.ndarray, force: np.ndarra
     return numbers
 
 
-def strip_budget(name: str, scene: dict[str, Any], strips: int) -> Iterator[Row]:
+def strip_budget(name: str, scene: Scene, strips: int) -> Iterator[Row]:
     """Yield the rows of mesh and tolerance of so many strips, drawn on a mesh of half the cell.
 
     Every second node of the field has the scene's cell, and every fourth node twice that.
     """
-    tolerance = scene["numerics"]["contact_tolerance"]
+    tolerance = scene.numerics.contact_tolerance
     fine = scale_cell(scene, 0.5)
-    sample = surface_model.surface_model(scene_of(fine)).sampler(geometry.strip_grid(scene_of(fine)))
-    seeds = [[scene["seed"], STREAMS["strips"], number] for number in range(strips)]
+    sample = surface_model.surface_model(fine).sampler(geometry.strip_grid(fine))
+    seeds = [[scene.seed, STREAMS["strips"], number] for number in range(strips)]
     fields = [sample(np.random.default_rng(seed)) for seed in seeds]
 
     def solve_every(step: int, chosen: list[np.ndarray], limit: float) -> Statistic:
@@ -292,25 +288,25 @@ def read_friction(summary: Path) -> tuple[Friction, Friction]:
 
 
 def count_cycles(
-    scene: dict[str, Any], friction: Friction, paths: int, nodes: int, step: int = 1, tolerance: float | None = None
+    scene: Scene, friction: Friction, paths: int, nodes: int, step: int = 1, tolerance: float | None = None
 ) -> np.ndarray:
     """Return cycles (paths, dampings) on paths of so many nodes a correlation length, reading every `step`-th node."""
     marginal = BetaDistribution.of_moments(friction.a, friction.b, 0.0, friction.std)
     drawn = recursion(FrictionProcess(marginal, friction.length_m), friction.length_m / nodes)
-    belt, periods, found = mass_on_belt.oscillator(scene_of(scene)), scene["ensemble"]["duration_periods"], []
-    options = mass_on_belt.motion_options(scene_of(scene))
+    belt, periods, found = mass_on_belt.oscillator(scene), scene.ensemble.duration_periods, []
+    options = mass_on_belt.motion_options(scene)
     options = options if tolerance is None else replace(options, tolerance=tolerance)
-    mean = mass_on_belt.law(scene_of(scene), friction.mean)
+    mean = mass_on_belt.law(scene, friction.mean)
     for number in range(paths):
-        path = Thinned(drawn.realisation([scene["seed"], STREAMS["oscillator"], number]), step)
+        path = Thinned(drawn.realisation([scene.seed, STREAMS["oscillator"], number]), step)
         found.append(ensemble_counts(belt, mean, path, step * drawn.spacing, periods, DAMPING, options).cycles)
     return np.array(found)
 
 
-def oscillator_budget(name: str, scene: dict[str, Any], paths: int, summary: Path) -> Iterator[Row]:
+def oscillator_budget(name: str, scene: Scene, paths: int, summary: Path) -> Iterator[Row]:
     """Yield the rows of every source, as shares of the mean count at each damping ratio."""
     friction, errors = read_friction(summary)
-    nodes = scene["ensemble"]["nodes_per_correlation_length"]
+    nodes = scene.ensemble.nodes_per_correlation_length
     nodes = 8 if nodes == "auto" else int(nodes)
     start = time.perf_counter()
     usual = count_cycles(scene, friction, paths, 2 * nodes, 2)
@@ -330,5 +326,5 @@ def oscillator_budget(name: str, scene: dict[str, Any], paths: int, summary: Pat
     for field, error in zip(Friction._fields[:3], errors, strict=False):
         moved = friction._replace(**{field: getattr(friction, field) + error})
         yield from rows(f"friction {field}", count_cycles(scene, moved, paths, 2 * nodes, 2) - usual)
-    deviation = usual.std(axis=0, ddof=1) / np.sqrt(scene["ensemble"]["realisations"])
+    deviation = usual.std(axis=0, ddof=1) / np.sqrt(scene.ensemble.realisations)
     yield from rows_of_source(name, "sampling", changes(deviation, 0.0 * deviation), seconds, paths)

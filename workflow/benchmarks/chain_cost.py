@@ -34,7 +34,7 @@ from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability import BetaDistribution
-from roughslip.scene.types import scene_of
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.benchmarks import chain_plain
@@ -142,7 +142,7 @@ def mean_cpu_seconds(calls: Iterable[Callable[[], object]]) -> float:
 def surface_stage(square: Square) -> Stage:
     """Compare modes of the square by symmetry and Lanczos with LAPACK on the whole covariance matrix."""
     order, small = len(square.modes), min(square.grid.nx, DENSE_NODES)
-    coarse = geometry.square_grid(scene_of({"square": square.configuration["square"] | {"nodes": small}}))
+    coarse = geometry.square_grid(replace(square.scene, square=replace(square.scene.square, nodes=small)))
     covariance = square.model.covariance
     ours = mean_cpu_seconds([partial(karhunen_loeve, covariance, square.grid, order)])
     plain = mean_cpu_seconds([partial(chain_plain.dense_modes, covariance, coarse, min(order, coarse.size))])
@@ -181,9 +181,9 @@ def count_surfaces(rows: Sequence[Row], kept: Path) -> dict[str, float]:
 
 def square_stage(square: Square, rows: Sequence[Row], kept: Path, surfaces: int) -> Stage:
     """Compare the expansion of few surfaces with direct Monte Carlo of many, for the pressure at the centre."""
-    terms, tolerance = square.configuration["expansion"], square.configuration["numerics"]["contact_tolerance"]
+    tolerance = square.scene.numerics.contact_tolerance
     xi, plane = square.design("monte_carlo", surfaces, 1), square.planes[MEDIAN]
-    modulus = elastic.material(scene_of(square.configuration)).plane_strain_modulus_pa
+    modulus = elastic.material(square.scene).plane_strain_modulus_pa
 
     def interference(one: np.ndarray) -> np.ndarray:
         return square.surface(one) - plane
@@ -199,7 +199,7 @@ def square_stage(square: Square, rows: Sequence[Row], kept: Path, surfaces: int)
         "four central nodes. The variance of a surface is from the kept reference. Our error is from the budget: the "
         "expansion's own estimate and its difference from the reference, of one design. Median of the numbers."
     )
-    ours = Work(terms["samples"], ours_each, fit_seconds)
+    ours = Work(square.scene.expansion.samples, ours_each, fit_seconds)
     needed = Work(statistics.median(counts.values()), plain_each)
     return Stage("contact_square", "solves, surface included", ours, needed, how, counts)
 
@@ -231,33 +231,32 @@ def count_strips(
     return counts
 
 
-def strip_stage(scene: dict[str, Any], kept: Path, sample: int) -> Stage:
+def strip_stage(scene: Scene, kept: Path, sample: int) -> Stage:
     """Compare sweeps of few strips, with an expansion as control variate, with cold solves of many.
 
     kept : the folder of the scene's kept results
     """
-    levels, tolerance = scene["strip"]["penetration_percentiles"], scene["numerics"]["contact_tolerance"]
-    grid, model = geometry.strip_grid(scene_of(scene)), surface_model.surface_model(scene_of(scene))
+    levels, tolerance = scene.strip.penetration_percentiles, scene.numerics.contact_tolerance
+    grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
     draw = model.sampler(grid)
-    generators = [np.random.default_rng([scene["seed"], STREAM, number]) for number in range(sample + 1)]
+    generators = [np.random.default_rng([scene.seed, STREAM, number]) for number in range(sample + 1)]
     solve_windows(scene, [draw(generators.pop())], levels, tolerance)  # compiles
     start = time.process_time()
     drawn = [draw(generator) for generator in generators]
     area, force = solve_windows(scene, drawn, levels, tolerance)
     ours_each = (time.process_time() - start) / sample
-    rough, modulus = model.heights(drawn[0]), elastic.material(scene_of(scene)).plane_strain_modulus_pa
+    rough, modulus = model.heights(drawn[0]), elastic.material(scene).plane_strain_modulus_pa
     planes = [float(plane) for plane in model.plane_height(np.array([levels[0], 50.0, levels[-1]], dtype=float))]
     plain = chain_plain.PlainContact.of(grid, rough - planes[1], tolerance)
     plain_each = mean_cpu_seconds(lambda at=plane: plain.solve(grid, rough - at, modulus) for plane in planes)
-    window_area = scene["strip"]["window_m"] * scene["strip"]["width_m"]
-    least = scene["friction"]["least_contact_fraction"] * window_area
+    least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
     counts = count_strips(area, force, least, kept / "summary.csv", levels)
     cpu = {row["stage"]: row["cpu_seconds"] for row in store.read_json(kept / "costs.json")}
     share = (cpu["chaos_strip"] + cpu["expansion_strip"]) / cpu["contact_strip"]
-    strips = scene["strip"]["samples"]
+    strips = scene.strip.samples
     how = (
         f"Ours: strips of the scene, swept over {len(levels)} penetrations, and fit and expansion of "
-        f"{scene['strip']['expansion_samples']} strips: {share:.2f} of the solves by the CPU seconds of the kept "
+        f"{scene.strip.expansion_samples} strips: {share:.2f} of the solves by the CPU seconds of the kept "
         "costs.json. Plain: strips of direct solves, each penetration from a cold start, mean over "
         f"{len(planes)} of them on one strip. The variance of a strip is from a jackknife of {sample} solved strips, "
         f"known to {np.sqrt(2 / (sample - 1)):.0%}; our errors are from the intervals in the kept summary.csv. Median "
@@ -268,17 +267,17 @@ def strip_stage(scene: dict[str, Any], kept: Path, sample: int) -> Stage:
     return Stage("contact_strip", "strips", ours, needed, how, counts)
 
 
-def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_periods: float) -> Stage:
+def oscillator_stage(scene: Scene, summary: Path, paths: int, plain_periods: float) -> Stage:
     """Compare compiled motions of the ensemble with scipy's on the same paths, at the error of a slip."""
     friction, _ = read_friction(summary)
     marginal = BetaDistribution.of_moments(friction.a, friction.b, 0.0, friction.std)
-    nodes, ensemble = scene["ensemble"]["nodes_per_correlation_length"], scene["ensemble"]
+    ensemble, nodes = scene.ensemble, scene.ensemble.nodes_per_correlation_length
     drawn = recursion(FrictionProcess(marginal, friction.length_m), friction.length_m / nodes)
-    belt, mean = mass_on_belt.oscillator(scene_of(scene)), mass_on_belt.law(scene_of(scene), friction.mean)
-    options, periods = mass_on_belt.motion_options(scene_of(scene)), float(ensemble["duration_periods"])
+    belt, mean = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, friction.mean)
+    options, periods = mass_on_belt.motion_options(scene), float(ensemble.duration_periods)
 
     def run(number: int, duration: float) -> int:
-        path = KeptPath(drawn.realisation([scene["seed"], STREAM, number]))
+        path = KeptPath(drawn.realisation([scene.seed, STREAM, number]))
         return ensemble_counts(belt, mean, path, drawn.spacing, duration, DAMPING, options).evaluations
 
     run(0, 1.0)  # compiles
@@ -288,7 +287,7 @@ def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_per
     ours_each = (time.process_time() - start) / run_periods
     tolerance, our_error, plain_error = chain_plain.find_equal_tolerance(options.tolerance, nodes)
     length = int(np.ceil(mass_on_belt.path_length(belt, plain_periods) / drawn.spacing)) + 2
-    whole = next(iter(drawn.realisation([scene["seed"], STREAM, 0], length)))
+    whole = next(iter(drawn.realisation([scene.seed, STREAM, 0], length)))
 
     def plain(asked: float) -> tuple[float, float]:
         """Return seconds and evaluations of a natural period, from where a mass departs."""
@@ -302,7 +301,7 @@ def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_per
 
     plain_each, plain_count = plain(tolerance)
     asked_each, asked_count = plain(options.tolerance)
-    units = ensemble["realisations"] * len(ensemble["damping_ratios"]) * periods
+    units = ensemble.realisations * len(ensemble.damping_ratios) * periods
     dampings = ", ".join(f"{damping:g}" for damping in DAMPING)
     how = (
         "Both: realisations x damping ratios x duration, without variance reduction, paths by recursion. Measured at "
@@ -316,7 +315,7 @@ def oscillator_stage(scene: dict[str, Any], summary: Path, paths: int, plain_per
     return Stage("oscillator", "natural periods", ours, needed, how, as_asked=as_asked)
 
 
-def measure_stages(name: str, scene: dict[str, Any], rows: Sequence[Row], kept: Path, sizes: Sizes) -> list[Stage]:
+def measure_stages(name: str, scene: Scene, rows: Sequence[Row], kept: Path, sizes: Sizes) -> list[Stage]:
     """Return every stage of a scene.
 
     rows : of the budget of its square

@@ -23,8 +23,7 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve, sweep
 from roughslip.grid import Grid
 from roughslip.scene.loader import load
-from roughslip.scene.mistakes import Values
-from roughslip.scene.types import scene_of
+from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.nodes import Nodes, central_nodes, training_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
@@ -94,6 +93,11 @@ class MonteCarloReference:
         return {"distance": self.distance(pressure), **relative}
 
 
+def load_scene(name: str) -> Scene:
+    """Return a scene of the project."""
+    return scene_of(load(name, ROOT / "config" / "scenes"))
+
+
 def read_references(path: Path) -> list[MonteCarloReference]:
     """Read the references of a scene in the order of PERCENTILES. Raises StoreError if the file is missing."""
     kept = store.read(path)
@@ -126,7 +130,7 @@ class Square:
     """
 
     name: str
-    configuration: Values
+    scene: Scene
     model: GaussianModel
     grid: Grid
     modes: np.ndarray
@@ -142,22 +146,21 @@ class Square:
     @classmethod
     def of(cls, name: str) -> Square:
         """Return the square of a scene of the project."""
-        configuration = load(name, ROOT / "config" / "scenes")
-        scene = scene_of(configuration)
+        scene = load_scene(name)
         model, grid = surface_model.gaussian_model(scene), geometry.square_grid(scene)
         modes = karhunen_loeve(model.covariance, grid, scene.square.modes, share=scene.square.variance_share).modes
-        nodes, terms = training_nodes(model, grid), configuration["expansion"]
+        nodes, terms = training_nodes(model, grid), scene.expansion
         return cls(
             name,
-            configuration,
+            scene,
             model,
             grid,
             modes,
             elastic.influence(scene, grid),
             nodes,
             len(central_nodes(model, grid).x),
-            *expansion.directions(model, grid, modes, nodes, terms["variables"]),
-            multi_indices(terms["variables"], terms["degree"]),
+            *expansion.directions(model, grid, modes, nodes, terms.variables),
+            multi_indices(terms.variables, terms.degree),
             expansion.targets(scene, model, grid)[0],
             np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES]),
         )
@@ -165,7 +168,7 @@ class Square:
     @property
     def seed(self) -> int:
         """The seed of the scene."""
-        return int(self.configuration["seed"])
+        return self.scene.seed
 
     def design(self, name: str, count: int, number: int) -> np.ndarray:
         """Return xi (count, M) of the design of this name, size and number; Sobol points are the first of 2^n."""

@@ -64,7 +64,7 @@ def expansion_skips(surfaces: int, scene: str, asked: float, most: int) -> Itera
 
 
 def _symmetric_terms(square: Square, surfaces: int) -> Skip:
-    degree = square.configuration["expansion"]["degree"]
+    degree = square.scene.expansion.degree
     samples = samples_of(square, square.design("latin_hypercube", surfaces, 0))
     every = replace(samples, odd=np.zeros((0, 0), dtype=np.int64))
     members = drawn(square, fit_local(every, degree, square.target), left_out=True).mean(axis=1)
@@ -85,7 +85,7 @@ def _symmetric_terms(square: Square, surfaces: int) -> Skip:
 
 
 def _enough_solves(square: Square, asked: float, most: int) -> Skip:
-    degree = square.configuration["expansion"]["degree"]
+    degree = square.scene.expansion.degree
 
     def solved(first: int, last: int) -> Samples:
         return samples_of(square, square.design("sobol", last, 0)[first:])

@@ -19,7 +19,7 @@ from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.resampling import strip_weights
 from roughslip.friction.statistics import window_statistics
 from roughslip.scene.mistakes import Values
-from roughslip.scene.types import scene_of
+from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from workflow.monte_carlo.command import run_command
 
@@ -31,13 +31,12 @@ NUMBERS = {"mean": "Pa-1", "std": "Pa-1", "variation": "1", "skewness": "1", "ku
 
 
 def solve_windows(
-    configuration: Values,
+    scene: Scene,
     fields: Iterable[np.ndarray],
     percentiles: Sequence[float],
     tolerance: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return area [m2] and force [N] (strips, penetrations, windows) of fields (nx, ny) [m] on the strip of a scene."""
-    scene = scene_of(configuration)
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
     influence, lie = elastic.influence(scene, grid), geometry.windows(scene)
     planes = model.plane_height(np.array(percentiles, dtype=float)).tolist()
@@ -60,7 +59,7 @@ def solve_strips(configuration: Values, first: int, last: int) -> dict[str, stor
     sample = surface_model.surface_model(scene).sampler(geometry.strip_grid(scene))
     seeds = ([scene.seed, STREAM, number] for number in range(first, last))
     fields = (sample(np.random.default_rng(seed)) for seed in seeds)
-    area, force = solve_windows(configuration, fields, scene.strip.penetration_percentiles, TOLERANCE)
+    area, force = solve_windows(scene, fields, scene.strip.penetration_percentiles, TOLERANCE)
     shape = ("sample", "level", "window")
     return {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),

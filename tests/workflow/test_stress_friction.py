@@ -37,7 +37,7 @@ def test_a_wrong_distribution_of_pressure_is_rejected():
     assert chaos.judge(problem, found, samples, 0.06).broken == ()
     lower = replace(problem, plane=problem.plane + 1.0)
     assert "the distribution" in names(chaos.judge(lower, found, samples, 0.06))
-    higher = replace(found, coefficients=100 * found.coefficients)
+    higher = replace(found, whole=replace(found.whole, coefficients=100 * found.whole.coefficients))
     assert "the distribution" in names(chaos.judge(problem, higher, samples, 0.06))
 
 

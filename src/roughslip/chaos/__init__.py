@@ -21,6 +21,6 @@ Results
     sensitivity : Sobol' indices
     distribution : distributions of the pressure given contact, and their comparison
 
-Import names from these modules. The package imports none of them: a stage that needs a design would otherwise run again
-after every edit of an expansion.
+Import names from these modules. The package itself imports no module, because a stage that needs a design would then
+run again after every edit of an expansion.
 """

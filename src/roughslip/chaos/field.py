@@ -1,24 +1,28 @@
 """The pressure at every node of the square, expanded in all modes with one factorisation.
 
-At node j the surface counts through one direction above all, d_j in the space of the modes: the height there less what
-its surroundings carry. Regression of any monotone function of the state on Gaussian variables finds that direction
-(Brillinger, A Festschrift for E. L. Lehmann, 1982, 97; Li and Duan, Ann. Stat. 17 (1989) 1009). The state is ordered by
-the pressure in contact and by the gap outside; its normal scores need neither units nor weights, so that all nodes
-share a basis, (1, xi), its Q R and its leverages:
+The pressure at node j depends on the surface mainly through one direction d_j in the space of the modes: the height
+there relative to its surroundings. Regression of any monotone function of the state on Gaussian variables finds that
+direction (Brillinger, A Festschrift for E. L. Lehmann, 1982, 97; Li and Duan, Ann. Stat. 17 (1989) 1009). The state is
+ordered by the pressure in contact and by the gap outside. Its normal scores need neither units nor weights. All nodes
+therefore share the basis (1, xi), its QR factors and its leverages. The links are described in `single_index`:
 
-    t_j = d_j xi,     E[p_j | t_j] = g_j(t_j),     P(p_j > 0 | t_j) = q_j(t_j),     see `link`.
+    t_j = d_j xi,     E[p_j | t_j] = g_j(t_j),     P(p_j > 0 | t_j) = q_j(t_j).
 
-t_j is standard normal, and He_n(d xi) is a sum of products of Hermite polynomials in xi of total degree n. So a node
-has a polynomial chaos of any degree in all modes, of which M + KNOTS numbers tell every coefficient:
+t_j is standard normal, and He_n(d xi) is a sum of products of Hermite polynomials in xi of total degree n. So each node
+has a polynomial chaos of any degree in all modes. M + KNOTS numbers determine every coefficient:
 
-    p_j = sum_n h_jn He_n(d_j xi) / sqrt(n!),     c_j,alpha = h_jn sqrt(n! / alpha!) d_j^alpha,   n = |alpha|,
+    p_j = sum_n h_jn He_n(d_j xi) / sqrt(n!),     c_j,alpha = h_jn sqrt(n! / alpha!) d_j^alpha,   n = |alpha|.
 
-and means and Sobol' indices have closed forms. As a control variate each surface takes the expansion of the others;
-that their ranks and indices know it too is a bias of order 1 / K^2, which 200 repetitions with 150 surfaces do not see.
+Means and Sobol' indices have closed forms. As control variate, each surface has the expansion of the others. Their
+ranks and indices still depend on it, a bias of order 1 / K^2 that 200 repetitions with 150 surfaces do not show.
 
-The paper's basis in 8 leading modes misses 0.97 of Var p at left-out surfaces of the resolved square (percentile 50,
-2000 surfaces), with all modes beside and this alike 0.12, local functionals with a factorisation a node 0.034; on the
-paper's 10 x 10 nodes (1000 surfaces) it is 0.89, 0.040, 0.034 and 0.019.
+Share of Var p missed at left-out surfaces, percentile 50, on the resolved square (2000 surfaces) and on the paper's
+10 x 10 nodes (1000 surfaces):
+
+    the paper's basis in 8 leading modes                        0.97    0.89
+    the same with all modes added                               0.12    0.040
+    this expansion                                              0.12    0.034
+    local functionals, with a factorisation for each node       0.034   0.019
 """
 
 from __future__ import annotations
@@ -37,18 +41,19 @@ from roughslip.chaos.single_index import Link, fit_link, knots_for
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.limits import FIELD_GROUPS as GROUPS
 
-LEAST_CONTACTS = 20  # at every node: below, the error of a probability is not known either
-DEGREE = 24  # of the polynomials in whose terms variance is shared out: they hold all but 1e-4 of it
+LEAST_CONTACTS = 20  # at every node; with fewer the error of a probability is unknown
+DEGREE = 24  # of the polynomials for shares of the variance; they contain all but 1e-4 of it
 BLOCK = 256  # nodes at a time
-NEIGHBOURS, LEAST_NEIGHBOURS = 0.04, 40  # share of the surfaces whose state serves as the law at an index, and how many
+# Share of the surfaces whose states give the distribution at an index, and their least number.
+NEIGHBOURS, LEAST_NEIGHBOURS = 0.04, 40
 
 
 @dataclass(frozen=True)
 class Statistic:
     """A statistic of the pressure at every node.
 
-    value, error : (nodes,) with its standard error
-    gain : (nodes,) [-] variance of the same from the solved surfaces alone, over that of the value
+    value, error : (nodes,) value and standard error
+    gain : (nodes,) [-] variance of the estimate from solved surfaces alone, over the variance of the value
     """
 
     value: np.ndarray
@@ -58,11 +63,11 @@ class Statistic:
 
 @dataclass(frozen=True)
 class FieldExpansion:
-    """The expansion of the field of pressures, and what follows of it.
+    """The expansion of the field of pressures, with its statistics.
 
     direction : (M, nodes) [-] d, unit vectors
     without : (GROUPS, M, nodes) [-] the same without each group of surfaces
-    index : (K, nodes) [-] t of the surfaces, each with the direction that the others give
+    index : (K, nodes) [-] t of the surfaces, each with the direction from the others
     link : of contact [-], pressure [Pa] and its square, in this order
     contact, mean, deviation : contact probability [-], mean and standard deviation of the pressure [Pa]
     missed : (nodes,) [-] share of the variance of the pressure that predictions of left-out surfaces miss
@@ -88,8 +93,8 @@ def fit_field(xi: np.ndarray, state: np.ndarray) -> FieldExpansion:
     xi : (K, M) [-] standard normal variables of the modes, of independent surfaces
     state : (K, nodes) pressure [Pa] of a node in contact, minus its gap [m] otherwise
 
-    Raises ParameterError for shapes that do not match or numbers that are not finite; IllPosedError for too few
-    surfaces, as the regression does, and where a node is in contact on fewer than LEAST_CONTACTS of them.
+    Raises ParameterError for shapes that do not match or numbers that are not finite. Raises IllPosedError for too few
+    surfaces, as the regression, and where a node is in contact on fewer than LEAST_CONTACTS of them.
     """
     if xi.ndim != 2 or state.ndim != 2 or len(xi) != len(state):
         raise ParameterError(f"variables {xi.shape} and states {state.shape} must be tables with a row a surface")
@@ -133,15 +138,16 @@ def normal_scores(state: np.ndarray) -> np.ndarray:
 
 
 def left_out_index(factor: Factor, basis: np.ndarray, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Directions of a regression, and the index of each sample with the direction that the others give.
+    """Directions of a regression, and the index of each sample with the direction from the others.
 
     factor : of the basis : (K, 1 + M), a constant and xi
     scores : (K, nodes)
 
     Returns direction : (M, nodes), index : (K, nodes). Raises IllPosedError where a slope vanishes.
 
-    Method: without sample k the coefficients are c - v_k e_k / (1 - l_k), with v_k = (X'X)^-1 x_k, residual e and
-    leverage l (Cook and Weisberg, Residuals and Influence, 1982, eq. 2.2.5); products with v and c serve all nodes.
+    Method: without sample k the coefficients are c - v_k e_k / (1 - l_k), with v_k = (X'X)^-1 x_k, residual e_k and
+    leverage l_k (Cook and Weisberg, Residuals and Influence, 1982, eq. 2.2.5). Products with v and c are shared by all
+    nodes.
     """
     dual = scipy.linalg.solve_triangular(factor.r, factor.q.T, check_finite=False) / factor.norms[:, None]
     coefficients = dual @ scores
@@ -153,7 +159,7 @@ def left_out_index(factor: Factor, basis: np.ndarray, scores: np.ndarray) -> tup
     length += left_out**2 * np.sum(moves**2, axis=1)[:, None]
     norm = np.linalg.norm(slope, axis=0)
     if not (np.all(norm > 0) and np.all(length > 0)):
-        raise IllPosedError("a state does not depend on the modes at all: take more samples or other modes")
+        raise IllPosedError("a state does not depend on the modes: take more samples or other modes")
     return slope / norm, along / np.sqrt(length)
 
 
@@ -178,10 +184,10 @@ def _without_groups(basis: np.ndarray, inverses: np.ndarray, scores: np.ndarray)
 def _statistics(mean: np.ndarray, deviation: np.ndarray, plain: np.ndarray) -> np.ndarray:
     """Value, error and gain : (3, 3, nodes) of contact, mean and standard deviation.
 
-    mean, deviation : of contact, pressure and its square, with the control
-    plain : (3, K, nodes) what each sample deviates by without it
+    mean, deviation : (3, nodes), (3, K, nodes) of contact, pressure and its square, with the control
+    plain : (3, K, nodes) deviations of the samples from their mean, without the control
 
-    The error of the standard deviation is that of its linear part in the mean and the mean square.
+    The error of the standard deviation is linearised in the mean and the mean square.
     """
     variance = mean[2] - mean[1] ** 2
     if not np.all(variance > 0):
@@ -195,21 +201,21 @@ def _statistics(mean: np.ndarray, deviation: np.ndarray, plain: np.ndarray) -> n
     surfaces = deviation.shape[1]
     controlled, alone = squares(deviation), squares(plain)
     error = np.sqrt(controlled / surfaces)
-    error[0] = np.maximum(error[0], 1.0 / surfaces)  # one surface out of contact more, where all of them touch
+    error[0] = np.maximum(error[0], 1.0 / surfaces)  # where all surfaces touch: one more out of contact
     gain = np.divide(alone, controlled, out=np.ones_like(alone), where=alone > 0)
     return np.stack([np.stack([mean[0], mean[1], root]), error, gain], axis=1)
 
 
 @dataclass(frozen=True)
 class ModeShares:
-    """Sobol' indices of the modes for the expected pressure, of all nodes together: means weighted by its variance.
+    """Sobol' indices of the modes for the expected pressure, averaged over all nodes with its variance as weight.
 
     first, total : (M,) [-]
     first_error, total_error : (M,) [-] standard errors
     leading : (nodes,) [-] share of the variance at a node that the leading modes explain together
 
-    Method: of many outputs, Lamboni, Monod and Makowski, Reliab. Eng. Syst. Saf. 96 (2011) 450; errors by a jackknife
-    over groups of surfaces, of the directions alone: what the links err by cancels in the shares.
+    Method: indices of many outputs, Lamboni, Monod and Makowski, Reliab. Eng. Syst. Saf. 96 (2011) 450. Errors from a
+    jackknife of the directions over groups of surfaces; errors of the links cancel in the shares.
     """
 
     first: np.ndarray
@@ -220,9 +226,9 @@ class ModeShares:
 
 
 def mode_shares(expansion: FieldExpansion, leading: int) -> ModeShares:
-    """Which modes the variance of the field comes from.
+    """Shares of the modes in the variance of the field.
 
-    leading : number of modes whose joint share is asked for
+    leading : number of leading modes for the joint share
     """
     coefficients = expansion.link.hermite(DEGREE)[1]
     weights = np.sum(coefficients[1:] ** 2, axis=0)
@@ -242,20 +248,22 @@ def draw_pressure(
     generator: np.random.Generator,
     own: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Fields of pressure from the law of the state given its index.
+    """Draw fields of pressure from the distribution of the state given its index.
 
     state : (K, nodes) as in `fit_field`
     index : (fields, nodes) of the fields, such as xi @ direction
-    generator : chooses a solved surface for each, one of those whose expected load is nearest
-    own : (fields,) number of the solved surface that a field is of, which is not chosen for it; none if not given
+    generator : chooses a solved surface for each field, one of those with the nearest expected load
+    own : (fields,) number of the solved surface of each field, which is not chosen for it; none if not given
 
-    Returns p : (fields, nodes) [Pa]. At every node the law is that of the solved surfaces nearest in the index, as in
-    the local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1), those of the highest moved along E[p | t]. The
-    rank in it is that of the chosen surface at all nodes, so that what the index leaves unsaid hangs together in space
-    as it does in solved fields (Schaake shuffle: Clark et al., J. Hydrometeorol. 5 (2004) 243). Where the expected load
-    is high, neighbours that press as well leave less for each: hence the choice by load, without which the load of
-    drawn fields scatters twice as much as that of solved ones. On the resolved square (60 fields, percentile 50) its
-    mean comes out 6 % low with an error of 2 %, its scatter and that of the contact area within the error of theirs.
+    Returns p : (fields, nodes) [Pa].
+
+    Method: at every node the distribution is that of the solved surfaces nearest in the index, as in the local
+    bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1). States at the highest indices are moved along E[p | t]. The
+    rank in the distribution is that of the chosen surface at all nodes. So the scatter is correlated in space as in
+    solved fields (Schaake shuffle: Clark et al., J. Hydrometeorol. 5 (2004) 243). Where the expected load is high,
+    neighbours take a larger part of it. Without the choice by load, the load of drawn fields would scatter twice as
+    much as that of solved ones. On the resolved square (60 fields, percentile 50) the mean load is 6 % low with an
+    error of 2 %. Its scatter and that of the contact area agree within their errors.
     """
     surfaces, nodes = state.shape
     near = min(surfaces, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * surfaces)))
@@ -278,9 +286,9 @@ def draw_pressure(
 
 
 class _NearestStates(NamedTuple):
-    """The states of the surfaces nearest in the index.
+    """States of the solved surfaces, ordered by the index at each node.
 
-    known, state : (K, nodes) indices in ascending order at each node, and the states that go with them
+    known, state : (K, nodes) indices in ascending order at each node, and the corresponding states
     link : E[p | t]
     near : number of surfaces
     """
@@ -297,7 +305,7 @@ class _NearestStates(NamedTuple):
         rows = first + np.arange(self.near)[:, None]
         found = np.take_along_axis(self.state, rows, axis=0)
         moved = self.link(index)[0] - self.link(np.take_along_axis(self.known, rows, axis=0))[0]
-        highest = (found > 0) & (first == last)  # elsewhere as many lie above as below
+        highest = (found > 0) & (first == last)  # elsewhere as many neighbours lie above as below
         return np.sort(found + np.where(highest, moved, 0.0), axis=0)
 
 

@@ -39,8 +39,8 @@ def without_two(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
 
     matrices, sides : as in `without_one`
 
-    Returns c : (1 + G, 1 + G, P), symmetric. c[0] and c[:, 0] are the result of `without_one`, c[g, g] is without group
-    g - 1, and c[g, h] without groups g - 1 and h - 1. Raises as `without_one`.
+    Returns c : (1 + G, 1 + G, P), symmetric. c[g, h] is without groups g - 1 and h - 1, where index 0 stands for no
+    group. Raises as `without_one`.
     """
     groups, terms = sides.shape
     found = np.empty((1 + groups, 1 + groups, terms))

@@ -368,8 +368,8 @@ def best_gap_stiffness(
     pressure, gap : (K,) [Pa], [m]
     guess : [Pa/m] 1 / B_00
 
-    Returns k [Pa/m], between half and twice the guess. It minimises |e_p - k e_gap|^2 / Var(p - k gap), a ratio of two
-    quadratics in k, with e the errors of cross-validated predictions, which are linear in the target. Raises
+    Returns k [Pa/m], between half and twice the guess. It minimises |e_p - k e_gap|^2 / Var(p - k gap), with e the
+    errors of cross-validated predictions. These are linear in the target, so the ratio has two quadratics in k. Raises
     IllPosedError where pressure and gap are the same on every sample.
     """
     errors, ones = [], np.ones(len(pressure))

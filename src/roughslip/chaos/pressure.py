@@ -1,23 +1,25 @@
-"""What is expanded to get the pressure at a node: the paper's eqs. (8) and (9), and targets that use every sample.
+"""The variable that is expanded to get the pressure at a node.
 
-Eq. (8) says p = r^+ with r a polynomial, but eqs. (10) and (11) fit r on the samples in contact alone, where it is p,
-and leave it free elsewhere. The targets here say what r is out of contact as well, so that every sample counts:
+The paper's eq. (8) is p = r^+ with r a polynomial. Its eqs. (10) and (11) fit r to the samples in contact alone, where
+it is p, and leave it free elsewhere. The targets here define r out of contact too, so that every sample is used:
 
-    trial pressure    r = p - gap / B_00                     p = r^+
-    squared pressure  w = p^2 + p_1 p - k gap                p from w^+
-    censored          w = p^2 + p_1 p, known not to be positive out of contact, see `censored`
+    trial pressure      r = p - gap / B_00             p = r^+
+    squared pressure    w = p^2 + p_1 p - k gap        p from w^+
+    censored            w = p^2 + p_1 p                p from w^+, and w is not positive out of contact (see `censored`)
 
-The first is the step that an active-set solver would take; it serves on coarse meshes, where a contact is a cell. The
-second follows Hertz on fine ones: on a summit of curvature kappa, p_0^2 = k approach with k = (2 E* / pi)^2 kappa
-(Johnson, Contact Mechanics, 1985, eqs. 4.22 to 4.24), so p^2 is linear in the approach where p itself rises as a square
-root. At first contact even a fine mesh holds one cell, with p = approach / B_00; the term p_1 p with p_1 = k B_00 makes
-w linear in the approach from there on, at the slope that it has in the gap. As B_00 grows, w / p_1 becomes the trial
-pressure. Out of contact a sample far away says little about the pressure, so it counts less: weight
-1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean of w in contact. Where the gap should have no say at all, eq. (8) is a
-censored regression, of p on coarse meshes by the same limit.
+The trial pressure is the step of an active-set solver. It is suitable for coarse meshes, where a contact is one cell.
 
-Where the surface yields p = H, and the gap is less than zero by the plastic displacement. The first two targets then go
-on above their value at H, as they go on below zero out of contact, and the pressure is cut at both ends.
+The squared pressure follows Hertz on fine meshes. On a summit of curvature kappa, p_0^2 = k approach with
+k = (2 E* / pi)^2 kappa (Johnson, Contact Mechanics, 1985, eqs. 4.22 to 4.24). So p^2 is linear in the approach, while p
+grows as its square root. At first contact even a fine mesh has one cell in contact, with p = approach / B_00. The term
+p_1 p with p_1 = k B_00 makes w linear in the approach there, with the same slope as in the gap. For large B_00, w / p_1
+becomes the trial pressure. Samples far out of contact have little information on the pressure and a smaller weight,
+1 / (1 + (w / w_0)^2) with w_0 = 0.3 of the mean of w in contact.
+
+The censored target ignores the gap. On coarse meshes it is a regression of p, by the same limit.
+
+Where the surface yields, p = H and the gap is minus the plastic displacement. The first two targets then continue above
+their value at H, as they continue below zero out of contact. The pressure is limited at both ends.
 """
 
 from __future__ import annotations
@@ -35,9 +37,9 @@ from roughslip.validation import finite
 Kind = Literal["trial_pressure", "squared_pressure", "censored"]
 KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure", "censored")
 
-# On the resolved square (4000 samples, degree 3 in 8 variables) the Kolmogorov distance, over all samples and given
-# contact, is 0.005 and 0.03 with these two, and 0.013 and 0.09 without p_1. Scales of 0.1 to 3 were tried, and
-# curvatures of 1 to 40 Sq / l^2, of which 8 to 20 stay below 0.007 and 0.035 on two independent designs.
+# On the resolved square (4000 samples, degree 3 in 8 variables) the Kolmogorov distance is 0.005 over all samples and
+# 0.03 given contact with these values, and 0.013 and 0.09 without p_1. Scales of 0.1 to 3 and curvatures of 1 to 40
+# Sq / l^2 were tried. With curvatures of 8 to 20 it stays below 0.007 and 0.035 on two independent designs.
 OUTSIDE_SCALE = 0.3
 CURVATURE = 10.0  # times Sq / l^2
 
@@ -47,9 +49,9 @@ class PressureTarget:
     """A smooth variable whose positive part gives the pressure.
 
     kind : "trial_pressure", "squared_pressure" or "censored"
-    gap_stiffness : what a metre of gap counts: 1 / B_00 [Pa/m], or k [Pa^2/m]; positive; nothing if censored
-    cell_pressure_pa : [Pa] p_1, without effect on the trial pressure; not negative
-    hardness_pa : [Pa] H, the highest pressure; positive; none if infinite
+    gap_stiffness : factor of the gap, 1 / B_00 [Pa/m] or k [Pa^2/m]; positive; unused if censored
+    cell_pressure_pa : [Pa] p_1, not negative; unused for the trial pressure
+    hardness_pa : [Pa] H, the highest pressure; positive, infinite for elastic contact
 
     Raises ParameterError for an unknown kind or a number out of range.
     """
@@ -69,13 +71,13 @@ class PressureTarget:
         if not self.hardness_pa > 0:
             raise ParameterError(f"the hardness must be positive, not {self.hardness_pa} Pa")
         if self.kind == "censored" and math.isfinite(self.hardness_pa):
-            raise ParameterError("a censored target has no gap that goes on above the hardness: take another target")
+            raise ParameterError("a censored target cannot continue above the hardness: take another target")
 
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
-        """target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m].
+        """Target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m].
 
-        One of the two is zero, unless the surface yields: the pressure is the hardness then, and the gap less than zero
-        by the plastic displacement. If censored, it is zero out of contact and no value of the variable there.
+        Pressure or gap is zero, unless the surface yields; then the pressure is the hardness, and the gap is minus the
+        plastic displacement. A censored target is zero out of contact, where its true value is unknown.
         """
         power = pressure if self.kind == "trial_pressure" else pressure * (pressure + self.cell_pressure_pa)
         if self.kind == "censored":
@@ -83,11 +85,10 @@ class PressureTarget:
         return power - self.gap_stiffness * gap
 
     def weights(self, target: np.ndarray) -> np.ndarray:
-        """weight : (...) [-] 1 in contact, falling with the distance from it on the scale of the contact.
+        """Weight : (...) [-] 1 in contact, decreasing out of contact.
 
-        The trial pressure is linear in the gap far from contact too, and a likelihood weighs by itself: all their
-        weights are 1. Raises IllPosedError where no sample of a squared pressure is in contact, since there is no scale
-        then.
+        The trial pressure is linear in the gap far from contact too, and a likelihood needs no weights: both have unit
+        weights. Raises IllPosedError where no sample of a squared pressure is in contact, which leaves no scale.
         """
         if self.kind != "squared_pressure":
             return np.ones_like(target)
@@ -98,12 +99,12 @@ class PressureTarget:
         return np.where(contact, 1.0, 1.0 / (1.0 + (target / scale) ** 2))
 
     def pressure(self, target: np.ndarray) -> np.ndarray:
-        """p : (...) [Pa], zero where the target : (...) is not positive, and never above the hardness."""
+        """Pressure : (...) [Pa], zero where the target : (...) is not positive, and at most the hardness."""
         positive = np.maximum(target, 0.0)
         if self.kind == "trial_pressure":
             return np.minimum(positive, self.hardness_pa)
         half = 0.5 * self.cell_pressure_pa
-        root = np.sqrt(half**2 + positive) + half  # p = w / root: no difference of near numbers
+        root = np.sqrt(half**2 + positive) + half  # p = w / root avoids a difference of nearly equal numbers
         pressure = np.divide(positive, root, out=np.zeros_like(positive), where=positive > 0)
         return np.minimum(pressure, self.hardness_pa)
 
@@ -132,9 +133,10 @@ def pressure_target(
 
 
 def summit_curvature(rms_height_m: float, correlation_length_m: float) -> float:
-    """kappa [1/m] that ties gap to pressure on a Gaussian field with exp(-(r/l)^2): 10 Sq / l^2.
+    """Summit curvature kappa [1/m] of a Gaussian field with correlation exp(-(r/l)^2): 10 Sq / l^2.
 
-    At a stationary point of height z the mean curvature is 2 z / l^2 on either axis. The constant is measured (above).
+    At a stationary point of height z the mean curvature is 2 z / l^2 on either axis. The constant was measured, see
+    CURVATURE.
     """
     return CURVATURE * rms_height_m / correlation_length_m**2
 
@@ -145,8 +147,8 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
     basis : (K_t, P) terms at all samples
     pressure : (K_t,) [Pa] not negative
 
-    Returns the fit, of p [Pa] or of log(p / Pa). Raises ParameterError for pressures that are not finite; IllPosedError
-    where the K samples in contact are not more than P, and as the regression does.
+    Returns the fit of p [Pa] or of log(p / Pa). Raises ParameterError for pressures that are not finite, IllPosedError
+    where the K samples in contact are not more than P, and as the regression.
     """
     basis, pressure = finite("basis", basis, 2), finite("pressures", pressure, 1)
     if len(pressure) != len(basis) or len(pressure) == 0:
@@ -163,13 +165,13 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
 
 
 def fit_all_samples(basis: np.ndarray, target: np.ndarray, kind: PressureTarget) -> Fit:
-    """Coefficients of a smooth target from every sample, weighted as the target asks.
+    """Coefficients of a smooth target from every sample, with the weights of the target.
 
     basis : (K, P) terms at the samples
     target : (K,) [Pa] or [Pa^2] values of `kind`
 
-    Returns the fit. Raises ParameterError for a censored target, which has no values out of contact; else as the
-    regression and the weights do.
+    Returns the fit. Raises ParameterError for a censored target, which has no values out of contact, and otherwise as
+    the regression and the weights.
     """
     if kind.kind == "censored":
         raise ParameterError("least squares need a target out of contact as well: trial_pressure or squared_pressure")

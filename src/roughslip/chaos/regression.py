@@ -70,9 +70,8 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
     out together. Otherwise each would predict the others, and leave-one-out errors would be too small. The scatter of
     the targets at one point counts as error.
 
-    Returns the fit. Raises ParameterError for input that is not finite or of the wrong shape. Raises IllPosedError
-    where the effective samples are not more than the terms, a column vanishes, the condition number exceeds
-    WORST_CONDITION, a single sample determines a coefficient, or the target does not vary.
+    Returns the fit. Raises ParameterError for input that is not finite or of the wrong shape. Raises IllPosedError as
+    `factorised`, for effective samples that are not more than the terms, and for a constant target.
 
     Method: QR of the weighted basis with unit columns. Residuals of left-out samples follow from the leverages without
     refits (PRESS: Allen, Technometrics 16 (1974) 125; for expansions Blatman and Sudret, J. Comput. Phys. 230 (2011)
@@ -189,9 +188,9 @@ def _distinct_samples(
 
     basis, target, weights : as in `least_squares`
 
-    Returns them with one row for each point of positive weight, in order of first appearance, the largest weight 1;
-    and the mean square of the target about the mean of its point. Raises ParameterError for input that is not finite
-    or of the wrong shape.
+    Returns them with one row for each point of positive weight, in order of first appearance, with a largest weight of
+    1. The last value is the mean square of the target about the mean of its point. Raises ParameterError for input that
+    is not finite or of the wrong shape.
     """
     basis, target = finite("basis of a regression", basis, 2), finite("target of a regression", target, 1)
     if target.shape != basis.shape[:1]:

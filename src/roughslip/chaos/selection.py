@@ -14,10 +14,10 @@ Hessian directions: Li, J. Am. Stat. Assoc. 87 (1992) 1025; mean outer product: 
 Comput. 36 (2014) A1500). Means over K surfaces have errors of order 1 / sqrt(K), so large singular values also occur by
 chance. Their size by chance follows from random signs of the surfaces; only directions above it are used.
 
-Directions fit the surfaces at which they were found too well: with four of them the score of left-out surfaces fell by
-7 %, while that of fresh surfaces rose by as much. So a surface is scored in directions that were found on the other
-half of the surfaces. The smallest number of variables is taken whose score is within one standard error of the best
-(Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984).
+Directions overfit the surfaces at which they were found. With four directions the score of left-out surfaces fell by
+7 %, while that of fresh surfaces rose by as much. So each half of the surfaces is scored in directions from the other
+half. The smallest number of variables is taken whose score is within one standard error of the best (Breiman, Friedman,
+Olshen and Stone, Classification and Regression Trees, 1984).
 
 The jackknife of the chosen expansion holds its directions fixed and does not include their scatter. The direction of a
 regression (`regression_first`) is also found from all surfaces, including those at which it is scored.
@@ -226,9 +226,9 @@ def moving_frame(functionals: np.ndarray, directions: np.ndarray) -> np.ndarray:
     functionals : (nodes, n, M) of M independent standard normals, such as heights at the same offsets from every node
     directions : (nodes, v, M) orthonormal rows, the variables in use
 
-    Returns frame : (nodes, m, M), orthonormal rows at every node, orthogonal to the directions there. They are the
-    principal components of the rest of the functionals, averaged over the nodes, and then made orthonormal at each
-    node by the smallest change. m is zero where the functionals depend on the directions. Raises ParameterError for
+    Returns frame : (nodes, m, M), orthonormal rows at every node, orthogonal to the directions there. The rows are the
+    principal components of the rest of the functionals, averaged over the nodes. The smallest change then makes them
+    orthonormal at each node. m is zero where the functionals depend on the directions. Raises ParameterError for
     arrays that do not match or are not finite, IllPosedError where a component is nearly absent at a node.
 
     Method: the orthogonal factor of the polar decomposition is the nearest orthonormal frame (Fan and Hoffman, Proc.

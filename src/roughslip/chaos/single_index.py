@@ -1,14 +1,14 @@
 """Responses as functions of one standard normal index, at many nodes at once.
 
-A link is linear between knots and beyond them. Its values at the knots are its coefficients, fitted by least squares,
-and as the law of the index is known, so are its mean and its Hermite coefficients, by quadrature, without draws.
+A link is linear between knots and outside them. Its values at the knots are its coefficients, fitted by least squares.
+The distribution of the index is known, so the mean and the Hermite coefficients of a link follow by quadrature.
 
-As a control variate it gives expectations that cost no bias: with h the link fitted without sample k,
+A link is also a control variate. With h the link fitted without sample k,
 
     E f = mean_k [ f_k - h_k(t_k) + E h_k ],
 
-each term of which has the expectation of f whatever h is (Lavenberg and Welch, Manage. Sci. 27 (1981) 322, here with
-each sample left out of its own control).
+each term of which has the expectation of f for any h (Lavenberg and Welch, Manage. Sci. 27 (1981) 322; here each sample
+is left out of its own control).
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from roughslip.chaos.regression import LEAST_FREEDOM, WORST_CONDITION
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.limits import FIELD_SAMPLES as LEAST_SAMPLES
 
-# Share of Var p missed at left-out surfaces of the resolved square (percentile 50, 2000 samples): 0.137, 0.119, 0.119
-# and 0.119 with 6, 10, 16 and 20 knots, of the contact 0.287, 0.258, 0.256 and 0.256.
-KNOTS = 17  # at most, and no more than one for PER_KNOT samples
+# With 6, 10, 16 and 20 knots, left-out surfaces of the resolved square (percentile 50, 2000 samples) miss 0.137, 0.119,
+# 0.119 and 0.119 of Var p, and 0.287, 0.258, 0.256 and 0.256 of the variance of contact.
+KNOTS = 17  # at most, and at most one per PER_KNOT samples
 PER_KNOT = 25
 TAIL = 20  # samples beyond the last knot on either side
 REACH, STEPS = 10.0, 8000  # of the quadrature: the normal density is 1e-23 at its ends
@@ -56,10 +56,11 @@ class Link:
 
 
 class Control(NamedTuple):
-    """What a link gives as a control variate.
+    """Expectations with a link as control variate.
 
     mean : (responses, nodes)
-    deviation : (responses, K, nodes) of each sample's contribution from the mean: mean square / K is the variance of it
+    deviation : (responses, K, nodes) deviation of each sample's contribution from the mean, whose variance is the mean
+        square of these over K
     """
 
     mean: np.ndarray
@@ -67,18 +68,18 @@ class Control(NamedTuple):
 
 
 def knots_for(samples: int) -> np.ndarray:
-    """Places of the index, equally spaced, with TAIL of so many samples beyond the last on either side.
+    """Equally spaced knots, with TAIL of the samples expected outside the last knot on either side.
 
     Raises IllPosedError for fewer than LEAST_SAMPLES samples.
     """
     if samples < LEAST_SAMPLES:
-        raise IllPosedError(f"{samples} samples are too few for a link; {LEAST_SAMPLES} are needed: take more samples")
+        raise IllPosedError(f"{samples} samples are too few for a link, which takes {LEAST_SAMPLES}: take more samples")
     last = ndtri(1.0 - TAIL / samples)
     return np.linspace(-last, last, min(KNOTS, samples // PER_KNOT))
 
 
 def cells(knots: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The knot below each index, and how far it lies towards the next, beyond [0, 1] outside of the knots.
+    """The knot below each index, and its relative distance to the next, outside [0, 1] beyond the knots.
 
     knots : equally spaced
     """
@@ -89,9 +90,9 @@ def cells(knots: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 @cache
 def hermite_moments(knots: tuple[float, ...], degree: int) -> np.ndarray:
-    """E[hat_l(t) He_n(t)] / sqrt(n!) : (degree + 1, L) for the functions that are 1 at one knot and 0 at the others.
+    """E[hat_l(t) He_n(t)] / sqrt(n!) : (degree + 1, L) for hat functions, which are 1 at one knot and 0 at the others.
 
-    Midpoint rule; between knots the error falls as the square of the step, 6e-6 of a hat's second difference.
+    Midpoint rule. The error falls as the square of the step; it is 6e-6 of the second difference of a hat.
     """
     t = (np.arange(STEPS) + 0.5) * (2 * REACH / STEPS) - REACH
     density = np.exp(-0.5 * t**2) / np.sqrt(2 * np.pi) * (2 * REACH / STEPS)
@@ -103,14 +104,14 @@ def hermite_moments(knots: tuple[float, ...], degree: int) -> np.ndarray:
 
 
 def fit_link(index: np.ndarray, responses: np.ndarray, knots: np.ndarray) -> tuple[Link, Control]:
-    """Links of responses to an index, node by node, and the expectations of the responses with them as controls.
+    """Links of responses to an index, node by node, and expectations of the responses with the links as controls.
 
-    index : (K, nodes) standard normal, of each sample as predicted without it
+    index : (K, nodes) standard normal, predicted for each sample from the others
     responses : (R, K, nodes)
     knots : from `knots_for`
 
-    Raises ParameterError for shapes that do not match or numbers that are not finite; IllPosedError where the samples
-    do not determine a link, or one of them a value of it.
+    Raises ParameterError for shapes that do not match or numbers that are not finite. Raises IllPosedError where the
+    samples do not determine a link, or a single sample determines one of its values.
     """
     if index.ndim != 2 or responses.shape[1:] != index.shape:
         raise ParameterError(f"responses {responses.shape} do not match indices {index.shape}")

@@ -6,10 +6,11 @@ import pytest
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.scan import covariance_fit
-from roughslip.scan.covariance_fit import choose_covariance, fit_covariance
+from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
-from roughslip.surface.covariance import KINDS, Covariance, self_affine
 from roughslip.surface.embedding import embed
+from roughslip.surface.models import KINDS, MODELS, covariance_of
+from roughslip.surface.models.self_affine import self_affine
 
 LAGS = np.arange(-12, 13) * 0.5
 X, Y = np.meshgrid(LAGS, LAGS, indexing="ij")
@@ -17,10 +18,10 @@ ERROR = np.full(X.shape, 0.01)
 CUTOFF = 1.0
 
 TRUTHS = {
-    "gaussian": Covariance("gaussian", 2.0, 2.0, 1.0, lay_rad=0.4),
-    "exponential": Covariance("exponential", 2.0, 2.0, 0.7, lay_rad=-1.2),
-    "separable_exponential": Covariance("separable_exponential", 2.0, 0.7, 2.0),
-    "matern": Covariance("matern", 2.0, 2.0, 1.2, lay_rad=1.5, smoothness=1.4),
+    "gaussian": covariance_of("gaussian", 2.0, 2.0, 1.0, lay_rad=0.4),
+    "exponential": covariance_of("exponential", 2.0, 2.0, 0.7, lay_rad=-1.2),
+    "separable_exponential": covariance_of("separable_exponential", 2.0, 0.7, 2.0),
+    "matern": covariance_of("matern", 2.0, 2.0, 1.2, lay_rad=1.5, smoothness=1.4),
     "self_affine": self_affine(2.0, 0.8, 9.0, CUTOFF * math.sqrt(9.0 / 6.0), 6.0, 0.7),
 }
 
@@ -43,8 +44,9 @@ def test_without_errors_the_parameters_come_back(kind):
     assert fit.misfit < 1e-6
     np.testing.assert_allclose(fit.covariance.lengths_m, truth.lengths_m, rtol=1e-6)
     assert fit.covariance.lay_rad == pytest.approx(truth.lay_rad, abs=1e-6)
-    assert (fit.covariance.smoothness or 0.0) == pytest.approx(truth.smoothness or 0.0, rel=1e-5)
-    assert (fit.covariance.hurst or 0.0) == pytest.approx(truth.hurst or 0.0, rel=1e-5)
+    assert [getattr(fit.covariance, name) for name in truth.shapes] == pytest.approx(
+        [getattr(truth, name) for name in truth.shapes], rel=1e-5
+    )
     assert fit.covariance.rms_height_m == 2.0
     assert fit.at_bound == ()
     assert fit.lags == 312  # half of 625 - 1: a lag and its opposite count once
@@ -71,10 +73,9 @@ def test_independent_errors_scatter_the_parameters_as_said(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_true_model_is_chosen(kind):
     """And a Matern model that has become exponential or Gaussian does not win by its extra parameter."""
-    fits = choose_covariance(
-        KINDS, estimates(X, Y, with_noise(TRUTHS[kind], 3), ERROR), 2.0, cutoff_wavelength_m=CUTOFF
-    )
-    assert [fit.criterion for fit in fits] == sorted(fit.criterion for fit in fits)
+    data = estimates(X, Y, with_noise(TRUTHS[kind], 3), ERROR)
+    fits = [fit_covariance(other, data, 2.0, cutoff_wavelength_m=cutoff(other)) for other in KINDS]
+    fits.sort(key=lambda fit: fit.criterion)
     assert fits[0].covariance.kind == kind
     assert fits[0].misfit == pytest.approx(1.0, abs=0.2)  # 312 lags: 1 +- 0.04, four of them
     assert fits[0].criterion == pytest.approx(312 * fits[0].misfit ** 2 + len(_free(kind)) * math.log(312))
@@ -91,11 +92,13 @@ def test_a_smoothness_without_end_is_said_to_be_at_its_bound():
     assert math.isfinite(fit.standard_errors["correlation_length_m"])
 
 
-@pytest.mark.parametrize("truth", [TRUTHS["gaussian"], Covariance("gaussian", 2.0, 2.0, 0.3, lay_rad=-1.3)])
+@pytest.mark.parametrize("truth", [TRUTHS["gaussian"], covariance_of("gaussian", 2.0, 2.0, 0.3, lay_rad=-1.3)])
 def test_the_first_guess_of_a_gaussian_is_the_answer(truth):
     """Its logarithm is the quadratic form that the guess is read from."""
-    start = covariance_fit._start_and_bounds("gaussian", estimates(X, Y, truth(X, Y) / 4.0, ERROR), True)[0]
-    assert covariance_fit._axes("gaussian", start, True) == pytest.approx((*truth.lengths_m, truth.lay_rad), rel=1e-9)
+    start = covariance_fit._start_and_bounds(MODELS["gaussian"], estimates(X, Y, truth(X, Y) / 4.0, ERROR), True)[0]
+    assert covariance_fit._axes(MODELS["gaussian"], start, True) == pytest.approx(
+        (*truth.lengths_m, truth.lay_rad), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -103,25 +106,27 @@ def test_derivatives_of_the_named_parameters(kind):
     """Central differences of 1e-5: relative error of some 1e-9."""
     parameters = np.array({"separable_exponential": [0.4, -0.3]}.get(kind, [0.4, -0.3, 0.2]))
     parameters = np.append(parameters, {"matern": [0.3], "self_affine": [0.7]}.get(kind, []))
-    build = covariance_fit._builder(kind, 2.0, True, 0.1 if kind == "self_affine" else None)
+    build = covariance_fit._builder(MODELS[kind], 2.0, True, 0.1 if kind == "self_affine" else None)
 
     def named(values):
-        return np.array(list(covariance_fit._named(kind, build(values), True).values()))
+        return np.array(list(covariance_fit._named(build(values), True).values()))
 
     steps = 1e-5 * np.eye(len(parameters))
     differences = np.stack([(named(parameters + step) - named(parameters - step)) / 2e-5 for step in steps], axis=1)
-    exact = covariance_fit._gradient(kind, parameters, build(parameters), True)
+    exact = covariance_fit._gradient(MODELS[kind], parameters, build(parameters), True)
     np.testing.assert_allclose(exact, differences, atol=1e-7)
 
 
 def test_isotropic_fits_take_profiles_and_round_surfaces():
-    truth = Covariance("matern", 2.0, 1.7, smoothness=0.8)
+    truth = covariance_of("matern", 2.0, 1.7, smoothness=0.8)
     x = np.arange(1, 20) * 0.3
     fit = fit_covariance("matern", estimates(x, 0.0, truth(x) / 4.0, np.full(19, 0.02)), 2.0, anisotropic=False)
     assert fit.parameters == pytest.approx({"correlation_length_m": 1.7, "smoothness": 0.8}, rel=1e-5)
     assert set(fit.standard_errors) == set(fit.parameters)
     # a round surface fitted with a lay: equal lengths, and a lay without meaning
-    lay = fit_covariance("exponential", estimates(X, Y, with_noise(Covariance("exponential", 2.0, 2.0), 8), ERROR), 2.0)
+    lay = fit_covariance(
+        "exponential", estimates(X, Y, with_noise(covariance_of("exponential", 2.0, 2.0), 8), ERROR), 2.0
+    )
     assert lay.parameters["correlation_length_m"] == pytest.approx(2.0, rel=0.05)
     assert lay.standard_errors["lay_rad"] > 0.05
 
@@ -129,7 +134,7 @@ def test_isotropic_fits_take_profiles_and_round_surfaces():
 def test_the_jackknife_sees_errors_that_neighbours_share():
     """Tables estimated on strips of sampled fields, each strip independent. The scatter of the fitted length over
     fields is what a standard error should be: the jackknife meets it, independent lags promise a fraction."""
-    truth = Covariance("exponential", 1.0, 2.0)
+    truth = covariance_of("exponential", 1.0, 2.0)
     grid, parts, reach = Grid(24, 24, 1.0, 1.0), 12, 6
     embedding = embed(truth, grid)
     lengths, jackknife, naive = [], [], []

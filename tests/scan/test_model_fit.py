@@ -12,11 +12,11 @@ from roughslip.scan.fit_data import RingPowers, effective_number, estimates
 from roughslip.scan.model_fit import fitted_covariances, lags_to_fit, rings_to_fit
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
 
 SMOOTHNESS = 2.5
-TRUTH = Covariance("matern", 1.0, 14.0, 10.0, smoothness=SMOOTHNESS)
+TRUTH = covariance_of("matern", 1.0, 14.0, 10.0, smoothness=SMOOTHNESS)
 SCANS = 6
 
 
@@ -96,7 +96,7 @@ def test_errors_that_all_parts_share_are_one_estimate():
 
 def test_a_scan_too_coarse_for_rings_is_fitted_by_lags():
     """Two points a length: the spectrum bends up to a quarter of the highest wavenumber."""
-    field = embed(Covariance("gaussian", 1.0, 2.0), Grid(64, 64, 1.0, 1.0)).sample(np.random.default_rng(12))
+    field = embed(covariance_of("gaussian", 1.0, 2.0), Grid(64, 64, 1.0, 1.0)).sample(np.random.default_rng(12))
     scan = topography(field, 1.0, 1.0, "a scan")
     found = scan_statistics(scan)
     assert rings_to_fit(scan, found) is None

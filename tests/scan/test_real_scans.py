@@ -12,7 +12,7 @@ from roughslip.scan.model_fit import fitted_covariances
 from roughslip.scan.spectrum import rings
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import remove_form
-from roughslip.surface.covariance import KINDS
+from roughslip.surface.models import KINDS
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 

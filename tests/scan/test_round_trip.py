@@ -13,8 +13,8 @@ from roughslip.scan.model_fit import fitted_covariances, fitted_marginal
 from roughslip.scan.spectrum import HIGHEST
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import remove_form, topography
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.model import gaussian_model, measured_model
+from roughslip.surface.models import covariance_of
 
 TWINS = 19
 NUMBERS = ("rms_height", "skewness", "kurtosis")
@@ -45,9 +45,11 @@ def drawn(covariance, marginal=None):
 
 SCANS = {
     "ground": (ground, "measured", "empirical"),
-    "smooth": (lambda: drawn(Covariance("matern", 1e-7, 11e-6, 8e-6, 0.3, smoothness=3.0)), "best", "gaussian"),
+    "smooth": (lambda: drawn(covariance_of("matern", 1e-7, 11e-6, 8e-6, 0.3, smoothness=3.0)), "best", "gaussian"),
     "sharp": (
-        lambda: drawn(Covariance("exponential", 1e-7, 7e-6, 5e-6), distribution_of_moments("weibull", 1e-7, -0.8, 0.0)),
+        lambda: drawn(
+            covariance_of("exponential", 1e-7, 7e-6, 5e-6), distribution_of_moments("weibull", 1e-7, -0.8, 0.0)
+        ),
         "best",
         "weibull",
     ),

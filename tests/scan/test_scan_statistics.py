@@ -18,8 +18,8 @@ from roughslip.scan.spectrum import _dimension_of_differences as dimension_of_di
 from roughslip.scan.statistics import _moments as moments
 from roughslip.scan.statistics import height_density, scan_statistics
 from roughslip.scan.topography import Topography, remove_form, topography
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
 
 
 def complete(z, dx=1.0, dy=1.0):
@@ -114,7 +114,7 @@ def test_neighbours_share_scatter_across_their_edge():
 
 def test_moments_and_density_of_the_measured_heights():
     rng = np.random.default_rng(66)
-    z = scipy.special.expm1(0.3 * embed(Covariance("gaussian", 1.0, 3.0), Grid(96, 80, 1.0, 1.0)).sample(rng))
+    z = scipy.special.expm1(0.3 * embed(covariance_of("gaussian", 1.0, 3.0), Grid(96, 80, 1.0, 1.0)).sample(rng))
     z[rng.random(z.shape) < 0.03] = np.nan
     scan = complete(z)
     found = scan_statistics(scan)
@@ -146,7 +146,7 @@ ALONG, ACROSS = 4.5, 3.0
 
 def anisotropic_scans(kind):
     """100 fields whose pixels are not square, longer along x."""
-    embedding = embed(Covariance(kind, 2.0, ALONG, ACROSS), Grid(128, 144, 1.0, 0.7))
+    embedding = embed(covariance_of(kind, 2.0, ALONG, ACROSS), Grid(128, 144, 1.0, 0.7))
     for i in range(100):
         yield remove_form(complete(embedding.sample(np.random.default_rng([67, i])), 1.0, 0.7), "mean")
 
@@ -177,7 +177,7 @@ def test_the_spectrum_is_that_of_the_covariance(kind):
     Sampled heights fold the spectrum at the highest wavenumber pi, which where it falls as q^-3 adds 3 % at a third of
     it. One of twelve standard normal deviates exceeds 4 with a probability of 8e-4.
     """
-    truth = Covariance(kind, 2.0, ALONG, ACROSS)
+    truth = covariance_of(kind, 2.0, ALONG, ACROSS)
     scans = list(anisotropic_scans(kind))
     parts = SubAreas(scans[0].grid, (2, 2), (ALONG, ACROSS))
     power = np.stack([spectrum(scan, parts).power.value for scan in scans])
@@ -207,7 +207,7 @@ def test_the_lay_is_found_at_any_angle():
     """A torus many lengths wide: the covariance of wrapped lags is positive to 1e-12, so the sample is exact."""
     n, lay = 256, math.radians(35)
     k = np.fft.fftfreq(n, 1 / n)
-    symbol = scipy.fft.rfft2(Covariance("gaussian", 1.0, 9.0, 3.0, lay_rad=lay)(k[:, None], k[None, :])).real
+    symbol = scipy.fft.rfft2(covariance_of("gaussian", 1.0, 9.0, 3.0, lay_rad=lay)(k[:, None], k[None, :])).real
     noise = scipy.fft.rfft2(np.random.default_rng(68).standard_normal((n, n)))
     scan = complete(scipy.fft.irfft2(np.sqrt(np.maximum(symbol, 0.0)) * noise, s=(n, n)))
     found = autocorrelation(scan, sub_areas_for(scan))
@@ -246,7 +246,9 @@ def test_second_differences_of_exact_fractional_brownian_surfaces(hurst):
 
 
 def test_a_smooth_short_correlation_leaves_no_self_affine_band():
-    scan = complete(embed(Covariance("gaussian", 1.0, 3.0), Grid(96, 96, 1.0, 1.0)).sample(np.random.default_rng(69)))
+    scan = complete(
+        embed(covariance_of("gaussian", 1.0, 3.0), Grid(96, 96, 1.0, 1.0)).sample(np.random.default_rng(69))
+    )
     assert scan_statistics(scan).fractal is None
     assert self_affine_band(scan, SubAreas(scan.grid, (1, 1), (30.0, 30.0))) is not None
 

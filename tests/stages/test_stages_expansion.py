@@ -8,11 +8,11 @@ from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene.expansion import candidates, directions, heights_around
 from roughslip.stages.from_scene.nodes import central_nodes, training_nodes
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from roughslip.surface.model import GaussianModel
+from roughslip.surface.models import covariance_of
 
-SURFACE = GaussianModel(Covariance("gaussian", 1.0, 6.0), (6.0, 6.0))
+SURFACE = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0))
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,10 @@ def test_more_variables_than_modes_are_refused():
 
 def asked(variables, length=6.0, nodes=24, count=60, **rotation):
     """Candidates on a mesh, the modes of its surface and its nodes."""
-    surface, grid = GaussianModel(Covariance("gaussian", 1.0, length), (length, length)), Grid(nodes, nodes, 1.0, 1.0)
+    surface, grid = (
+        GaussianModel(covariance_of("gaussian", 1.0, length), (length, length)),
+        Grid(nodes, nodes, 1.0, 1.0),
+    )
     modes = karhunen_loeve(surface.covariance, grid, count).modes
     places = training_nodes(surface, grid)
     configuration = {"expansion": {"variables": variables, **rotation}}
@@ -140,7 +143,7 @@ def test_more_variables_than_the_surface_has_around_the_centre_are_refused():
 def test_signs_of_the_variables_are_those_of_surfaces_turned_with_their_nodes(lay, symmetries):
     """Mirrored along x and along y; where the lay is aslant, turned by half a turn. A turned surface of the modes is
     one of the modes again, as their covariance stays the same."""
-    covariance = Covariance("gaussian", 1.0, 6.0, 9.0, lay)
+    covariance = covariance_of("gaussian", 1.0, 6.0, 9.0, lay)
     surface, grid = GaussianModel(covariance, covariance.axis_lengths_m), Grid(24, 24, 1.0, 1.0)
     modes = karhunen_loeve(covariance, grid, 30).modes
     places = training_nodes(surface, grid)

@@ -7,7 +7,7 @@ from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.training import TRAINING_SPACING, training_columns
-from roughslip.surface.covariance import Covariance
+from roughslip.surface.models import covariance_of
 
 
 def configuration(**strip):
@@ -69,6 +69,6 @@ def test_streams_of_different_stages_never_meet():
 
 @pytest.mark.parametrize(("length", "near", "far"), [(6e-7, 1, 2), (1e-5, 5, 20), (1.42e-5, 7, 28)])
 def test_boxes_of_local_means_follow_the_correlation_length(length, near, far):
-    stencil = expansion.stencil(Covariance("gaussian", 1e-8, length), Grid(100, 50, 1e-6, 2e-6))
+    stencil = expansion.stencil(covariance_of("gaussian", 1e-8, length), Grid(100, 50, 1e-6, 2e-6))
     assert (stencil.near[0], stencil.far[0]) == (near, far)
     assert stencil.far[1] == max(2, round(far / 2))

@@ -15,8 +15,8 @@ from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact_square, contact_strip, expansion_strip
 from roughslip.stages.from_scene import elastic, expansion, geometry
 from roughslip.stages.from_scene.surface_model import surface_model
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
 
 SQ, TOLERANCE = 2e-7, 1e-10
 CONFIGURATION = {
@@ -145,7 +145,7 @@ def test_friction_of_a_large_patch_at_light_load_depends_on_its_slope_alone():
     influence = Influence(grid, MODULUS)
     slope = 2 * SQ / length  # minus the Laplacian of Sq^2 exp(-(r / l)^2) at 0 is 4 Sq^2 / l^2
     area, force = np.zeros((2, surfaces, 2))
-    sampler = embed(Covariance("gaussian", SQ, length), grid)
+    sampler = embed(covariance_of("gaussian", SQ, length), grid)
     for number in range(surfaces):
         heights = sampler.sample(np.random.default_rng([5, number]))
         for row, percentile in enumerate(levels):

@@ -14,8 +14,8 @@ from roughslip.scan.topography import Topography
 from roughslip.stages import scan
 from roughslip.stages.runtime import command
 from roughslip.stages.runtime.command import execute
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
 
 instruments = pytest.mark.skipif(
     importlib.util.find_spec("SurfaceTopography") is None, reason="needs SurfaceTopography (the extra `scans`)"
@@ -28,7 +28,7 @@ MODELS = {"form": "plane", "covariance": "exponential", "marginal": "gaussian"}
 
 @pytest.fixture(scope="module")
 def heights():
-    field = embed(Covariance("exponential", 1e-7, 4e-6), Grid(N, N, STEP, STEP)).sample(np.random.default_rng(41))
+    field = embed(covariance_of("exponential", 1e-7, 4e-6), Grid(N, N, STEP, STEP)).sample(np.random.default_rng(41))
     return np.round(field, 12)
 
 
@@ -161,6 +161,8 @@ def test_the_log_says_what_a_model_misses(run, capsys, tmp_path, heights):
     said = capsys.readouterr().err
     assert "exponential misses the autocorrelation by" in said
     assert "exponential misses the 1/e length along x" in said
-    long = embed(Covariance("exponential", 1e-7, 1.6e-5), Grid(256, 256, STEP, STEP)).sample(np.random.default_rng(43))
+    long = embed(covariance_of("exponential", 1e-7, 1.6e-5), Grid(256, 256, STEP, STEP)).sample(
+        np.random.default_rng(43)
+    )
     run(matrix(tmp_path / "long.txt", long), **{**STATED, "covariance": "gaussian"})
     assert "gaussian misses the spectrum by" in capsys.readouterr().err  # it has no short waves

@@ -10,8 +10,8 @@ from roughslip.grid import Grid
 from roughslip.scan.topography import topography
 from roughslip.stages import scan, synthetic_surfaces
 from roughslip.stages.from_scene import geometry, scan_model
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.model import gaussian_model
+from roughslip.surface.models import covariance_of
 
 SQ, DX, DY = 2e-7, 1e-6, 2e-6
 GRID = Grid(160, 120, DX, DY)
@@ -24,7 +24,7 @@ CONFIGURATION = {
 @pytest.fixture(scope="module")
 def heights():
     """Exponential, 8 um along x and 5 um across, with its own mean plane taken off."""
-    model = gaussian_model(Covariance("exponential", SQ, 8e-6, 5e-6), (8e-6, 5e-6), None, correct_correlation=False)
+    model = gaussian_model(covariance_of("exponential", SQ, 8e-6, 5e-6), (8e-6, 5e-6), None, correct_correlation=False)
     z = model.sampler(GRID)(np.random.default_rng(4))
     x, y = np.meshgrid(GRID.x(), GRID.y(), indexing="ij")
     plane = np.column_stack([np.ones(z.size), x.ravel(), y.ravel()])

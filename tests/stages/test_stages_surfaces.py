@@ -13,8 +13,8 @@ from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import scan_model, surface_model
 from roughslip.stages.result_tables import scan_table
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.model import gaussian_model
+from roughslip.surface.models import covariance_of
 
 FIELD = {"covariance": "exponential", "rms_height_m": 2e-7, "correlation_length_m": 5e-6}
 STRIP = {"strip": {"length_m": 2.4e-3, "margin_m": 3e-4, "width_m": 2.5e-5, "cell_m": 2.5e-6}}
@@ -23,7 +23,7 @@ STRIP = {"strip": {"length_m": 2.4e-3, "margin_m": 3e-4, "width_m": 2.5e-5, "cel
 def test_a_field_with_every_key():
     roughness = FIELD | {"covariance": "matern", "smoothness": 1.5, "correlation_length_across_m": 2e-6, "lay_rad": 0.3}
     model = surface_model.surface_model(scene_of({"roughness": roughness}))
-    assert model.covariance == Covariance("matern", 2e-7, 5e-6, 2e-6, 0.3, smoothness=1.5)
+    assert model.covariance == covariance_of("matern", 2e-7, 5e-6, 2e-6, 0.3, smoothness=1.5)
     assert model.lengths_m == model.covariance.axis_lengths_m
     assert model.marginal is None
 
@@ -32,7 +32,7 @@ def test_a_law_of_heights():
     law = {"family": "lognormal", "shapes": [0.4], "mirrored": True}
     model = surface_model.surface_model(scene_of({"roughness": FIELD | {"marginal": law}}))
     assert model.marginal == FamilyDistribution("lognormal", 2e-7, (0.4,), True)
-    assert model.covariance == Covariance("exponential", 2e-7, 5e-6)
+    assert model.covariance == covariance_of("exponential", 2e-7, 5e-6)
     corrected = surface_model.surface_model(
         scene_of({"roughness": FIELD | {"marginal": law | {"correct_correlation": True}}})
     )
@@ -55,11 +55,11 @@ def test_the_band_of_a_fractal_is_that_of_the_strip_unless_given():
     assert (law.longest_wavelength_m, law.shortest_wavelength_m) == (6e-5, 8e-6)
 
 
-@pytest.mark.parametrize("covariance", [None, Covariance("matern", 2e-7, 5e-6, 2e-6, 0.1, smoothness=0.8)])
+@pytest.mark.parametrize("covariance", [None, covariance_of("matern", 2e-7, 5e-6, 2e-6, 0.1, smoothness=0.8)])
 @pytest.mark.parametrize("family", ["gaussian", "weibull", "empirical"])
 def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, family):
     truth = gaussian_model(
-        Covariance("exponential", 2e-7, 5e-6), (5e-6, 5e-6), FamilyDistribution("weibull", 2e-7, (2.0,))
+        covariance_of("exponential", 2e-7, 5e-6), (5e-6, 5e-6), FamilyDistribution("weibull", 2e-7, (2.0,))
     )
     field = truth.sampler(Grid(160, 160, 1e-6, 1e-6))(np.random.default_rng(1))
     scan = topography(truth.heights(field), 1e-6, 1e-6, "a scan")

@@ -8,8 +8,10 @@ from scipy.special import j0
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance, nyquist_wavelength, plane_height, self_affine
+from roughslip.surface.covariance import nyquist_wavelength, plane_height
 from roughslip.surface.measured_covariance import measured_covariance
+from roughslip.surface.models import covariance_of
+from roughslip.surface.models.self_affine import self_affine
 
 SHAPES = {
     "gaussian": {},
@@ -21,12 +23,12 @@ SHAPES = {
 
 
 def model(kind, *arguments, **others):
-    return Covariance(kind, *arguments, **SHAPES[kind], **others)
+    return covariance_of(kind, *arguments, **SHAPES[kind], **others)
 
 
 @pytest.mark.parametrize("kind", ["gaussian", "exponential"])
 def test_one_correlation_length_leaves_one_over_e(kind):
-    covariance = Covariance(kind, 2.0, 3.0)
+    covariance = covariance_of(kind, 2.0, 3.0)
     assert covariance(np.array(0.0)) == 4.0
     np.testing.assert_allclose(covariance(np.array(3.0)), 4.0 / np.e, rtol=1e-15)
     np.testing.assert_allclose(covariance(np.array(3.0) * 0.6, 3.0 * 0.8), 4.0 / np.e, rtol=1e-15)  # isotropic
@@ -45,19 +47,19 @@ def test_both_lengths_lie_on_the_axes_of_the_lay(kind):
 @pytest.mark.parametrize("hurst", [0.01, 0.02, 0.8])
 def test_self_affine_has_its_variance_at_lag_zero(hurst):
     """At small H the part z^2H has not vanished at any z > 0 that a double holds."""
-    covariance = Covariance("self_affine", 2.0, 1.0, hurst=hurst, bandwidth=10.0)
+    covariance = covariance_of("self_affine", 2.0, 1.0, hurst=hurst, bandwidth=10.0)
     np.testing.assert_allclose(covariance(np.array([0.0, 1e-9])), 4.0, rtol=1e-13)
 
 
 def test_matern_holds_its_closed_cases():
     r = np.linspace(0.0, 6.0, 61)
-    np.testing.assert_allclose(Covariance("matern", 1.0, 1.0, smoothness=0.5)(r), np.exp(-r), rtol=1e-13)
+    np.testing.assert_allclose(covariance_of("matern", 1.0, 1.0, smoothness=0.5)(r), np.exp(-r), rtol=1e-13)
     u = 2.146193220620582 * r  # the root of (1 + u) exp(-u) = 1/e
     np.testing.assert_allclose(
-        Covariance("matern", 1.0, 1.0, smoothness=1.5)(r), (1 + u) * np.exp(-u), rtol=1e-12, atol=1e-15
+        covariance_of("matern", 1.0, 1.0, smoothness=1.5)(r), (1 + u) * np.exp(-u), rtol=1e-12, atol=1e-15
     )
     # towards the Gaussian the difference is of order 1/nu; at nu = 20 it is below 0.01, as the module says
-    difference = np.abs(Covariance("matern", 1.0, 1.0, smoothness=20.0)(r) - np.exp(-(r**2)))
+    difference = np.abs(covariance_of("matern", 1.0, 1.0, smoothness=20.0)(r) - np.exp(-(r**2)))
     assert 1e-3 < difference.max() < 1e-2
 
 
@@ -158,7 +160,7 @@ def test_plane_stands_where_the_share_of_heights_lies_above():
 )
 def test_nonsense_is_refused(arguments):
     with pytest.raises(ParameterError):
-        Covariance(**{"kind": "gaussian", "rms_height_m": 1.0, "correlation_length_m": 1.0} | arguments)
+        covariance_of(**{"kind": "gaussian", "rms_height_m": 1.0, "correlation_length_m": 1.0} | arguments)
 
 
 def test_other_nonsense_is_refused():
@@ -166,8 +168,6 @@ def test_other_nonsense_is_refused():
         self_affine(1.0, 0.8, np.nan, 1.0)
     with pytest.raises(ParameterError, match="bandwidth"):
         self_affine(1.0, 0.8, 1.0, 2.0)
-    with pytest.raises(ParameterError, match="no roll-off"):
-        _ = Covariance("gaussian", 1.0, 1.0).rolloff_wavelengths_m
 
 
 @pytest.mark.parametrize("percentile", [0.0, 100.0, -1.0, np.nan])
@@ -183,7 +183,7 @@ def table(covariance, kx=24, ky=18, step_x=0.5, step_y=0.4):
 
 def noisy(seed, size=0.02):
     """A table with errors at all lags, equal at opposite ones and none in the middle: far from any covariance."""
-    given_table = table(Covariance("exponential", 1.0, 1.5, 1.0, lay_rad=0.5))
+    given_table = table(covariance_of("exponential", 1.0, 1.5, 1.0, lay_rad=0.5))
     errors = size * np.random.default_rng(seed).standard_normal(given_table.shape)
     errors = (errors + errors[::-1, ::-1]) / 2
     errors[24, 18] = 0.0
@@ -193,7 +193,7 @@ def noisy(seed, size=0.02):
 def test_a_table_that_is_a_covariance_stays():
     """At its ends it is below rounding, so its spectrum is positive but for rounding, of which the root is 1e-8 of the
     kernel at each wave vector: some hundred of them make 1e-6."""
-    given_table = table(Covariance("gaussian", 1.0, 1.0, 0.8, lay_rad=0.3))
+    given_table = table(covariance_of("gaussian", 1.0, 1.0, 0.8, lay_rad=0.3))
     measured = measured_covariance(given_table, 0.5, 0.4, 2.0)
     assert measured.largest_change < 5e-6
     assert measured.clipped_variance < 1e-14
@@ -203,7 +203,7 @@ def test_a_table_that_is_a_covariance_stays():
 
 def test_between_lags_splines_follow_a_smooth_covariance():
     """Cubic splines: 0.0026 h^4 times the fourth derivative, 12/l^4 for the Gaussian, once an axis."""
-    covariance = Covariance("gaussian", 1.0, 2.0)
+    covariance = covariance_of("gaussian", 1.0, 2.0)
     measured = measured_covariance(table(covariance), 0.5, 0.4, 1.0)
     x = np.linspace(-5.0, 5.0, 37)
     bound = 0.0027 * 12 / 2.0**4 * (0.5**4 + 0.4**4)
@@ -236,7 +236,7 @@ def test_the_covariance_of_scattered_points_is_positive():
     assert np.linalg.eigvalsh(matrix).min() > -1e-12
     assert measured.clipped_variance > 0.01  # the noise was worth the test
     # a table that ends while correlations are large: the continuation must die out beyond its end
-    short = measured_covariance(table(Covariance("exponential", 1.0, 2.0), 3, 3, 1.0, 1.0), 1.0, 1.0, 1.0)
+    short = measured_covariance(table(covariance_of("exponential", 1.0, 2.0), 3, 3, 1.0, 1.0), 1.0, 1.0, 1.0)
     assert abs(short.correlation[0, 6]) > 1e-3
     assert np.abs(short(np.linspace(0.95, 1.0, 50) * short.reach_m[0])).max() < 1e-13
     x, y = np.random.default_rng(6).uniform(0.0, 16.0, (2, 400))

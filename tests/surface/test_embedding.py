@@ -5,23 +5,24 @@ from scipy.special import kolmogi, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance, self_affine
 from roughslip.surface.embedding import circulant_eigenvalues, embed
 from roughslip.surface.measured_covariance import measured_covariance
+from roughslip.surface.models import covariance_of
+from roughslip.surface.models.self_affine import self_affine
 
 
 def measured(lag=0.5):
     """Rotated and with a negative lobe, as the table of a ground surface; not symmetric in x."""
     x, y = np.arange(-20, 21)[:, None] * lag, np.arange(-20, 21)[None, :] * lag
-    table = Covariance("gaussian", 1.0, 3.0, 1.0, lay_rad=0.5)(x, y) * np.cos(0.8 * (x + y))
+    table = covariance_of("gaussian", 1.0, 3.0, 1.0, lay_rad=0.5)(x, y) * np.cos(0.8 * (x + y))
     return measured_covariance(table, lag, lag, 2.0)
 
 
 MODELS = {
-    "rotated exponential": Covariance("exponential", 2.0, 3.0, 0.7, lay_rad=0.5),
-    "rotated gaussian": Covariance("gaussian", 2.0, 3.0, 1.0, lay_rad=-0.9),
-    "separable exponential": Covariance("separable_exponential", 2.0, 3.0, 1.0),
-    "rotated matern": Covariance("matern", 2.0, 2.0, 1.0, lay_rad=0.5, smoothness=1.4),
+    "rotated exponential": covariance_of("exponential", 2.0, 3.0, 0.7, lay_rad=0.5),
+    "rotated gaussian": covariance_of("gaussian", 2.0, 3.0, 1.0, lay_rad=-0.9),
+    "separable exponential": covariance_of("separable_exponential", 2.0, 3.0, 1.0),
+    "rotated matern": covariance_of("matern", 2.0, 2.0, 1.0, lay_rad=0.5, smoothness=1.4),
     "self-affine": self_affine(2.0, 0.8, 8.0, 2.0, 5.0, 0.4),
     "measured": measured(),
 }
@@ -45,7 +46,7 @@ def asked(covariance, grid):
 )
 def test_the_covariance_on_the_mesh_is_exact(kind, length):
     grid = Grid(30, 8, 1.0, 0.5)
-    covariance = Covariance(kind, 2.0, length)
+    covariance = covariance_of(kind, 2.0, length)
     embedding = embed(covariance, grid)
     # clipped eigenvalues change no lag by more than their share of the variance
     np.testing.assert_allclose(
@@ -109,7 +110,7 @@ def test_eigenvalues_are_those_of_lags_laid_out_plainly(covariance):
 
 def test_sample_moments():
     grid = Grid(40, 6, 1.0, 1.0)
-    embedding = embed(Covariance("gaussian", 3.0, 2.0), grid)
+    embedding = embed(covariance_of("gaussian", 3.0, 2.0), grid)
     fields = np.stack([embedding.sample(np.random.default_rng([7, i])) for i in range(2000)])
     corner, neighbour = fields[:, 0, 0], fields[:, 2, 0]
     # 2000 independent samples: standard errors sigma/sqrt(n) and sigma^2 sqrt((1 + rho^2)/n), four of them allowed
@@ -155,14 +156,14 @@ def test_ten_thousand_samples_have_the_covariance_spectrum_and_marginal_asked_fo
 
 
 def test_same_generator_same_field():
-    embedding = embed(Covariance("gaussian", 1.0, 2.0), Grid(16, 4, 1.0, 1.0))
+    embedding = embed(covariance_of("gaussian", 1.0, 2.0), Grid(16, 4, 1.0, 1.0))
     first, second = (embedding.sample(np.random.default_rng([1, 2, 3])) for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
 def test_samples_are_white_noise_filtered_on_the_whole_torus():
     """In every bit: leaving out the rows beyond the mesh is a matter of speed alone."""
-    embedding = embed(Covariance("exponential", 1.0, 7.0), Grid(33, 15, 1.0, 1.0))
+    embedding = embed(covariance_of("exponential", 1.0, 7.0), Grid(33, 15, 1.0, 1.0))
     noise = scipy.fft.rfft2(np.random.default_rng(4).standard_normal(embedding.torus))
     whole = scipy.fft.irfft2(embedding.root * noise, s=embedding.torus)
     np.testing.assert_array_equal(embedding.sample(np.random.default_rng(4)), whole[:33, :15])
@@ -176,4 +177,4 @@ def test_what_cannot_be_embedded_is_refused(monkeypatch):
         embed(self_affine(1.0, 0.8, 1e5, 2.0), Grid(64, 64, 1.0, 1.0))
     monkeypatch.setattr("roughslip.surface.embedding.NEGATIVE_SHARE", -1.0)  # as if every torus had negative values
     with pytest.raises(IllPosedError, match="shorter correlation length"):
-        embed(Covariance("gaussian", 1.0, 2.0), Grid(16, 4, 1.0, 1.0))
+        embed(covariance_of("gaussian", 1.0, 2.0), Grid(16, 4, 1.0, 1.0))

@@ -8,17 +8,18 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface import karhunen_loeve as kl
 from roughslip.surface import lanczos
-from roughslip.surface.covariance import Covariance, self_affine
+from roughslip.surface.models import covariance_of
+from roughslip.surface.models.self_affine import self_affine
 
 ROTATED = {
-    "exponential": Covariance("exponential", 1.5, 4.0, 1.5, lay_rad=0.5),
-    "gaussian": Covariance("gaussian", 1.5, 4.0, 2.0, lay_rad=-0.9),
+    "exponential": covariance_of("exponential", 1.5, 4.0, 1.5, lay_rad=0.5),
+    "gaussian": covariance_of("gaussian", 1.5, 4.0, 2.0, lay_rad=-0.9),
     "self-affine": self_affine(1.5, 0.7, 9.0, 2.0, 6.0, 0.4),
 }
 MIRRORED = {
-    "exponential": Covariance("exponential", 1.5, 3.0, 2.0),
-    "matern": Covariance("matern", 1.5, 3.0, smoothness=1.2),
-    "separable exponential": Covariance("separable_exponential", 1.5, 3.0, 2.0),
+    "exponential": covariance_of("exponential", 1.5, 3.0, 2.0),
+    "matern": covariance_of("matern", 1.5, 3.0, smoothness=1.2),
+    "separable exponential": covariance_of("separable_exponential", 1.5, 3.0, 2.0),
 }
 
 
@@ -41,7 +42,7 @@ def exponential_on_unit_interval(length, count):
     return 2 * length / (1 + (length * np.array(roots)) ** 2)
 
 
-@pytest.mark.parametrize("covariance", [Covariance("gaussian", 1.5, 2.0), *MIRRORED.values(), *ROTATED.values()])
+@pytest.mark.parametrize("covariance", [covariance_of("gaussian", 1.5, 2.0), *MIRRORED.values(), *ROTATED.values()])
 def test_the_complete_expansion_gives_the_covariance_back(covariance):
     grid = Grid(6, 5, 0.7, 1.1)
     expansion = kl.karhunen_loeve(covariance, grid, grid.size)
@@ -54,7 +55,10 @@ def test_the_complete_expansion_gives_the_covariance_back(covariance):
 
 def test_kronecker_products_are_the_modes_of_the_matrix():
     grid, order = Grid(12, 9, 1.0, 1.3), 12
-    for covariance in (Covariance("gaussian", 1.0, 3.0, 2.0), Covariance("separable_exponential", 1.0, 3.0, 2.0)):
+    for covariance in (
+        covariance_of("gaussian", 1.0, 3.0, 2.0),
+        covariance_of("separable_exponential", 1.0, 3.0, 2.0),
+    ):
         plain = np.linalg.eigvalsh(covariance_matrix(covariance, grid))[::-1]
         expansion = kl.karhunen_loeve(covariance, grid, order)
         np.testing.assert_allclose(expansion.eigenvalues, plain[:order], rtol=1e-11)
@@ -90,7 +94,7 @@ def test_exponential_on_an_interval_has_the_eigenvalues_of_the_continuous_proble
     np.testing.assert_allclose(exact, [0.187083, 0.156046, 0.121154], atol=5e-7)
     errors = []
     for nodes in (128, 256, 512, 4096):
-        expansion = kl.karhunen_loeve(Covariance("exponential", 1.0, 0.1), Grid(nodes, 1, 1 / nodes, 1.0), 3)
+        expansion = kl.karhunen_loeve(covariance_of("exponential", 1.0, 0.1), Grid(nodes, 1, 1 / nodes, 1.0), 3)
         errors.append(expansion.eigenvalues / nodes - exact)
     assert np.abs(errors[-1]).max() < 1e-6
     orders = np.log2(np.array(errors[:2]) / np.array(errors[1:3]))
@@ -99,7 +103,7 @@ def test_exponential_on_an_interval_has_the_eigenvalues_of_the_continuous_proble
 
 def test_independent_nodes_give_one_mode_a_node():
     """The paper's reading: correlation length edge/1000 on 10 x 10 nodes leaves the identity matrix."""
-    expansion = kl.karhunen_loeve(Covariance("gaussian", 2.0, 6e-7), Grid(10, 10, 6e-5, 6e-5), 100)
+    expansion = kl.karhunen_loeve(covariance_of("gaussian", 2.0, 6e-7), Grid(10, 10, 6e-5, 6e-5), 100)
     np.testing.assert_array_equal(expansion.eigenvalues, 4.0)
     modes = expansion.modes.reshape(100, 100)
     np.testing.assert_array_equal(np.sort(modes, axis=1)[:, -1], 2.0)
@@ -109,7 +113,7 @@ def test_independent_nodes_give_one_mode_a_node():
 def test_resolved_square_loses_what_the_design_says():
     """101 modes of exp(-(r/l)^2), l = 0.1035 edge: 95 % of the whole, 0.957 at the centre, 0.718 in the corner."""
     grid = Grid(64, 64, 1 / 64, 1 / 64)
-    expansion = kl.karhunen_loeve(Covariance("gaussian", 3.0, 0.1035), grid, 101)
+    expansion = kl.karhunen_loeve(covariance_of("gaussian", 3.0, 0.1035), grid, 101)
     assert expansion.captured_variance == pytest.approx(0.95, abs=0.005)
     assert expansion.captured_at(grid.centre) == pytest.approx(0.957, abs=0.002)
     assert expansion.captured_at((0, 0)) == pytest.approx(0.718, abs=0.005)
@@ -120,10 +124,10 @@ def test_resolved_square_loses_what_the_design_says():
 @pytest.mark.parametrize(
     ("covariance", "grid"),
     [
-        (Covariance("gaussian", 2.0, 0.2), Grid(20, 30, 0.05, 0.05)),  # Kronecker
-        (Covariance("gaussian", 2.0, 0.2), Grid(1100, 4, 0.01, 0.05)),  # Kronecker with a long line
-        (Covariance("exponential", 2.0, 3.0), Grid(15, 12, 1.0, 1.0)),  # dense
-        (Covariance("exponential", 2.0, 12.0, 6.0, lay_rad=0.5), Grid(40, 40, 1.0, 1.0)),  # Lanczos
+        (covariance_of("gaussian", 2.0, 0.2), Grid(20, 30, 0.05, 0.05)),  # Kronecker
+        (covariance_of("gaussian", 2.0, 0.2), Grid(1100, 4, 0.01, 0.05)),  # Kronecker with a long line
+        (covariance_of("exponential", 2.0, 3.0), Grid(15, 12, 1.0, 1.0)),  # dense
+        (covariance_of("exponential", 2.0, 12.0, 6.0, lay_rad=0.5), Grid(40, 40, 1.0, 1.0)),  # Lanczos
     ],
 )
 def test_a_share_takes_the_fewest_modes_that_carry_it(covariance, grid):
@@ -138,10 +142,10 @@ def test_a_share_takes_the_fewest_modes_that_carry_it(covariance, grid):
 
 def test_numbers_predicted_too_low_grow(monkeypatch):
     cases = [
-        (Covariance("gaussian", 2.0, 0.2), Grid(1100, 4, 0.01, 0.05)),
+        (covariance_of("gaussian", 2.0, 0.2), Grid(1100, 4, 0.01, 0.05)),
         # three modes along x and all along y carry the share too, but not by the fewest
-        (Covariance("gaussian", 2.0, 2.5, 0.2), Grid(1100, 6, 0.01, 0.1)),
-        (Covariance("exponential", 2.0, 12.0, 6.0, lay_rad=0.5), Grid(40, 40, 1.0, 1.0)),
+        (covariance_of("gaussian", 2.0, 2.5, 0.2), Grid(1100, 6, 0.01, 0.1)),
+        (covariance_of("exponential", 2.0, 12.0, 6.0, lay_rad=0.5), Grid(40, 40, 1.0, 1.0)),
     ]
     for covariance, grid in cases:
         expected = kl.karhunen_loeve(covariance, grid, share=0.8)
@@ -153,7 +157,7 @@ def test_numbers_predicted_too_low_grow(monkeypatch):
 
 def test_a_long_line_is_solved_for_its_leading_modes_alone(monkeypatch):
     """1100 nodes by Lanczos, and the same by LAPACK."""
-    covariance, grid = Covariance("gaussian", 1.0, 0.3, 0.2), Grid(1100, 6, 0.01, 0.05)
+    covariance, grid = covariance_of("gaussian", 1.0, 0.3, 0.2), Grid(1100, 6, 0.01, 0.05)
     leading = kl.karhunen_loeve(covariance, grid, 40)
     monkeypatch.setattr(kl, "DENSE_NODES", 2000)
     whole = kl.karhunen_loeve(covariance, grid, 40)
@@ -164,7 +168,7 @@ def test_a_long_line_is_solved_for_its_leading_modes_alone(monkeypatch):
 
 def test_what_represents_a_field():
     grid = Grid(64, 64, 1 / 64, 1 / 64)
-    smooth, rough = Covariance("gaussian", 1.0, 0.1035), Covariance("exponential", 1.0, 0.01)
+    smooth, rough = covariance_of("gaussian", 1.0, 0.1035), covariance_of("exponential", 1.0, 0.01)
     expand = kl.representation(smooth, grid, share=0.95)
     assert expand.method == "karhunen_loeve"
     needed = len(kl.karhunen_loeve(smooth, grid, share=0.95).modes)
@@ -176,13 +180,13 @@ def test_what_represents_a_field():
     assert kl.representation(smooth, grid, 101).captured_variance == pytest.approx(0.95, abs=0.02)
     assert kl.representation(rough, grid, share=1.0).order == grid.size
     assert "GiB" in kl.representation(smooth, Grid(1200, 1200, 1 / 1200, 1 / 1200), 101).reason
-    line = Covariance("exponential", 1.0, 0.1)  # a line has no second axis: the size of its cell there has no effect
+    line = covariance_of("exponential", 1.0, 0.1)  # a line has no second axis: the size of its cell there has no effect
     shares = [kl.representation(line, Grid(500, 1, 0.002, dy), 20).captured_variance for dy in (1e-3, 1.0)]
     assert shares[0] == pytest.approx(shares[1], rel=1e-12)
 
 
 def test_heights_are_the_sum_of_the_modes():
-    expansion = kl.karhunen_loeve(Covariance("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), 7)
+    expansion = kl.karhunen_loeve(covariance_of("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), 7)
     xi = np.random.default_rng(1).standard_normal(7)
     expected = sum(x * mode for x, mode in zip(xi, expansion.modes, strict=True))
     np.testing.assert_allclose(kl.heights(expansion.modes, xi), expected, atol=1e-14)
@@ -191,9 +195,9 @@ def test_heights_are_the_sum_of_the_modes():
 @pytest.mark.parametrize("order", [0, 21])
 def test_impossible_orders_are_refused(order):
     with pytest.raises(ParameterError, match="20 nodes"):
-        kl.karhunen_loeve(Covariance("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), order)
+        kl.karhunen_loeve(covariance_of("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), order)
     with pytest.raises(ParameterError, match="20 nodes"):
-        lanczos.leading_modes(Covariance("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), order)
+        lanczos.leading_modes(covariance_of("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), order)
 
 
 @pytest.mark.parametrize(
@@ -201,20 +205,20 @@ def test_impossible_orders_are_refused(order):
 )
 def test_impossible_requests_are_refused(request_):
     with pytest.raises(ParameterError, match="share"):
-        kl.karhunen_loeve(Covariance("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), **request_)
+        kl.karhunen_loeve(covariance_of("gaussian", 1.0, 0.3), Grid(5, 4, 0.2, 0.2), **request_)
 
 
 def test_what_needs_too_many_modes_is_sent_to_the_embedding():
-    rough, grid = Covariance("exponential", 1.0, 0.01), Grid(70, 70, 1 / 70, 1 / 70)
+    rough, grid = covariance_of("exponential", 1.0, 0.01), Grid(70, 70, 1 / 70, 1 / 70)
     for request in ({"share": 0.95}, {"order": 2000}):
         with pytest.raises(IllPosedError, match="embedding"):
             kl.karhunen_loeve(rough, grid, **request)
     with pytest.raises(IllPosedError, match="embedding"):
-        kl.karhunen_loeve(Covariance("gaussian", 1.0, 1e-4), Grid(5000, 2, 1e-3, 1e-3), 3000)
+        kl.karhunen_loeve(covariance_of("gaussian", 1.0, 1e-4), Grid(5000, 2, 1e-3, 1e-3), 3000)
 
 
 def test_an_inaccurate_mode_is_an_error(monkeypatch):
     monkeypatch.setattr(lanczos, "LARGEST_RESIDUAL", 0.0)
     with pytest.raises(ConvergenceError, match="inaccurate") as caught:
-        kl.karhunen_loeve(Covariance("exponential", 1.0, 5.0), Grid(40, 40, 1.0, 1.0), 5)
+        kl.karhunen_loeve(covariance_of("exponential", 1.0, 5.0), Grid(40, 40, 1.0, 1.0), 5)
     assert 0.0 < caught.value.residual < 1e-11

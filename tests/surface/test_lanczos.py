@@ -13,18 +13,19 @@ from hypothesis import strategies as st
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface import lanczos
-from roughslip.surface.covariance import Covariance, self_affine
 from roughslip.surface.karhunen_loeve import karhunen_loeve
+from roughslip.surface.models import Gaussian, covariance_of
+from roughslip.surface.models.self_affine import self_affine
 
 
 @dataclass(frozen=True)
-class Plain(Covariance):
+class Plain(Gaussian):
     """A covariance that does not say that it is a product, so that Lanczos is taken."""
 
     separable = False
 
 
-LAID = Covariance("exponential", 1.0, 4.0, 2.0, 0.5)
+LAID = covariance_of("exponential", 1.0, 4.0, 2.0, 0.5)
 KINDS = st.sampled_from(["gaussian", "exponential", "separable_exponential", "matern", "self_affine"])
 LENGTHS = st.floats(0.3, 6.0)
 
@@ -53,8 +54,8 @@ def check_leading(found, expected):
 @pytest.mark.parametrize("order", [2, 3, 4, 5, 6, 7, 8, 10, 11, 15, 40, 60])
 def test_products_of_equal_factors_come_twice(order):
     grid = Grid(16, 16, 1 / 16, 1 / 16)
-    expected = karhunen_loeve(Covariance("gaussian", 2.0, 0.2), grid, order).eigenvalues / 4.0
-    check_leading(lanczos.leading_modes(Plain("gaussian", 2.0, 0.2), grid, order), expected)
+    expected = karhunen_loeve(covariance_of("gaussian", 2.0, 0.2), grid, order).eigenvalues / 4.0
+    check_leading(lanczos.leading_modes(Plain(2.0, 0.2), grid, order), expected)
 
 
 @pytest.mark.parametrize("request_", [{"order": 10}, {"order": 5}, {"share": 0.9}])
@@ -62,8 +63,8 @@ def test_products_of_equal_factors_come_twice(order):
 def test_an_expansion_has_modes_that_come_twice(request_, cells):
     """Lengths in the ratio of the cells make equal factors on a mesh that is no square."""
     grid, lengths = Grid(34, 34, *cells), (0.1, 0.1 * cells[1] / cells[0])
-    expected = karhunen_loeve(Covariance("gaussian", 1.0, *lengths), grid, **request_)
-    found = karhunen_loeve(Plain("gaussian", 1.0, *lengths), grid, **request_)
+    expected = karhunen_loeve(covariance_of("gaussian", 1.0, *lengths), grid, **request_)
+    found = karhunen_loeve(Plain(1.0, *lengths), grid, **request_)
     np.testing.assert_allclose(found.eigenvalues, expected.eigenvalues, atol=1e-13 * expected.eigenvalues[0])
 
 
@@ -92,7 +93,7 @@ def test_missing_modes_are_found(monkeypatch):
 
 def test_independent_nodes():
     """The identity: every vector is a mode."""
-    found = lanczos.leading_modes(Covariance("exponential", 2.0, 1e-6), Grid(16, 15, 1.0, 1.0), 60)
+    found = lanczos.leading_modes(covariance_of("exponential", 2.0, 1e-6), Grid(16, 15, 1.0, 1.0), 60)
     check_leading(found, np.ones(240))
 
 
@@ -112,7 +113,7 @@ def test_eigenvalues_are_those_of_the_matrix(shape, cell, kind, lengths, lay, pa
         across = None if lengths[1] is None else 4 * lengths[1]
         covariance = self_affine(1.0, 0.7, 4 * lengths[0], 1.0, across, lay)
     else:
-        covariance = Covariance(kind, 1.0, *lengths, lay, smoothness=1.5 if kind == "matern" else None)
+        covariance = covariance_of(kind, 1.0, *lengths, lay, smoothness=1.5 if kind == "matern" else None)
     expected = np.linalg.eigvalsh(matrix_of(covariance, grid))
     check_leading(lanczos.leading_modes(covariance, grid, order), expected)
 
@@ -121,7 +122,7 @@ def test_eigenvalues_are_those_of_the_matrix(shape, cell, kind, lengths, lay, pa
 @pytest.mark.parametrize(("shape", "length"), [((9, 8), 3.0), ((120, 1), 0.5)])
 def test_lanczos_on_small_meshes_and_slow_spectra(shape, length):
     """Neighbours correlated by exp(-2) alone: the largest eigenvalues differ by little."""
-    covariance, grid = Covariance("exponential", 1.0, length), Grid(*shape, 1.0, 1.0)
+    covariance, grid = covariance_of("exponential", 1.0, length), Grid(*shape, 1.0, 1.0)
     check_leading(lanczos.leading_modes(covariance, grid, 4), np.linalg.eigvalsh(matrix_of(covariance, grid)))
 
 
@@ -144,4 +145,4 @@ def test_a_covariance_that_is_not_finite_is_refused():
             return np.where(np.hypot(x, y) > 5.0, np.nan, 1.0)
 
     with pytest.raises(ParameterError, match="not finite"):
-        lanczos.leading_modes(Broken("gaussian", 1.0, 1.0), Grid(9, 8, 1.0, 1.0), 3)
+        lanczos.leading_modes(Broken(1.0, 1.0), Grid(9, 8, 1.0, 1.0), 3)

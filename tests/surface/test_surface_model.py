@@ -13,14 +13,15 @@ from roughslip.scan.model_fit import fitted_covariances, fitted_marginal, lags_t
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.surface.corrected_covariance import corrected
-from roughslip.surface.covariance import KINDS, Covariance, plane_height
+from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.measured_covariance import tapered
 from roughslip.surface.model import FractalModel, GaussianModel, gaussian_model, measured_model
+from roughslip.surface.models import KINDS, covariance_of
 
 BETA = FamilyDistribution("beta", 2.0, (2.1, 5.0))
-EXPONENTIAL = Covariance("exponential", 2.0, 5.0)
+EXPONENTIAL = covariance_of("exponential", 2.0, 5.0)
 SHAPES = {"matern": {"smoothness": 1.5}, "self_affine": {"hurst": 0.7, "bandwidth": 20.0}}
 
 
@@ -38,7 +39,7 @@ def test_a_plain_gaussian_surface_is_its_embedding():
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("lay", [0.0, 0.7, math.pi / 2, -2.2])
 def test_lengths_along_the_axes_are_where_the_correlation_is_1_over_e(kind, lay):
-    covariance = Covariance(kind, 3.0, 4.0, 1.5, lay, **SHAPES.get(kind, {}))
+    covariance = covariance_of(kind, 3.0, 4.0, 1.5, lay, **SHAPES.get(kind, {}))
     x, y = covariance.axis_lengths_m
     assert covariance(np.array(x), 0.0) / 9.0 == pytest.approx(math.exp(-1), rel=1e-9)
     assert covariance(np.array(0.0), y) / 9.0 == pytest.approx(math.exp(-1), rel=1e-9)
@@ -46,7 +47,7 @@ def test_lengths_along_the_axes_are_where_the_correlation_is_1_over_e(kind, lay)
 
 def test_heights_follow_the_law_and_the_plane_stands_at_its_quantile():
     """200 000 independent heights: four standard deviations of a share of 0.3 are 0.0041."""
-    model = GaussianModel(Covariance("gaussian", 2.0, 0.01), (0.01, 0.01), BETA)
+    model = GaussianModel(covariance_of("gaussian", 2.0, 0.01), (0.01, 0.01), BETA)
     heights = model.heights(model.sampler(Grid(500, 400, 1.0, 1.0))(np.random.default_rng(2)))
     for percentile in (1.0, 30.0, 50.0, 90.0):
         plane = model.plane_height(percentile)
@@ -69,7 +70,7 @@ def test_a_corrected_covariance_gives_the_heights_the_one_wanted():
 def test_a_smooth_field_cannot_have_every_law():
     """rho_z / w_1 less a multiple of rho_z^2, whose spectrum is the wider one: negative at short waves."""
     with pytest.raises(IllPosedError, match=r"no Gaussian field gives the wanted correlation.*nearest deviates"):
-        corrected(Covariance("gaussian", 2.0, 5.0), translate(BETA), (5.0, 5.0))
+        corrected(covariance_of("gaussian", 2.0, 5.0), translate(BETA), (5.0, 5.0))
 
 
 def test_a_taper_leaves_the_inner_half_and_ends_near_zero():
@@ -82,7 +83,7 @@ def test_a_taper_leaves_the_inner_half_and_ends_near_zero():
 @pytest.fixture(scope="module")
 def scan():
     """A skewed anisotropic scan of 300 x 300 points, 25 and 75 lengths an edge, and its statistics."""
-    truth = gaussian_model(Covariance("exponential", 2.0, 12.0, 4.0), (12.0, 4.0), BETA)
+    truth = gaussian_model(covariance_of("exponential", 2.0, 12.0, 4.0), (12.0, 4.0), BETA)
     field = truth.sampler(Grid(300, 300, 1.0, 1.0))(np.random.default_rng(3))
     measured = topography(truth.heights(field), 1.0, 1.0, "a scan")
     return measured, scan_statistics(measured)

@@ -13,10 +13,10 @@ from roughslip.contact.solve import ContactSolution, solve
 from roughslip.grid import Grid
 from roughslip.probability import FamilyDistribution, translate
 from roughslip.scan.covariance_fit import fit_covariance
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from roughslip.surface.lanczos import leading_modes
+from roughslip.surface.models import covariance_of
 from workflow.stress import contact, kernels, surface, surface_fit, surface_heights
 from workflow.stress.contact import Displacement
 from workflow.stress.contact_problem import ContactProblem
@@ -24,7 +24,7 @@ from workflow.stress.runner import Verdict, verdict_of
 from workflow.stress.surface_problem import FieldProblem
 
 GRID = Grid(6, 5, 1e-6, 2e-6)
-FIELD = Covariance("matern", 1e-7, 4e-6, 2e-6, 0.4, smoothness=1.5)
+FIELD = covariance_of("matern", 1e-7, 4e-6, 2e-6, 0.4, smoothness=1.5)
 EXPANSION = FieldProblem(0, "expansion", GRID, FIELD, 12, None)
 EMBEDDING = FieldProblem(3, "embedding", GRID, FIELD, None, None)
 

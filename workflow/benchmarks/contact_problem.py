@@ -13,16 +13,16 @@ from scipy import fft
 from roughslip.contact.influence import Influence, love_coefficients
 from roughslip.contact.solve import solve
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
 
 EDGE = 100e-6  # m
 RMS_HEIGHT = 0.5e-6  # m
 MODULUS = 2.3e11  # Pa, E* of steel against a rigid plane
 
 SURFACES = {
-    "gauss": Covariance(kind="gaussian", rms_height_m=RMS_HEIGHT, correlation_length_m=EDGE / 16),
-    "exp": Covariance(kind="exponential", rms_height_m=RMS_HEIGHT, correlation_length_m=EDGE / 64),
+    "gauss": covariance_of(kind="gaussian", rms_height_m=RMS_HEIGHT, correlation_length_m=EDGE / 16),
+    "exp": covariance_of(kind="exponential", rms_height_m=RMS_HEIGHT, correlation_length_m=EDGE / 64),
     "white": None,
 }
 LEVELS = ("5", "25", "50", "75", "95", "contact90")

@@ -15,9 +15,11 @@ import numpy as np
 from scipy import fft
 
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance, StationaryCovariance, self_affine
+from roughslip.surface import models
+from roughslip.surface.covariance import Covariance, StationaryCovariance
 from roughslip.surface.embedding import embed
 from roughslip.surface.karhunen_loeve import KarhunenLoeve
+from roughslip.surface.models.self_affine import self_affine
 
 LENGTH = 0.1
 LAY = 0.5
@@ -35,12 +37,12 @@ def square(n: int) -> Grid:
 def covariance_of(name: str, grid: Grid) -> Covariance:
     """Return the covariance of that name; the self-affine spectrum ends at the shortest waves of the mesh."""
     if name == "matern":
-        return Covariance("matern", 1.0, LENGTH, smoothness=1.5)
+        return models.covariance_of("matern", 1.0, LENGTH, smoothness=1.5)
     if name == "rotated":
-        return Covariance("exponential", 1.0, 2 * LENGTH, LENGTH / 2, LAY)
+        return models.covariance_of("exponential", 1.0, 2 * LENGTH, LENGTH / 2, LAY)
     if name == "self_affine":
         return self_affine(1.0, 0.8, 0.5, 2 * max(grid.dx, grid.dy))
-    return Covariance(name, 1.0, LENGTH)  # type: ignore[arg-type]
+    return models.covariance_of(name, 1.0, LENGTH)  # type: ignore[arg-type]
 
 
 class Convolution:

@@ -49,11 +49,13 @@ from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
 from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
-from roughslip.surface.covariance import Covariance, plane_height, self_affine
+from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves, rms_height
 from roughslip.surface.karhunen_loeve import karhunen_loeve, representation
 from roughslip.surface.lanczos import leading_modes
+from roughslip.surface.models import covariance_of
+from roughslip.surface.models.self_affine import self_affine
 from workflow.evidence.rows import Row, case
 from workflow.stress import runner
 from workflow.stress.bad_input import (
@@ -110,10 +112,10 @@ def contact_refusals() -> Calls:
 
 def surface_refusals() -> Calls:
     """Return bad input to covariances and expansions."""
-    field = Covariance("gaussian", 1e-7, 2e-6)
-    plain = partial(Covariance, kind="gaussian", rms_height_m=1.0, correlation_length_m=1.0)
+    field = covariance_of("gaussian", 1e-7, 2e-6)
+    plain = partial(covariance_of, kind="gaussian", rms_height_m=1.0, correlation_length_m=1.0)
     affine = partial(self_affine, 1.0, 0.8, rolloff_wavelength_m=1.0, cutoff_wavelength_m=1.0)
-    banded = partial(Covariance, "self_affine", 1e-7, 1e-5, hurst=0.8, bandwidth=1e5)
+    banded = partial(covariance_of, "self_affine", 1e-7, 1e-5, hurst=0.8, bandwidth=1e5)
     expanded, share = partial(karhunen_loeve, field, GRID), partial(karhunen_loeve, field, GRID, share=0.5)
     orders = NOT_A_COUNT | {"more-than-nodes": 13}
     percentiles = {"zero": 0.0, "negative": -10.0, "above": 110.0, "nan": NAN, "text": "half"}
@@ -122,7 +124,9 @@ def surface_refusals() -> Calls:
     of_others = {"smoothness": {"of-a-gaussian": 1.0}, "bandwidth": {"of-a-gaussian": 10.0}}
     return joined(
         spoilt(plain, kind=UNKNOWN | {"without-a-smoothness": "matern"}, lay_rad=NOT_FINITE, **sizes, **of_others),
-        spoilt(partial(Covariance, "matern", 1.0, 1.0), smoothness={f"matern-{k}": v for k, v in NOT_POSITIVE.items()}),
+        spoilt(
+            partial(covariance_of, "matern", 1.0, 1.0), smoothness={f"matern-{k}": v for k, v in NOT_POSITIVE.items()}
+        ),
         spoilt(banded, hurst=NOT_A_SHARE, bandwidth=NOT_POSITIVE),
         spoilt(affine, rolloff_wavelength_m=NOT_POSITIVE, cutoff_wavelength_m=NOT_POSITIVE),
         spoilt(expanded, order=orders, share=NOT_A_SHARE | {"missing": None}),
@@ -181,7 +185,7 @@ def fractal_refusals() -> Calls:
 def fit_refusals() -> Calls:
     """Return bad input to fits of a covariance."""
     x = 1e-6 * np.arange(-2.0, 3.0)
-    table = Covariance("gaussian", 1e-7, 2e-6)(x[:, None], x) / 1e-14
+    table = covariance_of("gaussian", 1e-7, 2e-6)(x[:, None], x) / 1e-14
     lags = partial(estimates, x[:, None], x, correlation=table, standard_error=np.full(table.shape, 0.01))
     kinds = UNKNOWN | {"without-a-cut-off": "self_affine"}
     fitted = partial(fit_covariance, kind="gaussian", data=lags(), rms_height_m=1e-7)

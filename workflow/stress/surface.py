@@ -59,7 +59,7 @@ def _row(name: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipE
 def case_of(problem: FieldProblem) -> str:
     grid, covariance = problem.grid, problem.covariance
     along, across = covariance.lengths_m
-    shape = {"matern": covariance.smoothness, "self_affine": covariance.hurst}.get(covariance.kind)
+    shape = getattr(covariance, "smoothness", getattr(covariance, "hurst", None))
     return case(
         number=problem.number,
         entry=problem.entry,
@@ -74,7 +74,7 @@ def case_of(problem: FieldProblem) -> str:
         ratio=f"{across / along:.3g}",
         lay=f"{covariance.lay_rad:.3g}",
         shape="none" if shape is None else f"{shape:.3g}",
-        bandwidth=f"{covariance.bandwidth or 1:.3g}",
+        bandwidth=f"{getattr(covariance, 'bandwidth', 1):.3g}",
         rms=f"{covariance.rms_height_m:.3g}",
         tolerance=1,
     )

@@ -14,7 +14,8 @@ import numpy as np
 from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
 from roughslip.scan.covariance_fit import CovarianceFit, fit_covariance
 from roughslip.scan.fit_data import Estimates, estimates
-from roughslip.surface.covariance import KINDS, Covariance, Kind
+from roughslip.surface.covariance import Covariance
+from roughslip.surface.models import KINDS, Matern, covariance_of
 from workflow.evidence.rows import case
 from workflow.stress.kernels import correlation
 from workflow.stress.runner import Verdict, choose, has_advice, log_uniform, verdict_of
@@ -38,7 +39,7 @@ class FitProblem:
 
     number: int
     source: str
-    kind: Kind
+    kind: str
     truth: Covariance
     data: Estimates
     anisotropic: bool
@@ -56,7 +57,7 @@ def random_problem(seed: int, number: int) -> FitProblem:
     length = log_uniform(generator, -0.3, 0.8)
     across = length * log_uniform(generator, -0.4, 0.4) if anisotropic else length
     lay = float(generator.uniform(-1.5, 1.5)) if anisotropic and of_truth != "separable_exponential" else 0.0
-    truth = Covariance(
+    truth = covariance_of(
         of_truth,
         log_uniform(generator, -12, 3),
         unit * length,
@@ -157,7 +158,7 @@ def neighbours(found: CovarianceFit, problem: FitProblem) -> list[Covariance]:
                 near.append(replace(model, lay_rad=model.lay_rad + step))
         else:
             near.append(replace(model, correlation_length_m=along * factor, correlation_length_across_m=None))
-        if model.smoothness is not None and 0.05 < model.smoothness * factor < 20:
+        if isinstance(model, Matern) and 0.05 < model.smoothness * factor < 20:
             near.append(replace(model, smoothness=model.smoothness * factor))
     return near
 

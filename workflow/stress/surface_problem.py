@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.grid import Grid
-from roughslip.surface.covariance import KINDS, Covariance
+from roughslip.surface.covariance import Covariance
+from roughslip.surface.models import KINDS, covariance_of
 from workflow.stress.runner import choose, log_uniform
 
 ENTRIES = ("expansion", "lanczos", "embedding")
@@ -79,7 +80,7 @@ def random_covariance(generator: np.random.Generator, grid: Grid) -> Covariance:
         bandwidth = 1.0 + (
             log_uniform(generator, -5, -1) if generator.random() < 0.05 else log_uniform(generator, -1, 2)
         )
-    return Covariance(
+    return covariance_of(
         kind,
         log_uniform(generator, -12, 3),
         length,

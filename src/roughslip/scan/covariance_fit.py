@@ -15,7 +15,7 @@ squares enter as those of their effective numbers of independent estimates.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,18 +23,13 @@ from scipy.optimize import OptimizeResult, least_squares, minimize_scalar
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.scan.fit_data import Estimates, RingPowers, effective_number
-from roughslip.surface.covariance import SMOOTHEST, Covariance, Kind, self_affine
+from roughslip.surface.covariance import Covariance
+from roughslip.surface.models import MODELS
 
 MOST_ANISOTROPIC = 2.5  # bound of half the logarithm of the ratio of lengths: 1 to 150
 WORST_CONDITION = 1e7  # of the weighted Jacobian with unit columns
 NEAR_BOUND = 0.01  # share of the range of a shape
 NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
-
-# bounds of the shape parameters; nu is fitted through its logarithm
-SHAPES: dict[str, tuple[str, float, float]] = {
-    "matern": ("smoothness", math.log(0.05), math.log(SMOOTHEST)),
-    "self_affine": ("hurst", 0.01, 1.0),
-}
 
 
 @dataclass(frozen=True)
@@ -66,7 +61,7 @@ class CovarianceFit:
 
 
 def fit_covariance(
-    kind: Kind,
+    kind: str,
     data: Estimates,
     rms_height_m: float,
     *,
@@ -87,12 +82,15 @@ def fit_covariance(
     the linearised fit where `data` holds parts; without them lags count as independent, which promises too much.
     Raises IllPosedError where the lags do not determine the parameters, ConvergenceError where least squares stops.
     """
-    if (kind == "self_affine") != (cutoff_wavelength_m is not None):
-        raise ParameterError("a self_affine model, and no other, needs a cut-off wavelength")
+    if kind not in MODELS:
+        raise ParameterError(f"there is no covariance {kind!r}; choose one of {', '.join(MODELS)}")
+    model = MODELS[kind]
+    if model.has_cutoff != (cutoff_wavelength_m is not None):
+        raise ParameterError(f"a {kind} model {'needs a' if model.has_cutoff else 'has no'} cut-off wavelength")
     if rings is not None and len(rings.without_part) != len(data.without_part):
         raise ParameterError("rings and lags must be estimated without the same parts of the scan")
-    build = _builder(kind, rms_height_m, anisotropic, cutoff_wavelength_m)
-    start, low, high = _start_and_bounds(kind, data, anisotropic)
+    build = _builder(model, rms_height_m, anisotropic, cutoff_wavelength_m)
+    start, low, high = _start_and_bounds(model, data, anisotropic)
     n, p = len(data.x), len(start)
     if n <= p:
         raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags or fit an isotropic model")
@@ -108,13 +106,13 @@ def fit_covariance(
             return np.zeros(0)
         return math.sqrt(number_of_rings / len(rings.power)) * rings.distance(build(parameters))
 
-    solution = _solved(kind, of_lags, start, low, high)
+    solution = _solved(model, of_lags, start, low, high)
     x, spread, free = solution.x, *_spread(solution, low, high, weight * data.errors)
-    if rings is not None and kind in SHAPES:
+    if rings is not None and model.fitted_shape is not None:
         errors = weight * data.errors, math.sqrt(number_of_rings / len(rings.power)) * rings.errors
-        x, spread, free = _profiled(kind, of_lags, of_rings, x, low, high, errors)
+        x, spread, free = _profiled(model, of_lags, of_rings, x, low, high, errors)
     covariance = build(x)
-    names, standard_errors, bound = _parameters(kind, x, spread, free, covariance, anisotropic)
+    names, standard_errors, bound = _parameters(model, x, spread, free, covariance, anisotropic)
     squares, squares_of_rings = np.sum(of_lags(x) ** 2), np.sum(of_rings(x) ** 2)
     return CovarianceFit(
         covariance,
@@ -130,66 +128,45 @@ def fit_covariance(
     )
 
 
-def choose_covariance(
-    kinds: Sequence[Kind],
-    data: Estimates,
-    rms_height_m: float,
-    *,
-    rings: RingPowers | None = None,
-    anisotropic: bool = True,
-    cutoff_wavelength_m: float | None = None,
-) -> tuple[CovarianceFit, ...]:
-    """Fits of several kinds, best first by `CovarianceFit.criterion`. Arguments and errors as `fit_covariance`."""
-    fits = [
-        fit_covariance(
-            kind,
-            data,
-            rms_height_m,
-            rings=rings,
-            anisotropic=anisotropic,
-            cutoff_wavelength_m=cutoff_wavelength_m if kind == "self_affine" else None,
-        )
-        for kind in kinds
-    ]
-    return tuple(sorted(fits, key=lambda fit: fit.criterion))
-
-
 def _builder(
-    kind: Kind, rms_height_m: float, anisotropic: bool, cutoff_wavelength_m: float | None
+    model: type[Covariance], rms_height_m: float, anisotropic: bool, cutoff_wavelength_m: float | None
 ) -> Callable[[np.ndarray], Covariance]:
     """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
 
     def build(parameters: np.ndarray) -> Covariance:
-        along, across, lay = _axes(kind, parameters, anisotropic)
-        if kind == "self_affine" and cutoff_wavelength_m is not None:
-            # here the lengths are roll-off wavelengths, and the cut-off keeps their ratio
-            cutoff = min(cutoff_wavelength_m * math.sqrt(along / across), along / (1 + 1e-5))
-            return self_affine(rms_height_m, float(parameters[-1]), along, cutoff, across, lay)
-        smoothness = math.exp(parameters[-1]) if kind == "matern" else None
-        if smoothness is not None:
-            smoothness = min(max(smoothness, 0.05), SMOOTHEST)  # the exponential of a bound may round past it
-        return Covariance(kind, rms_height_m, along, across, lay, smoothness=smoothness)
+        along, across, lay = _axes(model, parameters, anisotropic)
+        return model.of_fit(rms_height_m, along, across, lay, _shape_of(model, parameters), cutoff_wavelength_m)
 
     return build
 
 
-def _axes(kind: Kind, parameters: np.ndarray, anisotropic: bool) -> tuple[float, float, float]:
+def _shape_of(model: type[Covariance], parameters: np.ndarray) -> float | None:
+    """The shape parameter within its range: the exponential of a bound may round past it."""
+    if model.fitted_shape is None:
+        return None
+    low, high = model.shapes[model.fitted_shape.name]
+    value = math.exp(parameters[-1]) if model.fitted_shape.logarithmic else float(parameters[-1])
+    return min(max(value, low), high)
+
+
+def _axes(model: type[Covariance], parameters: np.ndarray, anisotropic: bool) -> tuple[float, float, float]:
     mean = float(parameters[0])
     if not anisotropic:
         return math.exp(mean), math.exp(mean), 0.0
-    if kind == "separable_exponential":  # its axes are those of the mesh, else it would not be separable
+    if not model.is_fitted_with_lay:
         return math.exp(mean + parameters[1]), math.exp(mean - parameters[1]), 0.0
     e, lay = math.hypot(parameters[1], parameters[2]), 0.5 * math.atan2(parameters[2], parameters[1])
     return math.exp(mean + e), math.exp(mean - e), lay
 
 
-def _start_and_bounds(kind: Kind, data: Estimates, anisotropic: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _start_and_bounds(
+    model: type[Covariance], data: Estimates, anisotropic: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """First guess from the quadratic form x'Gx = (-ln r)^(2/alpha) of near lags: alpha = 2 gaussian, 1 exponential."""
     near = (data.correlation > NEAR_LAGS) & (data.correlation < 0.999)
     if near.sum() < (3 if anisotropic else 1):
         raise IllPosedError(f"fewer than 3 lags have correlations above {NEAR_LAGS}: give shorter lags")
-    exponent = {"gaussian": 1.0, "exponential": 2.0, "separable_exponential": 2.0}.get(kind, 1.4)
-    form = (-np.log(data.correlation[near])) ** exponent
+    form = (-np.log(data.correlation[near])) ** model.near_power
     x, y = data.x[near], data.y[near]
     squares = np.stack((x**2 + y**2, x**2 - y**2, 2 * x * y))[: 3 if anisotropic else 1]
     weights = 1 / np.sum(squares[0])
@@ -202,37 +179,41 @@ def _start_and_bounds(kind: Kind, data: Estimates, anisotropic: bool) -> tuple[n
     logs = 0.25 * math.log((1 + ratio) / (1 - ratio))
     longest = math.sqrt(np.max(data.x**2 + data.y**2))
     shortest = math.sqrt(np.min(data.x**2 + data.y**2))
-    scale = 4.0 if kind == "self_affine" else 1.0  # of a roll-off wavelength to a correlation length
+    scale = model.fitted_length[1]  # such as that of a roll-off wavelength to a correlation length
     parameters = [-0.25 * math.log(trace**2 * (1 - ratio**2)) + math.log(scale)]
     low, high = [math.log(shortest / 100)], [math.log(100 * longest)]
     if anisotropic:
         angle = math.atan2(-mixed, -difference)  # of twice the lay: the form is smallest along it
         unit = [math.cos(angle), math.sin(angle)]
-        shape = unit[:1] if kind == "separable_exponential" else unit
+        shape = unit if model.is_fitted_with_lay else unit[:1]
         parameters += [logs * component for component in shape]
         low += [-MOST_ANISOTROPIC] * len(shape)
         high += [MOST_ANISOTROPIC] * len(shape)
-    if kind in SHAPES:
-        _, lowest, highest = SHAPES[kind]
-        parameters.append(0.0 if kind == "matern" else 0.7)
-        low.append(lowest)
-        high.append(highest)
+    if model.fitted_shape is not None:
+        name, start, logarithmic = model.fitted_shape
+        scaled = [math.log(value) if logarithmic else value for value in (start, *model.shapes[name])]
+        for row, value in zip((parameters, low, high), scaled, strict=True):
+            row.append(value)
     bounds = np.array(low), np.array(high)
     return np.clip(parameters, bounds[0] + 1e-3, bounds[1] - 1e-3), *bounds
 
 
 def _solved(
-    kind: Kind, residual: Callable[[np.ndarray], np.ndarray], start: np.ndarray, low: np.ndarray, high: np.ndarray
+    model: type[Covariance],
+    residual: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
 ) -> OptimizeResult:
     solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
     if not solution.success:
-        text = f"fit of {kind}: {solution.message} Use another kind, or lags that are still correlated"
+        text = f"fit of {model.kind}: {solution.message} Use another kind, or lags that are still correlated"
         raise ConvergenceError(text, float(solution.optimality), int(solution.nfev))
     return solution
 
 
 def _profiled(
-    kind: Kind,
+    model: type[Covariance],
     of_lags: Callable[[np.ndarray], np.ndarray],
     of_rings: Callable[[np.ndarray], np.ndarray],
     start: np.ndarray,
@@ -244,7 +225,7 @@ def _profiled(
 
     def at(shape: float) -> tuple[OptimizeResult, np.ndarray, np.ndarray]:
         """Solution of the others, all parameters, all residuals."""
-        solution = _solved(kind, lambda others: of_lags(np.append(others, shape)), start[:-1], low[:-1], high[:-1])
+        solution = _solved(model, lambda others: of_lags(np.append(others, shape)), start[:-1], low[:-1], high[:-1])
         x = np.append(solution.x, shape)
         return solution, x, np.concatenate((of_lags(x), of_rings(x)))
 
@@ -253,7 +234,7 @@ def _profiled(
 
     found = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
     if not found.success:
-        text = f"fit of {kind} to rings: {found.message} Use another kind, or fit without rings"
+        text = f"fit of {model.kind} to rings: {found.message} Use another kind, or fit without rings"
         raise ConvergenceError(text, float(found.fun), int(found.nfev))
     shape = float(found.x)
     bound = float(min(low[-1], high[-1], key=lambda end: abs(shape - end)))
@@ -277,11 +258,16 @@ def _profiled(
 
 
 def _parameters(
-    kind: Kind, x: np.ndarray, spread: np.ndarray, free: np.ndarray, covariance: Covariance, anisotropic: bool
+    model: type[Covariance],
+    x: np.ndarray,
+    spread: np.ndarray,
+    free: np.ndarray,
+    covariance: Covariance,
+    anisotropic: bool,
 ) -> tuple[dict[str, float], dict[str, float], tuple[str, ...]]:
     """Named parameters, their standard errors, and the names of those at a bound."""
-    names = _named(kind, covariance, anisotropic)
-    gradient = _gradient(kind, x, covariance, anisotropic)
+    names = _named(covariance, anisotropic)
+    gradient = _gradient(model, x, covariance, anisotropic)
     # a parameter's scatter in each part, or its standard deviation from each independent lag: squares add up
     scatter = np.sqrt(np.sum((gradient @ spread) ** 2, axis=1))
     bound = {name for name, row in zip(names, gradient, strict=True) if np.any(row[~free] != 0)}
@@ -312,36 +298,35 @@ def _spread(
     return spread, free
 
 
-def _named(kind: Kind, covariance: Covariance, anisotropic: bool) -> dict[str, float]:
-    lengths = covariance.rolloff_wavelengths_m if kind == "self_affine" else covariance.lengths_m
-    stem = "rolloff_wavelength" if kind == "self_affine" else "correlation_length"
-    named = {f"{stem}_m": lengths[0]}
+def _named(covariance: Covariance, anisotropic: bool) -> dict[str, float]:
+    """The parameters of a fit by name, in the unit of the name."""
+    stem, _ = covariance.fitted_length
+    along, across = covariance.fitted_lengths_m
+    named = {f"{stem}_m": along}
     if anisotropic:
-        named[f"{stem}_across_m"] = lengths[1]
-        if kind != "separable_exponential":
+        named[f"{stem}_across_m"] = across
+        if covariance.is_fitted_with_lay:
             named["lay_rad"] = covariance.lay_rad
-    if covariance.smoothness is not None:
-        named["smoothness"] = covariance.smoothness
-    if covariance.hurst is not None:
-        named["hurst"] = covariance.hurst
+    if covariance.fitted_shape is not None:
+        name = covariance.fitted_shape.name
+        named[name] = getattr(covariance, name)
     return named
 
 
-def _gradient(kind: Kind, parameters: np.ndarray, covariance: Covariance, anisotropic: bool) -> np.ndarray:
+def _gradient(model: type[Covariance], parameters: np.ndarray, covariance: Covariance, anisotropic: bool) -> np.ndarray:
     """Derivatives (named parameter, parameter of the fit)."""
     p = len(parameters)
-    along, across, _ = _axes(kind, parameters, anisotropic)
+    along, across, _ = _axes(model, parameters, anisotropic)
     unit = np.eye(p)
     rows = [along * unit[0]]
-    if anisotropic and kind == "separable_exponential":
+    if anisotropic and not model.is_fitted_with_lay:
         rows = [along * (unit[0] + unit[1]), across * (unit[0] - unit[1])]
     elif anisotropic:
         e = max(math.hypot(parameters[1], parameters[2]), 1e-9)
         radial = (parameters[1] * unit[1] + parameters[2] * unit[2]) / e
         turn = (parameters[1] * unit[2] - parameters[2] * unit[1]) / (2 * e**2)
         rows = [along * (unit[0] + radial), across * (unit[0] - radial), turn]
-    if covariance.smoothness is not None:
-        rows.append(covariance.smoothness * unit[-1])
-    if covariance.hurst is not None:
-        rows.append(unit[-1])
+    if model.fitted_shape is not None:
+        name, _, logarithmic = model.fitted_shape
+        rows.append((getattr(covariance, name) if logarithmic else 1.0) * unit[-1])
     return np.stack(rows)

@@ -20,8 +20,8 @@ import numpy as np
 
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def ground_surface(grinding: Grinding, grid: Grid, generator: np.random.Generato
 
     Grains just outside the mesh cut into it too, so the surface is stationary to its edges.
     """
-    blank = Covariance("gaussian", grinding.blank_rms_m, grinding.blank_length_m)
+    blank = covariance_of("gaussian", grinding.blank_rms_m, grinding.blank_length_m)
     z = embed(blank, grid).sample(generator)
     lengths = np.array([grid.nx * grid.dx, grid.ny * grid.dy])
     top = float(z.max())

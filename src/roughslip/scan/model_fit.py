@@ -17,7 +17,7 @@ from roughslip.scan.jackknife import CONFIDENCE
 from roughslip.scan.spectrum import HIGHEST, LEAKAGE, ROLL_OFF, rings
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
-from roughslip.surface.covariance import Kind
+from roughslip.surface.models import MODELS
 
 MOST_LAGS = 4000  # of both signs: more say the same again, at a cost
 
@@ -57,7 +57,7 @@ def rings_to_fit(scan: Topography, found: ScanStatistics) -> RingPowers | None:
 
 
 def fitted_covariances(
-    kinds: Sequence[Kind], scan: Topography, found: ScanStatistics
+    kinds: Sequence[str], scan: Topography, found: ScanStatistics
 ) -> tuple[list[CovarianceFit], list[str]]:
     """Fits of the kinds that can be fitted, the best first, and why the others cannot.
 
@@ -67,7 +67,7 @@ def fitted_covariances(
     fits: list[CovarianceFit] = []
     refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
-        cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if kind == "self_affine" else None
+        cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if MODELS[kind].has_cutoff else None
         try:
             fit = fit_covariance(kind, data, float(found.rms_height.value), rings=powers, cutoff_wavelength_m=cutoff)
             fits.append(fit)

@@ -16,7 +16,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import scan_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.surface.covariance import KINDS
+from roughslip.surface.models import KINDS
 
 STAGE = Stage(
     name="scan",

@@ -10,7 +10,8 @@ import scipy.fft
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.surface.covariance import Covariance, StationaryCovariance
+from roughslip.surface.covariance import StationaryCovariance
+from roughslip.surface.models.self_affine import SelfAffine
 
 NEGATIVE_SHARE = 1e-9  # of the largest eigenvalue: what rounding and a truncated tail may leave below zero
 DOUBLINGS = 12
@@ -61,7 +62,7 @@ def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
     Raises IllPosedError where no torus serves within MOST_NODES: use a shorter correlation length or larger cells;
     ParameterError where a self-affine spectrum extends far beyond the mesh.
     """
-    if isinstance(covariance, Covariance) and covariance.kind == "self_affine":
+    if isinstance(covariance, SelfAffine):
         return _embed_spectrum(covariance, grid)
     reach = covariance.reach_m
     worst, torus = 0.0, grid.shape
@@ -111,7 +112,7 @@ def circulant_lags(covariance: StationaryCovariance, grid: Grid, torus: tuple[in
     return lags
 
 
-def _embed_spectrum(covariance: Covariance, grid: Grid) -> Embedding:
+def _embed_spectrum(covariance: SelfAffine, grid: Grid) -> Embedding:
     torus, images = grid.shape, math.inf
     for growth in range(DOUBLINGS):
         factor = 2 * 1.5**growth
@@ -130,7 +131,7 @@ def _embed_spectrum(covariance: Covariance, grid: Grid) -> Embedding:
     )
 
 
-def _folded_spectrum(covariance: Covariance, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
+def _folded_spectrum(covariance: SelfAffine, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
     """S [m^4] at the wave vectors of the torus, with those beyond the mesh that its nodes cannot tell from them."""
     qx = 2 * math.pi * scipy.fft.fftfreq(torus[0], grid.dx)[:, None]
     qy = 2 * math.pi * scipy.fft.rfftfreq(torus[1], grid.dy)[None, :]
@@ -148,7 +149,7 @@ def _folded_spectrum(covariance: Covariance, grid: Grid, torus: tuple[int, int])
     return total
 
 
-def _image_share(covariance: Covariance, grid: Grid, lags: np.ndarray) -> float:
+def _image_share(covariance: SelfAffine, grid: Grid, lags: np.ndarray) -> float:
     """Largest difference of the covariance on the torus from the one asked for, over the largest fall on the mesh.
 
     Over the fall, since a mesh much shorter than the roll-off holds a small part of the variance, and that is its form.

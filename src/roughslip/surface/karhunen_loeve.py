@@ -13,10 +13,9 @@ from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
-from roughslip.surface.lanczos import LANCZOS_SHARE, leading_modes
+from roughslip.surface.lanczos import LANCZOS_SHARE, MOST_DENSE_NODES, leading_modes
 
 DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
-MOST_DENSE_NODES = 4096  # beyond this the matrix is never formed
 MOST_BYTES = 2**30  # of modes that `representation` allows
 
 

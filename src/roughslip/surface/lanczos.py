@@ -17,6 +17,7 @@ from roughslip.surface.embedding import circulant_eigenvalues
 
 LARGEST_RESIDUAL = 1e-9  # relative to the largest eigenvalue
 SMALL_MESH = 200  # nodes up to which the matrix is formed
+MOST_DENSE_NODES = 4096  # nodes up to which the matrix is formed where Lanczos fails
 LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
 MISSING_TOLERANCE = 1e-9  # relative, above the smallest eigenvalue found: what exceeds it was missed
 MOST_ROUNDS = 20  # of searches for missing modes
@@ -47,13 +48,15 @@ def leading_modes(
         raise ParameterError(f"order {order} is not between 1 and the {grid.size} nodes of the mesh")
     apply = covariance_operator(covariance, grid)
     if grid.size <= SMALL_MESH or order > grid.size // LANCZOS_SHARE:
-        matrix = np.array([apply(unit.reshape(grid.shape)).ravel() for unit in np.eye(grid.size)])
-        values, columns = scipy.linalg.eigh(
-            0.5 * (matrix + matrix.T), subset_by_index=(grid.size - order, grid.size - 1)
-        )
-        values, vectors = values[::-1], np.ascontiguousarray(columns[:, ::-1].T)
+        values, vectors = _dense_modes(apply, grid, order)
     else:
-        values, vectors = _lanczos_modes(apply, grid, order)
+        try:
+            values, vectors = _lanczos_modes(apply, grid, order)
+        except ArpackError as error:  # eigenvalues that are nearly all equal, as of independent nodes
+            if grid.size > MOST_DENSE_NODES:
+                text = f"Lanczos has not found {order} modes ({error}); sample by circulant embedding"
+                raise ConvergenceError(text, math.nan, order) from error
+            values, vectors = _dense_modes(apply, grid, order)
     images = (apply(vector.reshape(grid.shape)).ravel() for vector in vectors)
     defects = [image - value * vector for image, value, vector in zip(images, values, vectors, strict=True)]
     residuals = np.linalg.norm(defects, axis=1) / values[0]
@@ -61,6 +64,13 @@ def leading_modes(
     if not worst <= LARGEST_RESIDUAL:
         raise ConvergenceError(f"modes of {grid.shape} nodes are inaccurate; ask for fewer", worst, order)
     return values, vectors, residuals
+
+
+def _dense_modes(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues descending and vectors in rows, of the whole matrix by LAPACK."""
+    matrix = np.array([apply(unit.reshape(grid.shape)).ravel() for unit in np.eye(grid.size)])
+    values, columns = scipy.linalg.eigh(0.5 * (matrix + matrix.T))
+    return values[::-1][:order], np.ascontiguousarray(columns[:, ::-1][:, :order].T)
 
 
 def _lanczos_modes(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -89,19 +99,14 @@ def _search(apply: Operator, grid: Grid, known: np.ndarray, count: int) -> tuple
         return image - (known @ image) @ known
 
     generator = np.random.default_rng(len(known))  # fixed: the same bits from run to run
-    try:
-        values, vectors = eigsh(
-            LinearOperator((grid.size, grid.size), matvec=product, dtype=float),
-            k=count,
-            which="LA",
-            v0=generator.standard_normal(grid.size),
-            ncv=min(grid.size, 2 * count + 60),
-            rng=generator,
-        )
-    except ArpackError as error:
-        raise ConvergenceError(
-            f"Lanczos has not found {count} modes ({error}); ask for fewer", math.nan, count
-        ) from error
+    values, vectors = eigsh(
+        LinearOperator((grid.size, grid.size), matvec=product, dtype=float),
+        k=count,
+        which="LA",
+        v0=generator.standard_normal(grid.size),
+        ncv=min(grid.size, 2 * count + 60),
+        rng=generator,
+    )
     return values[::-1], vectors[:, ::-1].T
 
 

@@ -12,6 +12,7 @@ from roughslip import store
 from roughslip.probability import EmpiricalDistribution, FamilyDistribution
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.model import GaussianModel, gaussian_model, measured_model
+from roughslip.surface.models import covariance_of
 
 
 def stored(
@@ -34,7 +35,7 @@ def stored(
     elif marginal is not None:
         law = asdict(marginal)
     model = {
-        "covariance": None if covariance is None else asdict(covariance),
+        "covariance": None if covariance is None else {"kind": covariance.kind, **asdict(covariance)},
         "rms_height_m": rms_height_m,
         "marginal": law,
         "correct_correlation": correct_correlation,
@@ -53,7 +54,7 @@ def restored(result: store.Result) -> GaussianModel:
         marginal = FamilyDistribution(**{**law, "shapes": tuple(law["shapes"])})
     correct = model["correct_correlation"]
     if model["covariance"] is not None:
-        field = Covariance(**model["covariance"])
+        field = covariance_of(**model["covariance"])
         return gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
     steps = (float(np.diff(result["lag_x"][:2])[0]), float(np.diff(result["lag_y"][:2])[0]))
     lengths = float(result["length_x"]), float(result["length_y"])

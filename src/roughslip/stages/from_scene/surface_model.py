@@ -10,11 +10,11 @@ from roughslip.scene.roughness import Fractal
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, scan_model
 from roughslip.surface import model as surface
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on
 from roughslip.surface.model import FractalModel, GaussianModel, SurfaceModel
+from roughslip.surface.models import MODELS, covariance_of
 
-OPTIONS = ("correlation_length_across_m", "lay_rad", "smoothness", "hurst", "bandwidth")
+OPTIONS = ("correlation_length_across_m", "lay_rad", *{name for model in MODELS.values() for name in model.shapes})
 
 
 def surface_model(scene: Scene, scan: Path | None = None) -> SurfaceModel:
@@ -30,7 +30,7 @@ def gaussian_model(scene: Scene, scan: Path | None = None) -> GaussianModel:
         return scan_model.restored(store.read(scan))
     roughness = scene.roughness
     options = {name: value for name in OPTIONS if (value := getattr(roughness, name)) is not None}
-    field = Covariance(roughness.covariance, roughness.rms_height_m, roughness.correlation_length_m, **options)
+    field = covariance_of(roughness.covariance, roughness.rms_height_m, roughness.correlation_length_m, **options)
     law = roughness.marginal
     if law is None:
         return GaussianModel(field, field.axis_lengths_m)

@@ -54,7 +54,7 @@ from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves, rms_height
 from roughslip.surface.karhunen_loeve import karhunen_loeve, representation
 from roughslip.surface.lanczos import leading_modes
-from roughslip.surface.models import covariance_of
+from roughslip.surface.models import Matern, covariance_of
 from roughslip.surface.models.self_affine import self_affine
 from workflow.evidence.rows import Row, case
 from workflow.stress import runner
@@ -124,9 +124,7 @@ def surface_refusals() -> Calls:
     of_others = {"smoothness": {"of-a-gaussian": 1.0}, "bandwidth": {"of-a-gaussian": 10.0}}
     return joined(
         spoilt(plain, kind=UNKNOWN | {"without-a-smoothness": "matern"}, lay_rad=NOT_FINITE, **sizes, **of_others),
-        spoilt(
-            partial(covariance_of, "matern", 1.0, 1.0), smoothness={f"matern-{k}": v for k, v in NOT_POSITIVE.items()}
-        ),
+        spoilt(partial(Matern, 1.0, 1.0), smoothness={f"matern-{k}": v for k, v in NOT_POSITIVE.items()}),
         spoilt(banded, hurst=NOT_A_SHARE, bandwidth=NOT_POSITIVE),
         spoilt(affine, rolloff_wavelength_m=NOT_POSITIVE, cutoff_wavelength_m=NOT_POSITIVE),
         spoilt(expanded, order=orders, share=NOT_A_SHARE | {"missing": None}),

@@ -12,13 +12,13 @@ import pytest
 from roughslip.figures.figure2 import DRAWN as DRAWN_2
 from roughslip.figures.figure2 import METHODS, figure2
 from roughslip.figures.figure3 import DRAWN as FRICTIONS
-from roughslip.figures.figure3 import FAMILIES, PAPER_MOMENTS, figure3, law
+from roughslip.figures.figure3 import FAMILIES, PAPER_MOMENTS, figure3, figure3_law
 from roughslip.figures.figure5 import DRAWN as DRAWN_5
 from roughslip.figures.figure5 import figure5
 from roughslip.figures.style import save
 from tests.figures.drawn import Recorded, with_interval
 
-FIGURES = {"figure2": figure2, "figure3": figure3, "figure3_law": law, "figure5": figure5}
+FIGURES = {"figure2": figure2, "figure3": figure3, "figure3_law": figure3_law, "figure5": figure5}
 DRAWN = {"figure2": DRAWN_2, "figure5": DRAWN_5, **FRICTIONS}
 DAMPING = np.array([0.05, 0.1, 0.17, 0.2, 0.23, 0.25, 0.27, 0.28, 0.29, 0.3, 0.31, 0.32, 0.3225, 0.325, 0.34, 0.4])
 
@@ -249,9 +249,9 @@ def test_figure3_draws_the_stored_numbers():
     np.testing.assert_array_equal(line(mean, "$\\mu_{fit}$"), [result["fit_percentile"], result["fit"]])
 
 
-def test_the_law_draws_the_stored_numbers():
+def test_figure3_law_draws_the_stored_numbers():
     result = friction(lightest=7.0)
-    correlation, lengths, marginal, distances, skewness, kurtosis = law(result).axes
+    correlation, lengths, marginal, distances, skewness, kurtosis = figure3_law(result).axes
     x, y = line(correlation, "median penetration")
     np.testing.assert_allclose(x, 1e6 * result["lag"])
     np.testing.assert_array_equal(y, result["autocorrelation"][0, 5])
@@ -280,7 +280,7 @@ def test_the_law_draws_the_stored_numbers():
         assert axes.get_yscale() == "symlog"
     assert correlation.get_title(loc="left").endswith("$p$ = 0.12")
     assert distances.get_title(loc="left").endswith("$p$ = 0.0025")
-    assert law(friction()).axes[4].get_yscale() == "linear"
+    assert figure3_law(friction()).axes[4].get_yscale() == "linear"
 
 
 def test_the_moments_of_the_papers_beta_are_its_moments():

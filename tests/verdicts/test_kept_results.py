@@ -35,7 +35,7 @@ def test_the_same_claims_agree_and_nothing_moved():
         ({"id": "other"}, ["one, verdict", "other, verdict"], ["one, verdict", "other, verdict"]),
     ],
 )
-def test_a_claim_that_changed_is_told(changes, moved, wrong):
+def test_a_changed_claim_disagrees(changes, moved, wrong):
     rows = compared_claims([KEPT[0] | changes, KEPT[1]], KEPT)
     assert [row.name for row in rows if row.moved] == moved
     assert disagreeing(rows) == wrong

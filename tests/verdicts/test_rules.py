@@ -110,7 +110,7 @@ def test_what_is_not_a_number_is_inside_nothing():
     assert inside((np.nan, np.nan), high=1.0) == 0
 
 
-def test_beta_of_the_paper_contradicts_its_own_kurtosis_whatever_we_find():
+def test_beta_of_the_paper_contradicts_its_own_kurtosis_in_any_case():
     """Skewness 0.560, excess kurtosis -0.171: platykurtic."""
     _, _, skewness, kurtosis = stats.beta.stats(2.1, 5.0, moments="mvsk")
     np.testing.assert_allclose([module.BETA_SKEWNESS, module.BETA_KURTOSIS], [skewness, kurtosis], rtol=1e-12)
@@ -156,7 +156,7 @@ def test_numbers_that_do_not_exist_are_not_tested():
     assert [found[name]["verdict"] for name in IDS[:4]] == ["reproduced", *["not tested"] * 3]
 
 
-def test_a_badly_truncated_surface_is_told():
+def test_notes_report_a_badly_truncated_surface():
     found = judge(square_=square() | {"captured_variance": np.array(0.14)})
     assert "the modes carry 14 % of the variance" in found["fig2-mcs-lhs"]["note"].replace("%", " %").replace("  ", " ")
     assert "variance" not in everything()["fig2-mcs-lhs"]["note"]
@@ -232,7 +232,7 @@ def test_a_range_beyond_the_limit_needs_runs_that_cycle_to_the_end(share, half, 
     assert (found["ours"], *found["interval"]) == pytest.approx((best, best - half, best + half), abs=1e-12)
 
 
-def test_notes_tell_the_p_values_that_there_are():
+def test_notes_report_p_values():
     """One a statement, and none where there is no such number, as with one penetration."""
     notes = {each["id"]: each["note"] for each in claims(None, friction(), None)}
     for name, (variable, hypothesis) in P_VALUES.items():
@@ -241,7 +241,7 @@ def test_notes_tell_the_p_values_that_there_are():
         assert {key for key in notes if notes[key] != alone[key]} == {name}
 
 
-def test_notes_tell_the_window_that_would_give_what_the_paper_has():
+def test_notes_name_the_window_that_would_give_the_number_of_the_paper():
     """Lengths go with the window: of 500 um in one of 600, the paper's 250 in one of 300. Skewness goes with its root:
     half of the Beta's in one of 600 um, all of it in one of 150."""
     table = friction()

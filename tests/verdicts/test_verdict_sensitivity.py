@@ -80,7 +80,7 @@ SKELETON = {
 }
 
 
-def told(square_=None, friction_=None, oscillator_=None, skeleton=SKELETON, scenes=SCENES):
+def verdicts_on(square_=None, friction_=None, oscillator_=None, skeleton=SKELETON, scenes=SCENES):
     """The claims with their sensitivities, by id."""
     found = claims(square_, friction_, oscillator_)
     tested = {c["id"]: c["verdict"] for c in found if c["verdict"] not in ("not tested", "contradicts itself")}
@@ -104,7 +104,7 @@ def ends(found):
 
 
 def test_every_claim_lists_the_inputs_that_it_depends_on():
-    found = told(square(), of_strips(), of_runs())
+    found = verdicts_on(square(), of_strips(), of_runs())
     for name, claim in found.items():
         stands = claim["stands"]
         assert set(stands) == {"always", "any_value", "ranges", "new_runs", "new_solves"}
@@ -113,7 +113,7 @@ def test_every_claim_lists_the_inputs_that_it_depends_on():
         assert len(inputs) == len(set(inputs)), name
         assert bool(inputs) != bool(stands["always"])
     assert found["mu-leptokurtic"]["stands"]["always"].startswith("the paper contradicts itself")
-    assert told(square_=square())["fig5-sharp-limit"]["stands"] is None
+    assert verdicts_on(square_=square())["fig5-sharp-limit"]["stands"] is None
 
 
 def test_the_verdict_is_another_on_the_far_side_of_every_end_and_the_same_on_the_near_one():
@@ -128,7 +128,7 @@ def test_the_verdict_is_another_on_the_far_side_of_every_end_and_the_same_on_the
         "ensemble.realisations": lambda factor: claims(None, None, with_runs(runs, factor)),
     }
     tried = dict.fromkeys(moves, 0)
-    for name, claim in told(None, table, runs).items():
+    for name, claim in verdicts_on(None, table, runs).items():
         for one in claim["stands"]["ranges"] if claim["stands"] else ():
             if one["input"] not in moves:
                 continue
@@ -144,14 +144,14 @@ def test_the_verdict_is_another_on_the_far_side_of_every_end_and_the_same_on_the
 def test_fewer_strips_widen_the_interval_up_to_the_rule():
     """0.56 +- 0.4 lies above zero until its half width is 0.56: with (0.4 / 0.56)^2 of 480 strips, 244.9."""
     table = of_strips() | with_interval("skewness", *(np.full((2, 3), value) for value in (0.56, 0.16, 0.96)))
-    found = range_in(told(friction_=table)["mu-right-skewed"], STRIPS)
+    found = range_in(verdicts_on(friction_=table)["mu-right-skewed"], STRIPS)
     assert ends(found) == [244, 245, 4800, None]
     assert found["value"] == 480
 
 
 def test_a_length_in_metres_moves_with_all_lengths_and_nothing_else_does():
     """230 to 270 um stays within 200 to 300 um from 600 / 1.15 to 600 / 0.9 um of window."""
-    found = told(friction_=of_strips())
+    found = verdicts_on(friction_=of_strips())
     (low_changes, low, high, high_changes) = ends(range_in(found["mu-correlation-250um"], WINDOW))
     assert (low, high) == (pytest.approx(600e-6 * 200 / 230, rel=2e-4), pytest.approx(600e-6 * 300 / 270, rel=2e-4))
     assert low_changes < low < high < high_changes
@@ -181,21 +181,21 @@ def test_modulus_heights_and_lengths_cancel_in_calibrated_friction():
         return friction_coefficient(area, force, 0.3 / whole, 1e-3 * (12 * cell) ** 2)[0]
 
     np.testing.assert_allclose(mu(6e11, 1e-7, 5e-6), mu(2e11, 5e-8, 1e-6), rtol=1e-8)
-    found = told(square(), of_strips(), of_runs())
+    found = verdicts_on(square(), of_strips(), of_runs())
     for claim in found.values():
         assert claim["stands"]["always"] or {*MATERIAL, RMS} <= set(claim["stands"]["any_value"])
 
 
 def test_a_surface_that_yields_has_one_group_more():
     yielding = SCENES | {"claims": SCENES["claims"] | {"material": {"hardness_pa": 2e9}}}
-    for claim in told(square(), of_strips(), of_runs(), scenes=yielding).values():
+    for claim in verdicts_on(square(), of_strips(), of_runs(), scenes=yielding).values():
         if claim["id"] not in ("mu-leptokurtic", "fig5-sharp-limit"):
             assert {*MATERIAL, RMS} <= set(claim["stands"]["new_solves"])
             assert not {*MATERIAL, RMS} & set(claim["stands"]["any_value"])
 
 
-def test_what_only_solves_tell_is_said_and_no_range_invented():
-    for name, claim in told(square(), of_strips(), of_runs()).items():
+def test_inputs_that_need_solves_have_no_range():
+    for name, claim in verdicts_on(square(), of_strips(), of_runs()).items():
         if name not in ("mu-leptokurtic", "fig5-sharp-limit"):
             assert LENGTH in claim["stands"]["new_solves"]
             assert LENGTH not in [one["input"] for one in claim["stands"]["ranges"]]
@@ -204,7 +204,7 @@ def test_what_only_solves_tell_is_said_and_no_range_invented():
 def test_a_lower_least_contact_drops_no_window_where_none_is_dropped():
     missing = np.zeros((2, 3))
     missing[0, 0] = 0.01  # at the first level, not at the median
-    found = told(friction_=of_strips() | {"missing_share": missing})
+    found = verdicts_on(friction_=of_strips() | {"missing_share": missing})
     assert ends(range_in(found["mu-right-skewed"], LEAST_CONTACT)) == [None, 0.0, 1e-3, None]
     assert found["mu-right-skewed"]["stands"]["new_runs"] == ()
     assert found["fig3-mean-decreases"]["stands"]["new_runs"] == (LEAST_CONTACT,)
@@ -212,7 +212,7 @@ def test_a_lower_least_contact_drops_no_window_where_none_is_dropped():
 
 def test_mass_and_belt_stand_as_long_as_sliding_repels_and_fail_where_no_cycle_is():
     """In between the scatter decides. What is known of the slow belt ends at half its velocity."""
-    found = told(oscillator_=of_runs())["fig5-limit-cycle"]
+    found = verdicts_on(oscillator_=of_runs())["fig5-limit-cycle"]
     close = {"rel": 2 * ACCURACY}
     assert ends(range_in(found, "oscillator.mass_kg")) == [
         *(None, pytest.approx(2.0 * 0.1, **close), pytest.approx(2.0 * 1.4, **close)),
@@ -228,7 +228,7 @@ def test_mass_and_belt_stand_as_long_as_sliding_repels_and_fail_where_no_cycle_i
 def test_where_runs_below_the_hopf_point_do_not_all_cycle_nothing_is_concluded():
     """Then the cycle without scatter says only where the cycle ends."""
     doubtful = of_runs(still_cycling_low=np.array([0.99, 0.94, 0.5, 0.2, 0.0]))
-    found = told(oscillator_=doubtful)["fig5-limit-cycle"]
+    found = verdicts_on(oscillator_=doubtful)["fig5-limit-cycle"]
     mass = range_in(found, "oscillator.mass_kg")
     assert (mass["low"], mass["high"]) == (2.0, 2.0)
     assert mass["high_changes"] == pytest.approx(3.8, rel=2 * ACCURACY)
@@ -237,12 +237,12 @@ def test_where_runs_below_the_hopf_point_do_not_all_cycle_nothing_is_concluded()
 
 def test_damping_stands_between_listed_values_that_were_run():
     """Shares of 1, 1, 0.6, 0.3, 0 at 0.05, 0.17, 0.32, 0.33, 0.4, judged as that at 0.17."""
-    found = told(oscillator_=of_runs())["fig5-limit-cycle"]
+    found = verdicts_on(oscillator_=of_runs())["fig5-limit-cycle"]
     assert ends(range_in(found, "oscillator.damping_ratio")) == [None, 0.05, 0.17, 0.32]
 
 
 def test_the_sharp_limit_stands_while_the_list_has_both_sides_of_it():
-    found = told(oscillator_=of_runs())["fig5-sharp-limit"]["stands"]
+    found = verdicts_on(oscillator_=of_runs())["fig5-sharp-limit"]["stands"]
     (mass,) = found["ranges"]
     assert mass["input"] == "oscillator.mass_kg"
     close = {"rel": 2 * ACCURACY}
@@ -257,13 +257,15 @@ def test_at_another_penetration_than_the_calibrated_one_the_surface_moves_the_li
     scenes = SCENES | {"deterministic": SCENES["deterministic"] | {"oscillator": deeper}}
     assert (
         LENGTH
-        in told(friction_=of_strips(), oscillator_=of_runs(), scenes=scenes)["fig5-sharp-limit"]["stands"]["new_solves"]
+        in verdicts_on(friction_=of_strips(), oscillator_=of_runs(), scenes=scenes)["fig5-sharp-limit"]["stands"][
+            "new_solves"
+        ]
     )
 
 
 def test_as_many_runs_as_make_a_share_of_one_sure():
     """Wilson: n of n are sure to lie above 0.95 from n = 0.95 z^2 / 0.05 on, 72.99."""
-    found = told(oscillator_=of_runs())["fig5-limit-cycle"]
+    found = verdicts_on(oscillator_=of_runs())["fig5-limit-cycle"]
     assert ends(range_in(found, "ensemble.realisations")) == [72, 73, 4000, None]
 
 
@@ -272,7 +274,7 @@ def test_an_excited_oscillator_keeps_its_ratio_of_forces_alone():
     scenes = {"claims": {}, "deterministic": {"oscillator": excited, "ensemble": {}}}
     runs = of_runs(deterministic_existence_limit=np.array(NAN), deterministic_hopf_damping=np.array(NAN))
     blind = {name: values if name == "parameter" else np.full((2, 2, 2), NAN) for name, values in SKELETON.items()}
-    found = told(oscillator_=runs, skeleton=blind, scenes=scenes)
+    found = verdicts_on(oscillator_=runs, skeleton=blind, scenes=scenes)
     assert [name for name, claim in found.items() if claim["stands"]] == ["fig5-reattachment-nonnormal"]
     stands = found["fig5-reattachment-nonnormal"]["stands"]
     assert "oscillator.normal_force_n with mass and excitation force in proportion" in stands["any_value"]
@@ -281,7 +283,7 @@ def test_an_excited_oscillator_keeps_its_ratio_of_forces_alone():
 
 def test_no_fewer_strips_than_a_scene_may_have():
     few = SCENES["friction"] | {"strip": SCENES["friction"]["strip"] | {"samples": 12}}
-    found = told(friction_=of_strips(), scenes=SCENES | {"friction": few})["fig3-mean-decreases"]
+    found = verdicts_on(friction_=of_strips(), scenes=SCENES | {"friction": few})["fig3-mean-decreases"]
     assert ends(range_in(found, STRIPS)) == [None, 8, 120, None]
 
 

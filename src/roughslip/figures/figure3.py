@@ -59,7 +59,7 @@ def _sources(axes: Axes, result: Arrays, name: str) -> None:
     axes.plot(percentile, result[f"combined_{name}"], "_", color="0.15", ms=7, label="expansion as control")
 
 
-def law(result: Arrays) -> Figure:
+def figure3_law(result: Arrays) -> Figure:
     """Autocorrelation and what the windows alone make of it, and the law of mu, at the median and at all depths."""
     figure, grid = panels(3, 2, 4.2)
     _autocorrelation(grid[0, 0], result)

@@ -1,8 +1,8 @@
-"""Stage figure3_law: draw the law and the correlation of friction at all depths and write the numbers that it draws."""
+"""Stage figure3_law: draw distribution and correlation of friction at all penetrations; write the numbers drawn."""
 
 from __future__ import annotations
 
-from roughslip.figures.figure3 import DRAWN, law
+from roughslip.figures.figure3 import DRAWN, figure3_law
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.stages.runtime.drawing import draw_and_save
@@ -23,7 +23,7 @@ STAGE = Stage(
 
 def work(job: Job) -> None:
     """Write figure3_law.png, figure3_law.svg and figure3_law.nc."""
-    draw_and_save(job, law, DRAWN["figure3_law"])
+    draw_and_save(job, figure3_law, DRAWN["figure3_law"])
 
 
 if __name__ == "__main__":

@@ -193,9 +193,9 @@ MISTAKES = {
     "expansion: {samples: auto, cdf_error: 0.005, draws: 399999}": "expansion.draws: 399999 is not allowed; "
     "at least 10 / expansion.cdf_error^2, or the draws alone err by as much as 0.005",
     "expansion: {samples: auto, cdf_error: 0.01, degree: 7}\nstrip: {training_samples: 100}\n"
-    "square: {latin_hypercube_samples: 8000}": "expansion.samples: 'auto' is not allowed; samples times terms, "
-    "with more samples than C(8 + 7, 7) and 16 nodes of each, exceed 100000000 (0.8 GB of memory): take a lower "
-    "expansion.degree",
+    "square: {latin_hypercube_samples: 8000}": "expansion.samples: 'auto' is not allowed; a lower "
+    "expansion.degree, because more samples than C(8 + 7, 7), at 16 nodes each, give tables above 100000000 "
+    "(0.8 GB of memory)",
     # the two forms of friction
     "friction: {}\nextends: given\ntargets: [figure3]": "friction.mean_at_median: missing; needed for figure3, "
     "for which friction.statistics is no substitute",

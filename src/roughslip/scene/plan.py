@@ -97,7 +97,7 @@ def runs(scene: Scene, stage: Stage) -> bool:
 def _reached(scene: Scene, wanted: tuple[str, ...]) -> set[str]:
     """Stages that these targets need: their own, and those that make the inputs of a needed one.
 
-    An input that nothing can replace is needed whatever the condition of the stage that makes it.
+    An input that nothing can replace is needed even if the condition of the stage that makes it does not hold.
     """
     found: set[str] = set()
     pending = [name for target in wanted for name in _starts(target)]
@@ -156,7 +156,7 @@ def _companions(name: str) -> list[str]:
 
 @cache
 def _all_of(target: str) -> frozenset[str]:
-    """Every stage that a target may need, whatever the scene."""
+    """Every stage that a target may need, in any scene."""
     found: set[str] = set()
     pending = _starts(target)
     while pending:

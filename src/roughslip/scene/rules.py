@@ -86,8 +86,8 @@ _RULES = (
     _Rule(
         ("expansion.samples", *_TERMS),
         lambda n, v, d: n != AUTO or TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
-        f"samples times terms, with more samples than C({{1}} + {{2}}, {{2}}) and {TRAINING_NODES} nodes of each, "
-        f"exceed {_MEMORY}: take a lower expansion.degree",
+        f"a lower expansion.degree, because more samples than C({{1}} + {{2}}, {{2}}), at {TRAINING_NODES} nodes each, "
+        f"give tables above {_MEMORY}",
     ),
     _Rule(
         ("expansion.draws", "expansion.cdf_error"),

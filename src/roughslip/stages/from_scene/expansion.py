@@ -22,12 +22,12 @@ from roughslip.chaos.selection import moving_frame
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.limits import VARIABLE_COUNTS
+from roughslip.scene.expansion import BEST
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic
 from roughslip.stages.from_scene.nodes import Nodes
 from roughslip.surface.model import GaussianModel, SurfaceModel
 
-BEST = "best"  # in a scene: the target that scores best, or the number of variables
 RAW = "none"  # of expansion.rotation: the leading modes themselves
 REGRESSION = "regression"  # of expansion.rotation: its direction before the local functionals
 OFFSET = 3.0  # to a correlation length, of the heights around a node that further variables may take
@@ -64,9 +64,9 @@ def candidates(scene: Scene, surface: GaussianModel, grid: Grid, modes: np.ndarr
 
     modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
 
-    Functionals are followed by what the heights around a node have besides them, where more than all of them, a number
-    yet to be found, or a regression are asked for. The modes that lead at one node do not at another, so they train at
-    one.
+    Further directions of the heights around a node follow the functionals in three cases: the scene asks for more
+    variables than functionals, for the best number, or for a regression. The leading modes differ from node to node,
+    so raw modes train at one node.
     """
     asked, unknown = scene.expansion, np.zeros((0, 0), dtype=np.int64)
     count = None if asked.variables == BEST else int(asked.variables)

@@ -20,10 +20,10 @@ from roughslip.stages.from_scene import mass_on_belt
 def friction_process(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path | None) -> FrictionProcess:
     """The stochastic part mu_S: the marginal that the scene names, at the mean and standard deviation of the numbers.
 
-    The paper scales Beta(2.1, 5) by the least and the largest value of its sample, which drift apart as the sample
-    grows; here it, too, has the mean and standard deviation of the windows. Where the scene lets several windows bear
-    the load in parallel, theirs is the mean of so many Beta variables. Where friction follows time the correlation
-    length of the process is the scene's correlation time.
+    The paper scales Beta(2.1, 5) by the least and the largest value of its sample, and these depend on its size. Here
+    Beta(2.1, 5) has the mean and standard deviation of the windows. With several windows in parallel, the marginal is
+    that of the mean of as many Beta variables. Where friction follows time, the correlation length of the process is
+    the scene's correlation time.
     """
     moments = numbers.mean, numbers.standard_deviation
     kind = scene.ensemble.marginal

@@ -38,10 +38,9 @@ class FrictionNumbers:
 def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     """The numbers that the scene gives, or else those of the statistics file at its penetration, by default the median.
 
-    The mean is mu_fit(d); it and the scatter come from the solved windows with the expansion as control, the shape from
-    the solved windows. Between two penetrations that were solved each number lies on its own curve through them
-    (`friction.penetration`); shapes that the windows do not determine (`beta_at_bound`) lie there by chance, where
-    `ensemble.marginal: paper` is the safer choice.
+    The mean is mu_fit(d). Mean and scatter come from the solved windows with the expansion as control, the shapes from
+    the solved windows alone. Between two solved penetrations each number is interpolated (`friction.penetration`).
+    Shapes that the windows do not determine (`beta_at_bound`) are arbitrary there: prefer `ensemble.marginal: paper`.
     """
     given = scene.friction.statistics
     if given is not None:
@@ -94,8 +93,11 @@ def motion_options(scene: Scene) -> MotionOptions:
 
 
 def path_length(belt: Oscillator, duration_periods: float, follows: str = "slip") -> float:
-    """Length of a path that no run exceeds by far: its time [s], or the belt's travel [m] and ten spans of the friction
-    force for slip that crosses to the other sign. A run that needs more ends with an error that says so."""
+    """Length of a friction path that is enough for a run: its time [s], or the travel of the belt [m].
+
+    The travel has a margin of ten spans of the friction force, for slip that changes its sign. A run that needs more
+    ends with an error.
+    """
     if follows == "time":
         return 2 * np.pi * (1 + duration_periods) / belt.natural_frequency_rad_per_s
     return belt.V * 2 * np.pi * duration_periods + 10 * belt.F

@@ -21,7 +21,7 @@ def stored(
     correct_correlation: bool,
     rms_height_m: float,
 ) -> tuple[dict[str, store.Variable], dict[str, str]]:
-    """Variables and the attribute `model` that `restored` reads, beside those of `scan_table`.
+    """Variables and the attribute `model` that `restored` reads; those of `scan_table` stand in the same file.
 
     covariance : None for the measured autocorrelation
     """

@@ -1,8 +1,8 @@
 """Distributions of the pressure at the centre from samples and from expansions, each with its interval.
 
-The distance of a sampled distribution F_n from a reference G has a 95 % interval from sampling alone: from below by
-Kolmogorov's bound on sup |F_n - F|; from above by the normal error at the one pressure where |F - G| is largest, since
-the distance that is seen is at least the one seen there. That of an expansion comes from its refits.
+The distance of a sampled distribution F_n from a reference G has a 95 % interval from sampling alone. Its lower end
+follows from Kolmogorov's bound on sup |F_n - F|. Its upper end is the normal error at the pressure where |F - G| is
+largest, because the estimated distance is at least the one there. The interval of an expansion comes from its refits.
 """
 
 from __future__ import annotations
@@ -111,12 +111,12 @@ def refits(expansion: Expansion, fit: Fit, levels: np.ndarray, seed: list[int], 
 
 
 def moved_local(expansion: LocalExpansion, levels: np.ndarray, seed: list[int]) -> tuple[np.ndarray, float]:
-    """What the scatter of its samples does to the local expansion.
+    """Changes of the local expansion by the scatter of its samples.
 
-    Returns the distribution given contact of REPLICATES imagined refits less that of the fit (R, levels), and the
-    standard error of its contact probability: from the jackknife, groups multiplied by normal numbers (Kline and
-    Santos, J. Econom. Methods 1 (2012) 23).
-    Raises IllPosedError where it is never in contact without one of the groups.
+    Returns the distribution given contact of REPLICATES simulated refits minus that of the fit (R, levels), and the
+    standard error of its contact probability. Both are from the jackknife, with groups multiplied by normal numbers.
+    Raises IllPosedError where the expansion without one of the groups is never in contact.
+    Method: Kline and Santos, J. Econom. Methods 1 (2012) 23.
     """
     pressures = expansion.draw(np.random.default_rng(seed), REFIT_BLOCKS * BLOCK, left_out=True)[1:]
     curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
@@ -150,7 +150,7 @@ class Reference:
 
     @property
     def tail_from(self) -> float:
-        """The least of the low probabilities that it settles."""
+        """The least of the low probabilities that the samples of the reference resolve."""
         return max(TAIL[0], SETTLED / self.contacts)
 
     def distance(self, pressure: np.ndarray) -> float:
@@ -158,7 +158,7 @@ class Reference:
         return kolmogorov_distance(pressure[pressure > 0], self.pressure[self.pressure > 0])
 
     def tail_error(self, first: np.ndarray, second: np.ndarray) -> float:
-        """Largest |log10 F_1 / F_2| where the reference lies between tail_from and 0.1; NaN where it settles nothing.
+        """Largest |log10 F_1 / F_2| where the reference lies between tail_from and 0.1; NaN where it resolves none.
 
         No probability counts as smaller than one in a block of draws, below which it is not known.
         """
@@ -188,10 +188,12 @@ def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -
 
 
 def expanded_rows(pressure: np.ndarray, moved: np.ndarray, probability: Row, reference: Reference) -> dict[str, Row]:
-    """The rows of an expansion, whose refits moved its distribution : (R, levels).
+    """The rows of an expansion.
 
-    A distance moves with its refit by at most their distance (triangle inequality, as in Bickel and Krieger 1989), so
-    its interval is the value and the 95 % quantile of that on either side, and the error of the reference.
+    moved : (R, levels) changes of its distribution by refits
+
+    By the triangle inequality, a refit changes a distance by at most its own distance from the fit (Bickel and Krieger
+    1989). The interval extends to either side by the 95 % quantile of that, and by the error of the reference.
     """
     curve = cumulative_given_contact(pressure, reference.levels)
     curves = np.clip(curve + moved, 0.0, 1.0)

@@ -1,5 +1,4 @@
-"""What the friction stage tells beyond statistics: which law, whether it is the same at every penetration, and how much
-of its correlation is the window's own."""
+"""Friction coefficient: candidate distributions, tests of equality over penetrations, effect of the window."""
 
 from __future__ import annotations
 

@@ -18,7 +18,6 @@ MISTAKES = {
     "oscillator: {mass_kg: true}": "oscillator.mass_kg: true is not allowed; a number > 0 and <= 1000000 [kg]",
     "oscillator: {mass_kg:}": "oscillator.mass_kg: no value is not allowed; a number > 0 and <= 1000000 [kg]",
     "oscillator: {mass_kg: 1.0e+999}": "oscillator.mass_kg: inf is not allowed; a number > 0 and <= 1000000 [kg]",
-    "oscillator: {mass_kg: .nan}": "oscillator.mass_kg: '.nan' is text, not a number; a number > 0 and <= 1000000 [kg]",
     "oscillator: {mass_kg: 2 kg}": "oscillator.mass_kg: '2 kg' is text, not a number; a number > 0 and <= 1000000 [kg]",
     "oscillator: {stochastic_static_limit: yes}": "oscillator.stochastic_static_limit: 'yes' is not allowed; "
     "true or false",
@@ -33,8 +32,6 @@ MISTAKES = {
     f"a list of at least 1, each once, of one of {FIGURES}",
     "numerics: 1.0e-8": "numerics: 1e-08 is not allowed; a group of the keys contact_tolerance, oscillator_tolerance",
     r'description: "two\nlines"': r"description: 'two\nlines' is not allowed; text on one line, 1 to 200 characters",
-    "description: ''": "description: '' is not allowed; text on one line, 1 to 200 characters",
-    "seed: -1": "seed: -1 is not allowed; a whole number >= 0 and <= 4294967295",
     "oscillator: {law: coulomb, static_friction: 0.2}\nfriction: {mean_at_median: 0.3}": "oscillator.static_friction: "
     "0.2 is not allowed; at least friction.mean_at_median = 0.3, or stick holds less than slip",
     "oscillator: {law: table}": "oscillator.friction_table: missing; oscillator.law = table needs it",
@@ -68,16 +65,11 @@ MISTAKES = {
     "write 1.0e+9, a number >= 1000 and <= 1e+13 [Pa]",
     "roughness: {rms_height_m: 5E-8}": "roughness.rms_height_m: '5E-8' is text, not a number; "
     "write 5.0e-8, a number > 0 and <= 0.01 [m]",
-    "oscillator: {mass_kg: '2.5'}": "oscillator.mass_kg: '2.5' is text, not a number; "
-    "write 2.5, a number > 0 and <= 1000000 [kg]",
     "square: {monte_carlo_samples: 4e5}": "square.monte_carlo_samples: '4e5' is text, not a number; "
-    "write 400000, a whole number >= 100 and <= 100000000",
-    "square: {monte_carlo_samples: 400_000}": "square.monte_carlo_samples: '400_000' is text, not a number; "
     "write 400000, a whole number >= 100 and <= 100000000",
     "seed: 010": "seed: '010' is text, not a number; a whole number >= 0 and <= 4294967295",
     "seed: 1:30": "seed: '1:30' is text, not a number; a whole number >= 0 and <= 4294967295",
     "seed: 1\nseed: 2": "seed: 2 in line 3 repeats the key; give it once",
-    "strip:\n  cell_m: 2.5e-6\n  cell_m: 0": "strip.cell_m: 0 in line 4 repeats the key; give it once",
     "seed: &base 1": "seed: &base is not allowed; write the value out (no anchor, alias or tag)",
     "seed: !!python/name:os.system 1": "seed: tag:yaml.org,2002:python/name:os.system is not allowed; "
     "write the value out (no anchor, alias or tag)",
@@ -85,7 +77,6 @@ MISTAKES = {
     "strip: {penetration_percentiles: [*base, 50]}": "strip.penetration_percentiles[0]: *base is not allowed; "
     "write the value out (no anchor, alias or tag)",
     "&base seed: 1": "the key in line 2 is not allowed; a key is a plain word",
-    "? [a, b]\n: 1": "the key in line 2 is not allowed; a key is a plain word",
     # across keys
     "square: {modes: 101, nodes: 10}": "square.modes: 101 is not allowed; at most square.nodes^2 = 10^2",
     "square: {modes: 20000, nodes: 200}": "square.modes: 20000 is not allowed; modes times nodes^2 at most 100000000 "
@@ -94,22 +85,10 @@ MISTAKES = {
     "not allowed; samples times square.modes = 400 at most 100000000 (0.8 GB of memory)",
     "square: {modes: 6}\nexpansion: {variables: 7}": "expansion.variables: 7 is not allowed; at most square.modes = 6, "
     "of which best takes 8 or more",
-    "square: {modes: 7}\nexpansion: {variables: best}": "expansion.variables: 'best' is not allowed; "
-    "at most square.modes = 7, of which best takes 8 or more",
-    "expansion: {variables: beste}": "expansion.variables: 'beste' is not allowed; "
-    "a whole number >= 1 and <= 100, or best",
     "expansion: {variables: best, degree: 4, samples: 60000}": "expansion.samples: 60000 is not allowed; "
     "samples times terms, C(best + 4, 4), at most 100000000 (0.8 GB of memory)",
-    "expansion: {variables: best, degree: 4, samples: 15}": "expansion.samples: 15 is not allowed; "
-    "more than the terms of the expansion, C(best + 4, 4)",
     "expansion: {variables: 8, degree: 3, samples: 165}": "expansion.samples: 165 is not allowed; "
     "more than the terms of the expansion, C(8 + 3, 3)",
-    "expansion: {variables: 8, degree: 7, samples: 9000}\nsquare: {latin_hypercube_samples: 4000}\n"
-    "strip: {training_samples: 60}": (
-        "square.latin_hypercube_samples: 4000 is not allowed; more than the terms of the expansion, C(8 + 7, 7)"
-    ),
-    "expansion: {variables: 8, degree: 3, samples: 700000}\nsquare: {modes: 99}": "expansion.samples: 700000 is not "
-    "allowed; samples times terms, C(8 + 3, 3), at most 100000000 (0.8 GB of memory)",
     "strip: {length_m: 2.401e-3, cell_m: 2.5e-6}": "strip.length_m: 0.002401 is not allowed; "
     "a whole multiple of strip.cell_m = 2.5e-06 [m]",
     "strip: {window_spacing_m: 1.6e-5, cell_m: 2.5e-6}": "strip.window_spacing_m: 1.6e-05 is not allowed; "
@@ -236,13 +215,11 @@ MISTAKES = {
     "targets: [figure_field]\nexpansion: {samples: 1000}\nsquare: {nodes: 301, modes: 20}": "expansion.samples: 1000 "
     "is not allowed; samples times the 90601 nodes of the square at most 90000000 (1.5 GB of memory) for figure_field",
     "map: {belt_velocities_m_per_s: [2, 1]}": "map.belt_velocities_m_per_s: [2, 1] is not allowed; strictly increasing",
-    "survival: {scatter_factors: [1, 0.5]}": "survival.scatter_factors: [1, 0.5] is not allowed; strictly increasing",
     "targets: [figure_map]\noscillator: {excitation_force_n: 1}": "targets: ['figure_map'] is not allowed; figure_map "
     "draws limits of the free oscillator, and oscillator.excitation_force_n is not 0",
     "targets: [figure_scan]": "roughness.scan: missing; needed for figure_scan",
     # overlays
     "extends: 3": f"extends: 3 is not allowed; scenes: {KNOWN}",
-    "extends: *base": "extends: *base is not allowed; write the value out (no anchor, alias or tag)",
     "extends: papr": f"extends: 'papr' is not allowed; did you mean paper? scenes: {KNOWN}",
     "extends: mine": "extends: 'mine' is not allowed; overlays run in a circle: mine -> mine",
 }

@@ -17,6 +17,7 @@ from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, Res
 from roughslip.errors import InputError
 from tests.scene.fuzzed import overlays
 from tests.scene.shipped import SCENES
+from workflow.keys import key_files
 from workflow.recovery import run_lock
 from workflow.study.scenes import Scenes, checked
 
@@ -51,7 +52,9 @@ def plan(monkeypatch):
                 found.setdefault(job.wildcards_dict.get("scene", ""), Counter()).update([job.rule.name])
         return {scene: dict(rules) for scene, rules in found.items()}
 
-    return planned
+    yield planned
+    while key_files._draft_folders:
+        key_files._draft_folders.pop().cleanup()
 
 
 # One job a batched stage, three for the designs of the square.

@@ -110,10 +110,10 @@ def test_a_scan_that_is_not_there_is_told_before_any_job(empty, tmp_path):
     )
     project.path("config/scenes/mine.al3d").write_bytes(b"no scan")
     run = project.snakemake("-j1", "results/mine/surface/scan.nc")
-    said = run.stdout + run.stderr
     assert run.returncode == 1
-    assert "scan: config/scenes/mine.al3d: unknown format, or damaged" in said
-    assert "Traceback" not in said
+    start = "config/scenes/mine.yaml: roughness.scan.file: config/scenes/mine.al3d: unknown format, or damaged"
+    assert run.stderr.splitlines()[-1].startswith(start)
+    assert not project.path("results").exists()
 
 
 @needs_library

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from roughslip.errors import InputError
 from workflow.keys import environment_check, key_files
 from workflow.recovery import integrity, run_lock, slurm_orphans, snakemake_metadata
 from workflow.study.scenes import Scenes
@@ -16,10 +17,12 @@ def recover(scenes: Scenes) -> list[str]:
     """Clear what an earlier run left, and check the results of the scenes asked for; lines for the user.
 
     A dry run changes nothing outside .snakemake, and nothing is changed while another run is at work. Raises InputError
-    where the folder cannot be written to, and where jobs of an earlier run are in the queue of a cluster.
+    where the folder cannot be written to, where a scan cannot be read, and where jobs of an earlier run are queued.
     """
     lines = environment_check.report((scenes.root / "requirements.lock").read_text(encoding="utf-8"))
     is_alone, found = run_lock.hold(STATE)
+    if mistakes := [text for name in scenes.asked for text in scenes.scan_mistakes(name, STATE / "scans")]:
+        raise InputError(mistakes)
     lines += found
     if not is_alone:
         return lines

@@ -19,6 +19,7 @@ from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
 from workflow.study.commands import job_name
+from workflow.study.scan_check import scan_mistakes
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "friction", "oscillator", "chain", "skips")
@@ -223,6 +224,13 @@ class Scenes:
         """The scan that the scene reads: the user's, or the one that is made for it."""
         file = get(self.valid[name], "roughness.scan.file")
         return f"results/{name}/{declarations()['grinding'].result}" if file is None else _scan_file(self.root, file)
+
+    def scan_mistakes(self, name: str, checked: Path) -> list[str]:
+        """A line if the scan of the scene cannot be read. checked : folder of marks for scans that were read"""
+        if "scan" not in self.stages(name) or get(self.valid[name], "roughness.scan.file") is None:
+            return []
+        file = self.root / "config" / "scenes" / f"{name}.yaml"
+        return scan_mistakes(file, Path(self.scan_file(name)), self.valid[name], checked)
 
     def products(self, name: str) -> list[str]:
         """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""

@@ -11,12 +11,12 @@ from typing import Any
 
 BUDGET = "chain"  # the benchmark that measures each source of error
 MEASURED = {
-    "surface": "Surfaces: error of the covariance against the time of a sample, and the leading modes.",
-    "contact": "Contact: independent residual of the complementarity conditions against time, by mesh and roughness.",
+    "surface": "Surfaces: times of leading modes and exact samples; error of the covariance against time.",
+    "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
     "chaos": "Pressure at the centre: distance of the distribution from its Monte Carlo reference against contact "
-    "solves and against seconds.",
+    "solves.",
     "friction": "Friction paths: error of the autocorrelation against the time of the paths, and points a second.",
-    "oscillator": "Oscillator: error of the point where the mass sticks again against time, and cycles a second.",
+    "oscillator": "Oscillator: error of the point where the mass sticks again against the time of a cycle.",
     "skips": "What is not computed: the time with everything computed, divided by the time as it is. And the "
     "difference of the two results relative to the tolerance, at the edge where they are equal to the bit.",
     BUDGET: "What each source leaves in every number of the figures, the others as the scene has them. To the right of "

@@ -164,18 +164,6 @@ def test_undamped_cycle(r, integrator):
     assert motion.reattachments() == pytest.approx(np.full(count, (2 * law.kinetic - law.static) * F), abs=1e-10 * F)
 
 
-@pytest.mark.parametrize("r", RATIOS)
-def test_amplitude_of_the_undamped_cycle(r):
-    law = coulomb(r)
-    drawn = trajectory(
-        replace(STUDY, damping_ratio=0.0), law, None, 0.0, 8.0, MotionOptions(1e-12), samples_per_period=4000
-    )
-    late = drawn.position[drawn.time > drawn.motion.time[0]]
-    amplitude = math.hypot(r * V, V)
-    # samples miss the extreme by (pi / 4000)^2 / 2 = 3e-7 of the amplitude at most
-    assert law.kinetic * F - late.min() == pytest.approx(amplitude, rel=4e-7)
-
-
 @BOTH
 @pytest.mark.parametrize(("r", "limit"), list(zip(RATIOS, [0.017938, 0.057829, 0.145359, 0.322719], strict=True)))
 def test_damping_at_which_the_cycle_dies(r, limit, integrator):

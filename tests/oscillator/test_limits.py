@@ -111,13 +111,6 @@ def test_equilibrium_and_hopf_from_the_right_hand_side():
     assert slope == pytest.approx(0.0, abs=1e-7)
 
 
-@pytest.mark.parametrize(("jump", "limit"), [(0.5, 0.017938), (1.0, 0.057829), (2.0, 0.145359), (5.0, 0.322719)])
-def test_coulomb_s_cycle_dies_at_the_published_damping(jump, limit):
-    """Jump of the friction deflection over V: departure at y = jump, then linear slip about F kinetic."""
-    law = CoulombLaw(0.3, 0.3 + jump * STUDY.V / STUDY.F)
-    assert existence_limit(STUDY, law) == pytest.approx(limit, abs=5e-7)
-
-
 @pytest.mark.parametrize("jump", [0.5, 5.0])
 def test_coulomb_s_limit_in_closed_form(jump):
     """Linear slip from y = jump - 2 D, w = 1 has its next peak at w = 1.

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator, coefficients
-from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
+from roughslip.oscillator.event_loop import DEPARTURE
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
@@ -242,57 +241,6 @@ def test_stick_holds_up_to_the_first_passage(seed, scatter, share, force, freque
     assert outside.max(initial=-1.0) <= 1e-11 * F or tau == 0.0
     if side != HELD and tau > 0.0:
         assert excess(np.array([tau]), np.array([x]))[0] == pytest.approx(0.0, abs=1e-9 * F)
-
-
-def reference(follows, oscillator, nodes, spacing, cycles):
-    """Reattachments by scipy's DOP853 with its own events, friction as a function of tau, first passages by brentq."""
-    rate = V if follows == "belt" else 1.0 / OMEGA
-    friction = smooth(nodes, spacing)
-    q, r, D = oscillator.q, oscillator.r, oscillator.damping_ratio
-
-    def slip(tau, y):
-        mu = float(LAW.mu(OMEGA * (V - y[1]))) + float(friction(rate * tau))
-        return [y[1], F * mu - 2.0 * D * y[1] - y[0] + q * math.cos(r * tau)]
-
-    def at_belt(tau, y):
-        return y[1] - V
-
-    at_belt.terminal, at_belt.direction = True, 1.0
-    tau, x, found = 0.0, 0.0, []
-    for _ in range(cycles):
-
-        def excess(t, tau=tau, x=x):
-            force = x + V * (t - tau) + 2.0 * D * V - q * np.cos(r * t)
-            return force - F * (0.4 + friction(rate * t))
-
-        scan = tau + np.linspace(0.0, 12.0, 200_001)
-        k = np.flatnonzero(excess(scan) > 0.0)[0]
-        leave = brentq(excess, scan[k - 1], scan[k], xtol=1e-14)
-        x, tau = x + V * (leave - tau), leave
-        h = 1e-3  # off the belt by Taylor's series: X'' grows as the limit falls and the force rises
-        drop = (excess(leave + 1e-6) - excess(leave - 1e-6)) / 2e-6
-        y = [x + V * h - drop * h**3 / 6.0, V - drop * h**2 / 2.0]
-        run = solve_ivp(
-            slip, (tau + h, tau + 20.0), y, method="DOP853", rtol=1e-11, atol=1e-14, events=at_belt, max_step=0.02
-        )
-        tau, x = run.t[-1], run.y[0, -1]
-        found.append((tau, x))
-    return np.array(found)
-
-
-@pytest.mark.parametrize(("follows", "oscillator"), [("belt", EXCITED), ("time", STUDY)])
-def test_against_scipy(follows, oscillator):
-    """DOP853 at rtol 1e-11 on the same path, four cycles."""
-    spacing = 1e-4 if follows == "belt" else 1e-4 / 0.948
-    nodes = 0.05 * np.sin(2.0 * math.pi * np.arange(1600) / 40.0)
-    expected = reference(follows, oscillator, nodes, spacing, 4)
-    for integrator in ("fehlberg45", "dormand_prince853"):
-        motion = simulate(
-            oscillator, LAW, nodes, spacing, 5.0, MotionOptions(1e-11, friction_follows=follows, integrator=integrator)
-        )
-        back = motion.kind == REATTACHMENT
-        assert motion.time[back][:4] == pytest.approx(expected[:, 0], abs=1e-6)
-        assert motion.position[back][:4] == pytest.approx(expected[:, 1], abs=1e-7 * F)
 
 
 def test_belt_and_time_are_one_clock():

@@ -17,7 +17,7 @@ SCENES = (
 )
 PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))
-KINDS = "gaussian, exponential, separable_exponential, matern, self_affine"
+KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
 FIGURES = "figure2, figure3, figure5, figure_field, figure_map, figure_scan"
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"

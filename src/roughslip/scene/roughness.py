@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal, get_args
+from typing import Literal
 
+from roughslip.scene.covariances import covariance_shapes
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section, text
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
 
-Covariance = Literal["gaussian", "exponential", "separable_exponential", "matern", "self_affine"]
-ScanCovariance = Literal[
-    "best", "measured", "gaussian", "exponential", "separable_exponential", "matern", "self_affine"
-]
+COVARIANCES = covariance_shapes()
 Family = Literal["beta", "weibull", "lognormal"]
 ScanMarginal = Literal["gaussian", "beta", "weibull", "lognormal", "empirical"]
 Form = Literal["mean", "plane", "quadratic"]
@@ -101,10 +99,10 @@ class Scan(Section):
         "Unit of the heights, where the file does not give it", HeightUnit, default=None
     )
     form: Form = choice("Form that is removed from the scan first, by a least squares fit", Form)
-    covariance: ScanCovariance = choice(
+    covariance: str = choice(
         "Model of the autocorrelation, fitted; best is the one of the smallest Bayesian criterion, "
         "measured the estimate itself",
-        ScanCovariance,
+        ("best", "measured", *COVARIANCES),
     )
     marginal: ScanMarginal = choice(
         "Distribution of the heights, fitted by its moments; empirical is the measured one", ScanMarginal
@@ -119,10 +117,10 @@ class Roughness(Section):
 
     A field has covariance, rms_height_m and correlation_length_m, a fractal has fractal and rms_height_m."""
 
-    covariance: Covariance = choice(
+    covariance: str = choice(
         "Covariance at distance r over the correlation length: gaussian is exp(-r^2), exponential is exp(-r), "
         "separable_exponential is exp(-|x| - |y|). matern has a smoothness, self_affine a Hurst exponent and bandwidth",
-        Covariance,
+        tuple(COVARIANCES),
         default=None,
     )
     rms_height_m: float = number("Root mean square of the heights, Sq", "m", above=0, at_most=0.01, default=None)
@@ -171,7 +169,7 @@ class Roughness(Section):
 
 
 FIELD = ("covariance", "rms_height_m", "correlation_length_m")
-SHAPES = {"smoothness": "matern", "hurst": "self_affine", "bandwidth": "self_affine"}
+SHAPES = tuple(dict.fromkeys(name for shapes in COVARIANCES.values() for name in shapes))
 FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, "marginal")
 # The keys that each form may have.
 FORMS = {"covariance": (*FIELD, *FIELD_OPTIONS), "fractal": ("fractal", "rms_height_m"), "scan": ("scan",)}
@@ -210,12 +208,12 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
 
 
 def _field_mistakes(field: Values) -> Iterator[Mistake]:
-    kind = field.get("covariance")
-    for shape, owner in SHAPES.items():
+    kind = str(field.get("covariance"))
+    for shape in SHAPES if kind in COVARIANCES else ():
         keys = f"roughness.{shape}", "roughness.covariance"
-        if shape in field and kind in get_args(Covariance) and kind != owner:
+        if shape in field and shape not in COVARIANCES[kind]:
             yield refused(field[shape], f"roughness.covariance = {kind} has none", *keys)
-        elif shape not in field and kind == owner:
+        elif shape not in field and shape in COVARIANCES[kind]:
             yield missing(f"roughness.covariance = {kind} needs it", *keys)
     if "lay_rad" in field and "correlation_length_across_m" not in field:
         yield missing("goes with roughness.lay_rad", "roughness.correlation_length_across_m", "roughness.lay_rad")

@@ -59,6 +59,7 @@ def test_the_likelihood_is_that_of_the_model():
     assert log_likelihood(rows, contact, np.array([0.4, 2.0])) == pytest.approx(np.log(density * out), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_errors_fall_with_the_root_of_the_samples_and_are_as_large_as_the_information_says():
     """40 repetitions of 7 parameters: a root mean square of 280 numbers is known to 1 / sqrt(560) = 4.2 %."""
     errors = {}
@@ -162,7 +163,7 @@ def test_a_target_without_scatter_is_refused(shift):
         censored_regression(basis, basis @ BETA + shift)
 
 
-def test_steps_that_run_out_are_told(monkeypatch):
+def test_too_many_steps_are_an_error(monkeypatch):
     monkeypatch.setattr("roughslip.chaos.censored.STEPS", 2)
     basis, y, _ = problem(200)
     with pytest.raises(ConvergenceError) as caught:

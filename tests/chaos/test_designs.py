@@ -59,19 +59,6 @@ def test_mean_of_an_additive_function_keeps_only_the_variance_within_strata():
     assert exact < 0.06 * variables / n  # independent samples have variables / n
 
 
-def test_a_monte_carlo_sample_depends_on_its_number_alone():
-    alone = monte_carlo([7, 1, 12], 100)
-    rows = [monte_carlo([7, 1, number], 100) for number in range(14)]
-    assert np.array_equal(alone, rows[12])
-    assert len(np.unique(rows)) == 1400
-
-
-@pytest.mark.parametrize(("samples", "variables"), [(0, 3), (3, 0)])
-def test_empty_designs_are_refused(samples, variables):
-    with pytest.raises(ParameterError, match=r"number of (samples|variables) must be at least 1"):
-        latin_hypercube(np.random.default_rng(0), samples, variables)
-
-
 # --- Sobol ---
 
 
@@ -116,6 +103,7 @@ def test_places_at_the_ends_stay_finite(monkeypatch):
     assert np.allclose(xi, [ndtri(2.0**-31), -ndtri(2.0**-31)])
 
 
+@pytest.mark.slow
 def test_more_variables_or_samples_than_a_sobol_sequence_has_are_refused():
     assert sobol(np.random.default_rng(0), 2, MOST_SOBOL_VARIABLES).shape == (2, MOST_SOBOL_VARIABLES)
     with pytest.raises(ParameterError, match="take another design"):

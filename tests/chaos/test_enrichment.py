@@ -61,7 +61,7 @@ def true_error(expansion) -> float:
 
 
 def test_the_distribution_over_the_variables_is_that_of_the_draws():
-    """40 000 draws tell it to 1.63 / sqrt(40 000) in 99 of 100 (Kolmogorov)."""
+    """40 000 draws give it to within 1.63 / sqrt(40 000) in 99 of 100 cases (Kolmogorov)."""
     expansion = fit(Surfaces(1)(0, 128))
     drawn = np.sort(expansion.draw(np.random.default_rng(2), 40_000))
     seen = np.searchsorted(drawn, LEVELS, side="right") / 40_000

@@ -38,8 +38,8 @@ def expected(scatter=0.0, nodes=NODES):
 
 
 def test_a_linear_state_gives_its_direction_and_the_maps_of_a_normal():
-    """Scores follow the ranks, so a direction is found to within their noise at the ends, 1e-4 of 2000; with scatter of
-    0.3 it errs by 5 x 0.3^2 / 2000, half of which its cosine lacks."""
+    """A direction is found to within the noise of the ranks at the ends, 1e-4 of 2000. With a scatter of 0.3 its square
+    error is 5 x 0.3^2 / 2000, twice the loss of its cosine."""
     found = fit_field(*surfaces(2000, 0))
     np.testing.assert_allclose(np.sum(found.direction * directions(), axis=0), 1.0, rtol=0, atol=1e-4)
     assert found.missed.max() < 0.01
@@ -83,10 +83,11 @@ def test_ranks_alone_count_for_the_direction():
     np.testing.assert_array_equal(fit_field(xi, state).index, fit_field(xi, other).index)
 
 
+@pytest.mark.slow
 def test_maps_are_unbiased_and_their_errors_are_true():
-    """200 repetitions with 150 surfaces: no error on average, within 4 standard errors; relative to what is told their
-    root mean square is 1, which 200 give to within 5 %. That of the standard deviation hangs on few large pressures,
-    which so few surfaces rarely show: up to half more."""
+    """200 repetitions with 150 surfaces have no error on average, within 4 standard errors. Relative to the estimated
+    errors their root mean square is 1, which 200 give to within 5 %. For the standard deviation it may be half larger,
+    because few surfaces have the large pressures that determine it."""
     nodes, repetitions = 4, 200
     z = np.empty((repetitions, 3, nodes))
     for seed in range(repetitions):
@@ -116,6 +117,7 @@ def test_without_the_expansion_errors_are_those_of_moments():
         np.testing.assert_allclose(one.gain * one.error**2 * 2000, variance, rtol=tolerance)
 
 
+@pytest.mark.slow
 def test_errors_of_shares_are_their_scatter():
     """The standard deviation over 60 designs, which they give to within 10 %, and a jackknife of 10 groups to 25 %."""
     shares = []
@@ -124,8 +126,8 @@ def test_errors_of_shares_are_their_scatter():
         shares.append(mode_shares(fit_field(xi, state[:, -3:]), 1))
     for name in ("first", "total"):
         scatter = np.std([getattr(one, name) for one in shares], axis=0)
-        told = np.sqrt(np.mean([getattr(one, f"{name}_error") ** 2 for one in shares], axis=0))
-        ratio = np.exp(np.mean(np.log(told / scatter)))  # of six modes
+        estimated = np.sqrt(np.mean([getattr(one, f"{name}_error") ** 2 for one in shares], axis=0))
+        ratio = np.exp(np.mean(np.log(estimated / scatter)))  # of six modes
         assert ratio == pytest.approx(1.0, abs=0.25)
 
 
@@ -149,7 +151,7 @@ def test_modes_that_a_state_does_not_depend_on_have_no_share():
     assert np.all(np.abs(shares.first - [(1 + alone) / 2, alone / 2, 0]) < 4 * shares.first_error + 0.005)
 
 
-def test_drawn_fields_have_the_law_of_the_solved_ones_at_a_node():
+def test_drawn_fields_have_the_distribution_of_the_solved_ones_at_a_node():
     """Contact and mean of 600 draws within four of their standard errors, and those of a window's 4 % at 40 nodes."""
     xi, state = surfaces(1500, 3, scatter=0.5)
     found = fit_field(xi, state)
@@ -171,14 +173,14 @@ class Nearest:
         return values
 
 
-def test_a_solved_surface_that_lends_itself_its_ranks_is_drawn_as_it_is():
+def test_a_solved_surface_with_its_own_ranks_is_drawn_unchanged():
     xi, state = surfaces(300, 7, scatter=0.5)
     found = fit_field(xi, state)
     drawn = draw_pressure(found, state, found.index[:20], Nearest())
     np.testing.assert_array_equal(drawn, np.maximum(state[:20], 0.0))
 
 
-def test_what_the_surfaces_cannot_tell_is_refused():
+def test_ill_posed_fields_are_refused():
     xi, state = surfaces(300, 4)
     with pytest.raises(IllPosedError, match="101 samples are too few for 151 coefficients"):
         fit_field(np.random.default_rng(0).standard_normal((101, 150)), state[:101])

@@ -71,26 +71,12 @@ def test_boxes_are_cut_at_the_border(shape):
     np.testing.assert_allclose(found[FAR], box_means(heights, *STENCIL.far), atol=1e-14)
 
 
-def test_a_box_beyond_the_mesh_is_the_mean_and_one_node_the_height():
-    heights = np.random.default_rng(2).standard_normal((6, 5))
-    found = local_functionals(heights, Stencil(near=(0, 0), far=(9, 9)))
-    np.testing.assert_allclose(found[NEAR], heights, atol=1e-15 * 6)
-    np.testing.assert_allclose(found[FAR], heights.mean(), atol=1e-15 * 6)
-
-
 @settings(derandomize=True, max_examples=20, deadline=None)
 @given(st.integers(1, 6), st.integers(1, 6), st.floats(-3, 3), st.floats(-3, 3))
 def test_functionals_are_linear(nx, ny, a, b):
     first, second = np.random.default_rng(3).standard_normal((2, nx, ny))
     combined = a * local_functionals(first, STENCIL) + b * local_functionals(second, STENCIL)
     np.testing.assert_allclose(local_functionals(a * first + b * second, STENCIL), combined, atol=1e-13)
-
-
-def test_modes_are_treated_one_by_one():
-    modes = np.random.default_rng(4).standard_normal((2, 3, 6, 5))
-    found = local_functionals(modes, STENCIL)
-    assert found.shape == (8, 2, 3, 6, 5)
-    assert np.array_equal(found[:, 1, 2], local_functionals(modes[1, 2], STENCIL))
 
 
 def test_strips_too_narrow_for_a_difference_have_none():
@@ -137,12 +123,6 @@ def test_dependent_candidates_are_passed_over():
         orthonormal_directions(candidates, 4)
 
 
-@pytest.mark.parametrize(("candidates", "count"), [(np.eye(3), 0), (np.array([[np.nan, 1.0]]), 1)])
-def test_impossible_directions_are_refused(candidates, count):
-    with pytest.raises(ParameterError):
-        orthonormal_directions(candidates, count)
-
-
 def correlated_samples():
     rng = np.random.default_rng(9)
     return rng.standard_normal((200, 4)) @ rng.standard_normal((4, 4)) * np.array([1e-7, 1e-9, 1e-8, 3.0])
@@ -176,13 +156,6 @@ def test_dependent_functionals_cannot_be_whitened(change, message):
         whitening(change(correlated_samples()), np.zeros((4, 0)))
 
 
-def test_whitening_refuses_what_is_not_finite():
-    samples = correlated_samples()
-    samples[3, 1] = np.nan
-    with pytest.raises(ParameterError):
-        whitening(samples, np.zeros((samples.shape[1], 0)))
-
-
 def test_what_a_symmetry_keeps_apart_is_not_mixed_by_whitening():
     """Columns 1 and 3 change sign: as if every sample were there with its image, whose mixed moments cancel."""
     samples, odd = correlated_samples(), np.array([[0], [1], [0], [1]])
@@ -194,7 +167,7 @@ def test_what_a_symmetry_keeps_apart_is_not_mixed_by_whitening():
 
 
 @pytest.mark.parametrize(("axis", "symmetry"), [(0, 0), (1, 1)])
-def test_mirrored_surfaces_have_functionals_of_the_signs_that_are_told(axis, symmetry):
+def test_functionals_of_mirrored_surfaces_have_the_stated_signs(axis, symmetry):
     heights = np.random.default_rng(12).standard_normal((9, 8))
     stencil = Stencil((1, 1), (2, 3))
     found = np.flip(local_functionals(np.flip(heights, axis), stencil), 1 + axis)

@@ -77,8 +77,8 @@ def test_a_term_is_the_product_of_its_polynomials_at_each_sample_alone():
 
 
 def test_even_terms_keep_their_value_under_every_symmetry_and_the_others_do_not():
-    """One symmetry that turns two of eight variables keeps the C(9, 3) = 84 cubics in the other six, and the three
-    products of two of the two with 1 or one of the six."""
+    """A symmetry that changes the sign of two of eight variables keeps the C(9, 3) = 84 cubics in the other six. It
+    also keeps the three products of two of the two, with 1 or one of the six."""
     odd = np.array([[0, 0], [1, 0], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0], [0, 0]])
     complete = multi_indices(8, 3)
     assert len(even_terms(complete, odd[:, :1])) == 84 + 3 * 7

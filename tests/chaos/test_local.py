@@ -1,4 +1,4 @@
-"""The local expansion: a response whose law is known is found again with its errors, by every kind of target."""
+"""The local expansion: known responses are recovered with their errors, by every kind of target."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ def scatter(u):
 
 
 def pressures(r, target):
-    """p, gap of a target r; where it is censored the gap tells nothing."""
+    """Pressure and gap of a target r; a censored target ignores the gap."""
     gap = np.maximum(-r, 0.0) / target.gap_stiffness
     return target.pressure(r), np.where(gap > 0, 1.0, 0.0) if target.kind == "censored" else gap
 
@@ -99,7 +99,7 @@ def test_predictions_of_left_out_surfaces_miss_the_scatter_and_no_more(fitted, k
     variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
     terms, found = 166, fitted[kind].cross_validated
     assert noise / variance < found < noise / variance * (1 + 2.5 * terms / SURFACES)
-    assert 0 < fitted[kind].fit.leave_one_out < found  # neighbours tell of each other
+    assert 0 < fitted[kind].fit.leave_one_out < found  # neighbours are dependent
 
 
 def jackknife_of(expansion):
@@ -111,13 +111,13 @@ def jackknife_of(expansion):
 @pytest.mark.parametrize("kind", ["squared_pressure", "censored"])
 def test_the_jackknife_gives_the_spread_of_repetitions(kind):
     """40 spreads are known to 11 %, the root mean square of 40 jackknives from 20 groups to a few per cent."""
-    target, found, told = TARGETS[kind], [], []
+    target, found, estimated = TARGETS[kind], [], []
     for seed in range(40):
         one = fit_local(samples(target, seed, 200, 3), 2, target)
         drawn = one.draw(np.random.default_rng(5), 4000)
         found.append([np.mean(drawn > 0), drawn.mean()])
-        told.append(jackknife_of(one))
-    ratio = np.sqrt(np.mean(np.square(told), axis=0)) / np.std(found, axis=0, ddof=1)
+        estimated.append(jackknife_of(one))
+    ratio = np.sqrt(np.mean(np.square(estimated), axis=0)) / np.std(found, axis=0, ddof=1)
     assert np.all((ratio > 1 / 1.5) & (ratio < 1.5)), ratio
 
 
@@ -236,7 +236,7 @@ def test_residuals_are_of_left_out_predictions_as_the_fit_weighs_them_and_none_f
 
 @pytest.mark.parametrize("law", ["trial_pressure", "squared_pressure"])
 def test_the_best_is_the_target_that_the_response_follows(law):
-    """Of the two that use the gap; weak scatter, so that a wrong bend at first contact is told."""
+    """Of the two that use the gap; with weak scatter, so that a wrong bend at first contact shows."""
     generator = np.random.default_rng(6)
     u = generator.standard_normal((400, 1, 3))
     strong = replace(TARGETS[law], cell_pressure_pa=0.0)
@@ -269,7 +269,7 @@ def test_mean_pressures_are_those_of_the_response():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_tells_nothing_is_refused(kind):
+def test_ill_posed_samples_are_refused(kind):
     target = TARGETS[kind]
     whole = samples(target, 3, 200, 3)
 
@@ -287,7 +287,7 @@ def test_what_tells_nothing_is_refused(kind):
 
 
 def test_copies_of_a_surface_are_left_out_together():
-    """Else the twin would predict it. The figures are those of the surfaces alone, up to how many there are of each."""
+    """Otherwise copies would predict each other. The results are those of the surfaces alone."""
     target = TARGETS["trial_pressure"]
     alone = samples(target, 5, 300, 3)
     twice = Samples(
@@ -331,8 +331,8 @@ def test_jackknife_deviations_of_a_mean_sum_to_its_variance():
 
 
 def test_terms_that_a_symmetry_forbids_are_left_out_as_if_every_surface_had_its_image():
-    """The second variable changes sign: the normal equations of surfaces with their images fall apart into those of
-    even terms, twice what they are of the surfaces alone, and of odd ones, with a right side of zero."""
+    """The second variable changes sign. The normal equations of surfaces with their images separate into those of even
+    terms, twice those of the surfaces alone, and those of odd terms with a right-hand side of zero."""
     whole = samples(TARGETS["trial_pressure"], seed=4, surfaces=200, variables=3)
     image = whole.variables * [1.0, -1.0, 1.0]
     twice = Samples(
@@ -351,8 +351,8 @@ def test_terms_that_a_symmetry_forbids_are_left_out_as_if_every_surface_had_its_
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_draws_are_balanced_by_what_was_solved(kind):
-    """At the samples themselves the mean of the draws is that of the solved pressures; 100 draws at each of 800 tell it
-    to half a per cent. Where pressures are cut at a hardness nothing is scaled."""
+    """At the samples the mean of the draws is that of the solved pressures, within half a per cent for 100 draws at
+    each of 800. With a hardness nothing is scaled."""
     target = TARGETS[kind]
     part = samples(target, seed=6)
     one = Samples(part.variables[:, :1, :3], np.zeros(1), part.pressure[:, :1], part.gap[:, :1])

@@ -88,10 +88,6 @@ def test_kolmogorov_distance_with_and_without_ties(sizes, digits):
     assert kolmogorov_distance(first, np.repeat(first, 3)) == pytest.approx(0.0, abs=1e-15)
 
 
-def test_distance_of_two_contact_probabilities_is_their_difference():
-    assert kolmogorov_distance(np.array([0, 0, 0, 5.0]), np.array([0, 5.0])) == 0.25
-
-
 @pytest.mark.parametrize("pressure", [np.zeros(4), np.zeros(0)])
 def test_without_contact_there_is_no_distribution(pressure):
     with pytest.raises(IllPosedError, match="no sample is in contact"):

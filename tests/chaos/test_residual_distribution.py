@@ -181,7 +181,7 @@ def test_beyond_the_samples_there_is_no_contact_or_that_of_the_largest_target():
     contact, pressure = conditional_means(s, values, TRIAL).at(np.tile([-50.0, 3.0, 50.0], (2, 1)))
     np.testing.assert_array_equal(contact, [[0.0, 1.0, 1.0]] * 2)
     assert np.all(pressure[:, 0] == 0.0)
-    # the last law has 1600 residuals, none of which it lies in the middle of: predictions over a span of 0.2
+    # the last law has 1600 residuals on one side of it: predictions over a span of 0.2
     np.testing.assert_allclose(pressure[:, 1:], 3.0, atol=0.05)
     near = conditional_means(s + 2.05, values + 2.05, TRIAL)  # contact at the least prediction too
     assert near.contact[0, 0] > 0.1

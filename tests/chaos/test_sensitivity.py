@@ -56,6 +56,7 @@ def test_modes_are_the_variables_where_nothing_is_turned():
     np.testing.assert_allclose(turned.total, plain.total, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_modes_of_a_turned_expansion_by_sampling():
     """First order from the variance of means over the rest, by pick and freeze: 4e5 draws know a share to 0.005."""
     rng = np.random.default_rng(5)

@@ -1,4 +1,4 @@
-"""The expansion along a strip: a target of degree 3 in the functionals is found again, whatever the whitening."""
+"""The expansion along a strip: targets of degree 3 in the functionals are recovered, for any whitening."""
 
 from functools import cache
 

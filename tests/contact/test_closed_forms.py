@@ -103,8 +103,8 @@ def test_sine_wave_pressure_fills_the_contact_and_carries_the_load(load: float) 
 @pytest.mark.parametrize("load", [0.05, 0.5, 0.9])
 def test_sine_wave_meets_the_plane_all_over_the_contact(load: float) -> None:
     """Displacement from its mean under one mode exp(i q x) is 2 p / (E* q): height less displacement is the plane in
-    contact and below it outside. The modes of a pressure with a root at its edge fall as k^-3/2, displacements as
-    k^-5/2, and the sum of those beyond K = 8192 as K^-3/2 = 1.3e-6, times a factor of order one (measured 4.3e-6)."""
+    contact and below it outside. The modes of a pressure with a root at its edge fall as k^-3/2 and those of the
+    displacement as k^-5/2. The sum beyond K = 8192 is of the order K^-3/2 = 1.3e-6 (measured 4.3e-6)."""
     wave, n = sine_wave(load), 2**14
     x = np.arange(n) / n * wave.wavelength_m
     spectrum = np.fft.rfft(wave.pressure_pa(x))
@@ -140,8 +140,8 @@ def test_light_contact_of_crossed_waves_is_hertz_at_every_crest() -> None:
 
 def test_nearly_full_contact_of_crossed_waves_closes_penny_cracks() -> None:
     """Full contact has the pressure p + p* cos cos, by u = 2 p / (E* |q|). About a trough it is
-    p - p* + 2 pi^2 p* (r/l)^2, negative near r = 0; a crack of radius b takes that away, with no stress intensity at
-    its edge: int_0^b sigma r / sqrt(b^2 - r^2) dr = 0 (Sneddon). Two troughs a cell."""
+    p - p* + 2 pi^2 p* (r/l)^2, negative near r = 0. A crack of radius b removes the tension. Its edge has no stress
+    intensity: int_0^b sigma r / sqrt(b^2 - r^2) dr = 0 (Sneddon). A cell has two troughs."""
     waves = CrossedWaves(2e-7, 3e-5, 5e10)
     wave_number = 2 * math.pi * math.sqrt(2) / waves.wavelength_m
     full = waves.plane_strain_modulus_pa * wave_number / 2 * waves.amplitude_m

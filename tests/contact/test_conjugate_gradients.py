@@ -122,13 +122,13 @@ def test_assessment(cap: float) -> None:
     rng = np.random.default_rng(2)
     pressure, gap, misfit = np.clip(rng.standard_normal((9, 8)), 0, cap), rng.standard_normal((9, 8)), np.empty((9, 8))
     gap[0, :4], pressure[0, :4] = -0.1, min(cap, 1.0) / 2  # pressed, and not a misfit: free all the same
-    told = np.zeros((9, 8), dtype=np.bool_)
-    square = kernels.assess(pressure, gap, 0.1, 2.0, cap, misfit, told)
+    found = np.zeros((9, 8), dtype=np.bool_)
+    square = kernels.assess(pressure, gap, 0.1, 2.0, cap, misfit, found)
     w = gap + 0.1
     unmet = 2.0 * pressure - np.clip(2.0 * pressure - w, 0.0, 2.0 * cap)
     assert square == pytest.approx((unmet**2).sum(), rel=1e-14)
     free = ((pressure > 0) | (w < 0)) & ((pressure < cap) | (w > 0))
-    assert np.array_equal(told, free)
+    assert np.array_equal(found, free)
     assert np.array_equal(misfit, np.where(free, -w, 0.0))
 
 
@@ -229,12 +229,6 @@ def test_nothing_to_start_from(monkeypatch: pytest.MonkeyPatch) -> None:
     spike[7, 9] = 0.5
     assert nested.guess(Problem(Influence(Grid(40, 40, 1.0, 1.0), 1.0), spike)) is None
     assert nested.guess(Problem(Influence(Grid(4, 4, 1.0, 1.0), 1.0), np.ones((4, 4)))) is None
-
-
-def test_pair_means() -> None:
-    field = np.array([[1.0, 3.0, 5.0], [3.0, 5.0, 7.0]])
-    assert np.array_equal(nested._pair_means(field, 0), [[2.0, 4.0, 6.0]])
-    assert np.array_equal(nested._pair_means(field, 1), [[2.0, 5.0], [4.0, 7.0]])
 
 
 def test_coarser_meshes_keep_cells_near_square() -> None:

@@ -43,6 +43,7 @@ def test_small_problems_by_enumeration(seed: int) -> None:
     np.testing.assert_allclose(x, by_enumeration(matrix, load), rtol=0, atol=1e-12 * np.abs(x).max(initial=1.0))
 
 
+@pytest.mark.slow
 def test_single_exchanges_end_what_block_exchanges_do_not() -> None:
     """Ill-conditioned problems in which the number of violations stands still for longer than the patience."""
     longest = 0

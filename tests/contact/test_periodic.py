@@ -35,10 +35,10 @@ def relative_l2(field: np.ndarray, exact: np.ndarray) -> float:
 
 
 def test_sine_wave() -> None:
-    """256 cells, mean pressure half of p*, the crest between two nodes, so that the edges of contact, a quarter of
-    the wavelength from it, fall between nodes as well. Pressure: order one in h as its root at the edge is not
-    resolved, see below; measured 1.18e-3 (1.32e-3 on average over shifts of the mesh, 3.1e-3 at most, with the edge on
-    a node, where the exact pressure is zero). Plane and energy: order two, measured 1e-5."""
+    """256 cells, mean pressure half of p*, the crest between two nodes, so that the edges of contact, a quarter of the
+    wavelength from it, lie between nodes too. Pressure: order one in h, because its root at the edge is not resolved.
+    Measured 1.18e-3, over shifts of the mesh 1.32e-3 on average and 3.1e-3 at most. Plane and energy: order two,
+    measured 1e-5."""
     wave = sine_wave(0.5)
     solution, exact = press_wave(wave, 256, 0.0)
     assert relative_l2(solution.pressure[:, 0], exact) < 1.2e-3
@@ -52,10 +52,9 @@ def test_sine_wave() -> None:
 
 @pytest.mark.parametrize("load", [0.3, 0.5, 0.8])
 def test_sine_wave_orders_of_convergence(load: float) -> None:
-    """Over sixteen shifts of the mesh, which pass every position of the edge between two nodes. Root mean square
-    error of the pressure: sqrt(h) on a share h of the wave, order one in L2; three doublings together, as it triples
-    where an edge meets a node, which sixteen shifts catch unevenly. Mean error of the plane: order two, that of the
-    symbol."""
+    """Over sixteen shifts of the mesh, which pass every position of the edge between two nodes. Root mean square error
+    of the pressure: sqrt(h) on a share h of the wave, order one in L2. Three doublings are taken together, because the
+    error triples where an edge meets a node. Mean error of the plane: order two, that of the symbol."""
     wave = sine_wave(load)
     errors = []
     for n in (32, 64, 128, 256):
@@ -116,8 +115,8 @@ def mean_area(n: int, load: float) -> float:
 @pytest.mark.parametrize("load", [1e-3, 1e-2])
 def test_light_contact_of_crossed_waves(load: float) -> None:
     """A = A_0 (1 + 4 pi A_0 / 15 + O(p)) with A_0 the limit of Johnson, Greenwood and Higginson. The second term
-    follows from the crest's next order, -D k^4 r^4 / 64 on average over directions, k = 2 pi / l': a body c_2 r^2 -
-    c_4 r^4 bears 4/3 E* a^3 / R (1 - (k a)^2 / 10) (Sneddon). Neighbours act from order a^3, that is p, on. A
+    follows from the next order of the crest, -D k^4 r^4 / 64 on average over directions, with k = 2 pi / l'. A body c_2
+    r^2 - c_4 r^4 carries 4/3 E* a^3 / R (1 - (k a)^2 / 10) (Sneddon). Neighbours act from order a^3, that is p, on. A
     counted circle is too large by 0.12 cells (as in Hertz's contact; 0.15 and 0.12 here), for which 0.2 are allowed."""
     n, waves = 256, CrossedWaves(1.0, 1.0, 1.0)
     limit = waves.light_area_fraction(load * waves.full_contact_pressure_pa)
@@ -129,8 +128,8 @@ def test_light_contact_of_crossed_waves(load: float) -> None:
 @pytest.mark.parametrize("load", [0.9, 0.98])
 def test_nearly_full_contact_of_crossed_waves(load: float) -> None:
     """1 - A = G_0 (1 + 4 pi G_0 / 20 + O((1 - p/p*)^3/2)) with G_0 the limit of Johnson, Greenwood and Higginson.
-    The second term follows again from the next order of the wave: a crack of radius b that closes under it has 1 -
-    p/p* = (k b)^2 / 6 - (k b)^4 / 120. Other cracks act from order b^3 on. The counted opening is too small at its
+    The second term follows from the next order of the wave. A crack of radius b that closes under it has
+    1 - p/p* = (k b)^2 / 6 - (k b)^4 / 120. Other cracks act from order b^3 on. The counted opening is too small at its
     edge (0.05 cells here), for which 0.2 are allowed as above."""
     n, waves = 256, CrossedWaves(1.0, 1.0, 1.0)
     limit = waves.open_fraction(load * waves.full_contact_pressure_pa)
@@ -159,8 +158,8 @@ def test_energy_grows_by_the_work_of_the_load(surface) -> None:
 
 def test_large_cells_tend_to_the_free_half_space() -> None:
     """One paraboloid, R = 1000, in a cell of n = 32 and 64 nodes, the same force F = 0.1. Its images add the
-    displacement F / (pi E*) r^2 / 4 sum 1/rho^3, the sum being 9.03 / n^3: they take 4.5e-3 of the curvature 1 / R
-    at n = 32 (measured 5.1e-3 of the peak pressure), and an eighth at n = 64."""
+    displacement F / (pi E*) r^2 / 4 sum 1/rho^3, where the sum is 9.03 / n^3. They take 4.5e-3 of the curvature 1 / R
+    at n = 32, and an eighth of that at n = 64. Measured 5.1e-3 of the peak pressure at n = 32."""
     r2 = (np.arange(32) - 15.5) ** 2
     heights = -(r2[:, None] + r2) / 2e3
     free = solve_load(Influence(Grid(32, 32, 1.0, 1.0), 1.0), heights, 1e-4, 1e-12).pressure

@@ -1,5 +1,4 @@
-"""Contact with the pressure capped at the hardness H: 0 <= p <= H, gap = B p - u_bar + u_plastic >= 0, u_plastic >= 0,
-p gap = 0, (H - p) u_plastic = 0."""
+"""Contact with the pressure limited to the hardness H: closed forms, limits, unloading and work."""
 
 import math
 
@@ -140,8 +139,8 @@ def test_plastic_limit(surface, hardness: float) -> None:
 @pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
 @pytest.mark.parametrize("hardness", [0.05, 0.3])
 def test_loaded_again_the_residual_surface_is_elastic(surface, shape, length: float, hardness: float) -> None:
-    """What unloading leaves, z - u_plastic, bears the same pressures against the same plane without yielding, and
-    against a higher one what the elastic law says; at a lower one it yields again."""
+    """The unloaded surface z - u_plastic has the same pressures at the same plane without yielding. At a higher plane
+    it is elastic; at a lower one it yields again."""
     influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
     heights = surface(shape, length, 5)
     first = solve(influence, heights, TOLERANCE, hardness_pa=hardness)
@@ -163,7 +162,7 @@ def test_loaded_again_the_residual_surface_is_elastic(surface, shape, length: fl
 
 
 def test_force_is_the_derivative_of_the_work(surface) -> None:
-    """Loading takes W = 1/2 sum p B p + H sum u_plastic, elastic and plastic, as long as no node that yielded unloads:
+    """Loading takes the elastic and plastic work W = 1/2 sum p B p + H sum u_plastic, if no yielded node unloads. So
     dW = F d(penetration), by the trapezoidal rule up to the square of the step."""
     influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
     heights, hardness, step = surface((48, 40), 5.0, 6), 0.2, 2e-3

@@ -43,8 +43,8 @@ def test_hertz() -> None:
 
     Force: off by 0.06 (h/a)^2 = 9e-5 on average over shifts of the mesh (6.7e-5 here).
     Peak: the nearest nodes lie half a diagonal off the axis, where p is lower by (h/a)^2 / 4 = 3.8e-4 (2.7e-4 here).
-    Radius: a node counts as soon as it bears any pressure, and the counted circle is 0.12 cells too large on average
-    (0.47 %); a node more or less at each end of the diameters is 2 / (pi a^2) of the area, 0.1 % of the radius.
+    Radius: a node counts if it has any pressure, so the counted circle is 0.12 cells too large on average (0.47 %).
+    A node more or less at each end of the diameters is 2 / (pi a^2) of the area, 0.1 % of the radius.
     p^2, which has no edge to be resolved, gives the radius to 3e-4, the order of the force.
     """
     solution, grid, r = press(128, 5.0, (0.0, 0.0))
@@ -76,10 +76,10 @@ def test_hertz_wherever_the_mesh_lies(shift: tuple[float, float]) -> None:
 
 
 def test_hertz_orders_of_convergence() -> None:
-    """Means over shifts of the mesh, on the triangle that represents all. Force: order two. Pressure: its root at
-    the edge leaves an error sqrt(h) on a share h of the area, order one in L2. Area: order one by count of nodes;
-    three doublings together, as the mean over ten shifts still scatters by some tenth (a node is 1e-4 of the finest
-    area, 0.5 % of its error; measured 1.02, 0.87, 1.20)."""
+    """Means over shifts of the mesh, on the triangle that represents all. Force: order two. Pressure: its root at the
+    edge leaves an error sqrt(h) on a share h of the area, order one in L2. Area: order one by count of nodes. Three
+    doublings are taken together, because the mean over ten shifts scatters by about a tenth (measured 1.02, 0.87,
+    1.20)."""
     quarters = (-0.375, -0.125, 0.125, 0.375)
     shifts = [(x, y) for x in quarters for y in quarters if y <= x]
     weights = [1 if x == y else 2 for x, y in shifts]
@@ -149,9 +149,8 @@ def test_force_of_a_square_punch() -> None:
 
 @pytest.mark.parametrize("a", [10.3, 20.0, 28.3])
 def test_circular_punch(a: float) -> None:
-    """A disc of nodes, its radius taken from their number. The edge nodes bear the pressure without bound only on
-    average: the force is low by 0.12 cells in the radius; within 0.8 a the pressure is high by at most 0.43
-    (measured)."""
+    """A disc of nodes, its radius taken from their number. The edge nodes represent the unbounded pressure by its mean
+    only. Measured: the force is low by 0.12 cells in the radius; within 0.8 a the pressure is high by at most 0.43."""
     grid = Grid(64, 64, 1.0, 1.0)
     r = np.hypot(grid.x()[:, None] - 32, grid.y() - 32)
     disc, inside = r < a, r < 0.8 * a
@@ -164,9 +163,8 @@ def test_circular_punch(a: float) -> None:
 
 @pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
 def test_force_is_the_derivative_of_the_energy(surface, shape: tuple[int, int], length: float) -> None:
-    """dW/d(penetration) = F with W = 1/2 sum p u_bar. W is convex: its difference quotient lies between the forces
-    at the two ends, which are within 1 % of each other; by the trapezoidal rule it is their mean up to the square of
-    that."""
+    """dW/d(penetration) = F with W = 1/2 sum p u_bar. W is convex, so its difference quotient lies between the
+    forces at the two ends, which differ by less than 1 %. By the trapezoidal rule it is their mean up to its square."""
     influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
     heights = surface(shape, length, 4)
     below, above = (solve(influence, heights + penetration, 1e-13) for penetration in (0.0, 2e-3))

@@ -1,13 +1,12 @@
 # Everything that a user or a check runs; `make` alone lists it.
 #   JOBS=8 make reproduce                jobs at a time (2)
 #   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
-#   make benchmark PEERS=1               beside public solvers, from an environment of its own, .venv-peers
-#   make faults COUNT=20                 of 200 faults the first so many; SEED=2 for others
-#   make fuzz COUNT=500                  of 2000 scenes a test the first so many; SEED=today for other ones at every run
+#   make benchmark PEERS=1               measure public solvers too, from their own environment .venv-peers
+#   make faults COUNT=20                 the first 20 of 200 faults; SEED=2 for others
+#   make fuzz COUNT=500                  the first 500 of 2000 scenes a test; SEED=today for others at each run
 #   make stress SEED=today               other random problems than the usual ones, the same all day
-#   make reference JOBS=8                with results/reference/<scene>/pressure.nc deleted, 75 minutes on one core are solved
-#                                        anew; it may be interrupted, what is solved stays under results/<scene>/pressure_solves
-#                                        and, whatever became of the rules since, is not solved again
+#   make reference JOBS=8                without results/reference/<scene>/pressure.nc, 75 minutes on one core are solved
+#                                        again; an interrupted run goes on from results/<scene>/pressure_solves
 
 PYTHON ?= python3
 JOBS ?= 2
@@ -17,7 +16,7 @@ MEASURE_VENV := $(if $(filter 1,$(PEERS)),$(PEERS_VENV),$(VENV))
 RUN := $(VENV)/bin/python -m
 PIP_INSTALL := pip install --quiet --disable-pip-version-check --no-input --compile --require-hashes
 
-# The package is not installed: it runs from here, and so does every job that Snakemake starts.
+# The package is not installed: it runs from this folder, and so does each job that Snakemake starts.
 export PYTHONPATH := $(CURDIR)/src
 # One thread a process: jobs run side by side, and results do not depend on the number of cores.
 export OPENBLAS_NUM_THREADS := 1
@@ -26,7 +25,7 @@ export OPENBLAS_NUM_THREADS := 1
 .NOTPARALLEL:
 .PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify faults fuzz cluster reference clean
 
-# A home that cannot be written to: what libraries keep there goes into the project.
+# If the home folder cannot be written to, caches of libraries go into the project.
 ifneq ($(shell test -w "$$HOME" && echo yes),yes)
 export XDG_CACHE_HOME := $(CURDIR)/.cache
 export XDG_CONFIG_HOME := $(CURDIR)/.cache
@@ -36,7 +35,7 @@ endif
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
 
-setup: $(VENV)/run.stamp ## make .venv from requirements.lock (every target below does so where it is missing)
+setup: $(VENV)/run.stamp ## make .venv from requirements.lock (each target below does so if it is missing)
 
 reproduce: $(VENV)/run.stamp ## reproduce the paper: figures, claims and results/report.html
 	$(RUN) snakemake -j$(JOBS)
@@ -56,36 +55,36 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) mypy src
 	$(RUN) snakefmt --check Snakefile workflow/rules
 
-benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 beside public ones
+benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public ones too
 	$(MEASURE_VENV)/bin/python -m snakemake -j1 benchmark $(if $(filter 1,$(PEERS)),--config peers=true)
 
-stress: $(VENV)/run.stamp ## solve thousands of random problems of every stage, every answer judged apart
+stress: $(VENV)/run.stamp ## solve thousands of random problems of each subject and check each answer independently
 	$(RUN) snakemake -j$(JOBS) stress $(if $(SEED),--config seed=$(SEED))
 
 verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and its files with their checksums
 	$(RUN) snakemake -j$(JOBS) verify --forcerun verify
 	@cat results/verify.txt
 
-faults: $(VENV)/run.stamp ## kill runs, fill the disk, damage results, 200 times; each time a new run must mend it
+faults: $(VENV)/run.stamp ## kill runs, fill the disk, damage results, 200 times; each time one new run must mend it
 	$(RUN) workflow.faults --count $(or $(COUNT),200) --seed $(or $(SEED),1)
 
 fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a line a mistake
-	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_fuzzed_plans.py
+	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_plans.py::test_each_random_scene_that_is_accepted_is_planned
 
 cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile profiles/slurm
 
-reference: $(VENV)/run.stamp ## write anew the results that git keeps, results/reference; Monte Carlo where missing (75 minutes)
+reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again; Monte Carlo where missing (75 minutes)
 	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input
 	$(RUN) workflow.evidence.keep
 
-clean: ## remove all that was generated, .venv too; results/reference stays
+clean: ## remove all generated files and .venv; results/reference stays
 	rm -rf $(VENV) $(PEERS_VENV) .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	@if [ -d results ]; then find results -mindepth 1 -maxdepth 1 ! -name reference -exec rm -rf {} +; fi
 	@find . -name .git -prune -o \( -name __pycache__ -o -name '*.egg-info' \) -type d -prune -exec rm -rf {} +
 
-# A stamp is a copy of the lock that was installed, written last: an interrupted set-up has none and starts afresh. They are
-# compared whenever make runs, as the times of files say nothing after a copy, and a lock that is equal is not installed again.
+# A stamp is a copy of the lock that was installed, and it is written last: an interrupted set-up has none and starts again.
+# Stamps are compared by content, because file times mean nothing after a copy.
 $(VENV)/run.stamp: FORCE
 	@cmp -s requirements.lock $@ || { $(call install-run,requirements.lock); }
 
@@ -103,14 +102,14 @@ $(check-python) && echo "Setting up $(@D), a minute or two" && rm -rf $(@D) && "
 	&& $(@D)/bin/python -m $(PIP_INSTALL) -r $1 && cp $1 $@
 endef
 
-# Held to the pins of the run, so that neither a tool for checks nor the plug-in of a cluster changes what computes.
+# With the pins of the run, so that neither a tool for checks nor the plug-in of a cluster changes a result.
 define install-more
 echo "Adding $1 to $(VENV)" && $(RUN) $(PIP_INSTALL) -r $1 -c requirements.lock && cp $1 $@
 endef
 
 define check-python
 { command -v "$(PYTHON)" >/dev/null \
-	|| { echo "$(PYTHON) is not there: install Python 3.11, 3.12 or 3.13, or name it: make setup PYTHON=/path/to/python3.12" >&2; false; }; } \
+	|| { echo "$(PYTHON) is not found: install Python 3.11, 3.12 or 3.13, or name it: make setup PYTHON=/path/to/python3.12" >&2; false; }; } \
 && { "$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' \
 	|| { echo "$$("$(PYTHON)" -V 2>&1) is not 3.11, 3.12 or 3.13: install one and name it: make setup PYTHON=python3.12" >&2; false; }; } \
 && { "$(PYTHON)" -c 'import venv, ensurepip' 2>/dev/null \

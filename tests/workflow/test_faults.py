@@ -12,6 +12,9 @@ import pytest
 
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import execute
+from workflow.faults import campaign
+from workflow.faults.injections import FAULTS
+from workflow.faults.scratch import Scratch
 
 pytestmark = pytest.mark.slow
 
@@ -46,6 +49,16 @@ def test_after_a_kill_unlock_and_a_new_run_give_the_same_results(shared):
     assert len(made) == 5  # modes, design, three batches
     for name in made:
         assert (shared.path("results/killed") / name).read_bytes() == (shared.path("results/tiny") / name).read_bytes()
+
+
+@pytest.mark.parametrize("kind", FAULTS)
+def test_one_new_run_mends_each_kind_of_fault(shared, tmp_path, kind):
+    scratch = Scratch(shared.folder, tmp_path / "state", "tiny", shared.options["env"])
+    scratch.save()
+    number = list(FAULTS).index(kind)
+    (outcome,) = campaign.outcomes(scratch, 1, range(number, number + 1))
+    scratch.reset()
+    assert (outcome.wrong, outcome.recovery) == ([], 1), outcome.told
 
 
 def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):

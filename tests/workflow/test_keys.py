@@ -4,11 +4,14 @@ import json
 import os
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
+from roughslip.errors import InputError
 from workflow.keys.closure import code_hash
+from workflow.keys.environment_check import departures, report
 from workflow.keys.key_files import write_key
 
 CONFIGURATION = {"seed": 7, "mesh": {"nx": 10, "edge_m": 2.5e-05}, "levels": [5, 50]}
@@ -112,3 +115,33 @@ def test_a_write_that_fails_leaves_the_old_key_and_no_other_file(write, key, mon
         write({"other": 1})
     assert identity(key) == before
     assert [path.name for path in key.parent.iterdir()] == [key.name]
+
+
+NUMPY, HASH = version("numpy"), " \\\n    --hash=sha256:0\n    # via nothing==1\n"
+
+
+@pytest.mark.parametrize(
+    ("lock", "found"),
+    [
+        (f"# made by hand==1\nnumpy=={NUMPY}{HASH}", ()),
+        (f"numpy==1.0.0{HASH}", (f"numpy {NUMPY} in place of 1.0.0",)),
+        (f"no-such-package==3.1{HASH}", ("no-such-package missing in place of 3.1",)),
+        (f"colorama==9.9 ; sys_platform == 'win32' or python_version < '3.0'{HASH}", ()),
+    ],
+)
+def test_packages_that_differ_from_the_lock_are_reported(lock, found):
+    assert departures(lock) == found
+    assert [line.startswith(f"requirements.lock: installed are {', '.join(found)}; ") for line in report(lock)] == [
+        True
+    ] * len(found)
+
+
+def test_a_line_of_the_lock_that_pins_nothing_is_named():
+    with pytest.raises(InputError, match=r"requirements.lock: 'num py==1' pins no package"):
+        departures("num py==1\n")
+
+
+def test_other_packages_change_the_hash_under_the_same_lock(source, monkeypatch):
+    pinned = code_hash("stage", source, source / "lock")
+    monkeypatch.setattr("workflow.keys.closure.departures", lambda text: ("numpy 0.1 in place of 2",))
+    assert code_hash("stage", source, source / "lock") != pinned

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 from roughslip.errors import InputError
 from roughslip.scene.strict_yaml import line
-from roughslip.scene.types import Scene
+from roughslip.scene.types import get
 
 
-def scan_mistakes(scene_file: Path, scan_file: Path, scene: Scene, checked: Path) -> list[str]:
+def scan_mistakes(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked: Path) -> list[str]:
     """Return a line that names the key of the scene if the scan cannot be read as the scene states.
 
     checked : folder of marks for scans that were read; reading one takes some seconds
     """
-    wanted = scene.roughness.scan
-    stated = (wanted.spacing_x_m, wanted.spacing_y_m, wanted.height_unit)
+    stated = tuple(get(scene, f"roughness.scan.{key}") for key in ("spacing_x_m", "spacing_y_m", "height_unit"))
     mark = checked / hashlib.sha256(scan_file.read_bytes() + repr(stated).encode()).hexdigest()
     if mark.is_file():
         return []
@@ -24,7 +24,7 @@ def scan_mistakes(scene_file: Path, scan_file: Path, scene: Scene, checked: Path
 
     spacing = None if None in stated[:2] else (stated[0], stated[1])
     try:
-        read_scan(scan_file, spacing, wanted.height_unit)
+        read_scan(scan_file, spacing, stated[2])
     except InputError as error:
         return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines]
     mark.parent.mkdir(parents=True, exist_ok=True)

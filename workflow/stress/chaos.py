@@ -31,7 +31,7 @@ from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import LocalExpansion, Samples, fit_best, fit_local
 from roughslip.chaos.pressure import KINDS, Kind, PressureTarget, fit_in_contact
 from roughslip.errors import ConvergenceError, IllPosedError, RoughslipError
-from workflow.evidence.rows import Row, case
+from workflow.evidence.rows import Row
 from workflow.stress import chaos_strip, runner
 from workflow.stress.chaos_strip import RISK, beyond, seen_error
 from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_uniform, verdict_of
@@ -159,13 +159,13 @@ def row_of(seed: int, number: int) -> Row:
     """Return the row of the problem of this number."""
     if number % 2:
         strip = chaos_strip.random_problem(seed, number)
-        return _row(chaos_strip.case_of(strip), partial(chaos_strip.judged, strip), chaos_strip.is_well_posed(strip))
+        return _row(strip, partial(chaos_strip.judged, strip), chaos_strip.is_well_posed(strip))
     problem = random_problem(seed, number)
-    return _row(case_of(problem), partial(judged, problem), is_well_posed(problem))
+    return _row(problem, partial(judged, problem), is_well_posed(problem))
 
 
-def _row(name: str, judged: Callable[[], Verdict], well_posed: bool) -> Row:
-    return runner.problem_row(STAGE, name, judged, lambda error: is_answer(error, well_posed))
+def _row(problem: PressureProblem | chaos_strip.StripProblem, judged: Callable[[], Verdict], well_posed: bool) -> Row:
+    return runner.problem_row(STAGE, runner.case_of(problem), judged, lambda error: is_answer(error, well_posed))
 
 
 def is_answer(error: RoughslipError, well_posed: bool) -> bool:
@@ -224,26 +224,6 @@ def _plane(generator: np.random.Generator, problem: PressureProblem) -> float:
             return float(1 - levels[0])
     low, high = {"few": (0.005, 0.1), "half": (0.2, 0.8), "most": (0.9, 0.99)}[problem.contact]
     return float(-np.quantile(levels, 1 - generator.uniform(low, high)))
-
-
-def case_of(problem: PressureProblem) -> str:
-    return case(
-        number=problem.number,
-        entry=problem.entry,
-        function=problem.response,
-        variables=problem.variables,
-        degree=problem.degree,
-        samples=problem.surfaces,
-        nodes=problem.nodes,
-        copies=problem.copies,
-        contact=problem.contact,
-        shape=problem.shape,
-        target=",".join(problem.kinds),
-        noise=f"{problem.scatter:g}",
-        pressure=f"{problem.pressure_unit:.2g}",
-        gap=f"{problem.gap_unit:.2g}",
-        tolerance=1,
-    )
 
 
 def is_well_posed(problem: PressureProblem) -> bool:

@@ -21,7 +21,6 @@ from scipy.stats import chi2
 from roughslip.chaos.functionals import Stencil, local_functionals
 from roughslip.chaos.pressure import Kind, PressureTarget
 from roughslip.chaos.strip import StripExpansion, fit_strip
-from workflow.evidence.rows import case
 from workflow.stress.runner import Verdict, choose, log_uniform
 
 KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure")
@@ -96,23 +95,6 @@ def random_problem(seed: int, number: int) -> StripProblem:
         log_uniform(generator, -9, 9),
         log_uniform(generator, -9, 9),
         choose(generator, (1, 2, 3), (0.8, 0.15, 0.05)),
-    )
-
-
-def case_of(problem: StripProblem) -> str:
-    return case(
-        number=problem.number,
-        entry="strip",
-        function=f"bend-{problem.bend:g}",
-        degree=problem.degree,
-        samples=problem.samples,
-        copies={1: "no", 2: "every", 3: "every"}[problem.copies],
-        rows=problem.rows,
-        target=problem.kind,
-        planes=",".join(f"{plane:g}" for plane in problem.planes),
-        heights=f"{problem.height_unit:.2g}",
-        pressure=f"{problem.pressure_unit:.2g}",
-        tolerance=1,
     )
 
 

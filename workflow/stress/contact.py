@@ -27,7 +27,7 @@ from scipy.special import erf, erfc
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve, solve_load, sweep
 from roughslip.grid import Grid
-from workflow.evidence.rows import Row, case, power
+from workflow.evidence.rows import Row
 from workflow.stress import runner
 from workflow.stress.contact_problem import ContactProblem, random_problem
 from workflow.stress.runner import Conditions, Verdict
@@ -47,25 +47,7 @@ REACH = 6.2  # erfc(6.2) < 2e-18
 def row_of(seed: int, number: int) -> Row:
     """Return the row of the problem of this number."""
     problem = random_problem(seed, number)
-    return runner.problem_row(STAGE, case_of(problem), lambda: judged(problem))
-
-
-def case_of(problem: ContactProblem) -> str:
-    grid = problem.grid
-    return case(
-        number=problem.number,
-        nx=grid.nx,
-        ny=grid.ny,
-        aspect=f"{grid.dx / grid.dy:.3g}",
-        surface=problem.surface,
-        control=problem.control,
-        material="elastic" if math.isinf(problem.cap) else "capped",
-        cap=f"{problem.cap:.2g}",
-        cell=f"{min(grid.dx, grid.dy):.3g}",
-        modulus=f"{problem.modulus:.3g}",
-        **problem.labels,
-        tolerance=power(problem.tolerance),
-    )
+    return runner.problem_row(STAGE, runner.case_of(problem), lambda: judged(problem))
 
 
 def judged(problem: ContactProblem) -> Verdict:

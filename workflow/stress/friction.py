@@ -17,7 +17,7 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import fit_beta
 from roughslip.friction.resampling import NO_SCATTER, strip_weights
 from roughslip.friction.statistics import window_statistics
-from workflow.evidence.rows import Row, case
+from workflow.evidence.rows import Row
 from workflow.stress import friction_fits, friction_paths, runner
 from workflow.stress.friction_windows import MARGIN, WindowProblem, judge_statistics, random_problem, scatters
 from workflow.stress.runner import Conditions, Verdict, has_advice, verdict_of
@@ -32,24 +32,9 @@ def row_of(seed: int, number: int) -> Row:
     if number % PATHS == 0:
         path = friction_paths.random_problem(seed, number)
         judged_path, answers = partial(friction_paths.judged, path), partial(friction_paths.is_answer, path)
-        return runner.problem_row(STAGE, friction_paths.case_of(path), judged_path, answers)
+        return runner.problem_row(STAGE, runner.case_of(path), judged_path, answers)
     problem = random_problem(seed, number)
-    return runner.problem_row(STAGE, case_of(problem), partial(judged, problem), partial(is_answer, problem))
-
-
-def case_of(problem: WindowProblem) -> str:
-    strips, windows = problem.mu.shape
-    return case(
-        number=problem.number,
-        entry=problem.entry,
-        kind=problem.kind,
-        strips=strips,
-        windows=windows,
-        missing=int((~problem.valid).sum()),
-        lags=problem.lags,
-        size=f"{np.max(np.abs(problem.mu), initial=0.0):.3g}",
-        tolerance=1,
-    )
+    return runner.problem_row(STAGE, runner.case_of(problem), partial(judged, problem), partial(is_answer, problem))
 
 
 def weights_of(problem: WindowProblem) -> np.ndarray:

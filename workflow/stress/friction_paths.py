@@ -19,7 +19,6 @@ from roughslip.friction.paths import METHODS, Paths, Spectrum, prepare
 from roughslip.friction.process import FrictionProcess, Marginal, average_beta
 from roughslip.friction.recursion import SPACINGS, Recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution
-from workflow.evidence.rows import case
 from workflow.stress.kernels import left_out, pair_correlation
 from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_uniform, verdict_of
 
@@ -82,23 +81,6 @@ def _marginal(generator: np.random.Generator) -> Marginal:
     else:
         q = betaincinv(*(log_uniform(generator, 0, 1) for _ in range(2)), np.linspace(0, 1, count))
     return QuantileDistribution(q * log_uniform(generator, -9, 3), 1.0, log_uniform(generator, -9, 1))
-
-
-def case_of(problem: PathProblem) -> str:
-    marginal, process = problem.process.marginal, problem.process
-    beta = isinstance(marginal, BetaDistribution)
-    return case(
-        number=problem.number,
-        entry="process",
-        kind=problem.method,
-        marginal="beta" if beta else "empirical",
-        shapes=f"{marginal.a:.4g},{marginal.b:.4g}" if beta else "none",
-        scale=f"{marginal.scale:.3g}",
-        spacing=f"{problem.spacing / process.correlation_length_m:.3g}",
-        nodes=f"{problem.length / problem.spacing:.4g}",
-        correlation_length=f"{process.correlation_length_m:.3g}",
-        tolerance=1,
-    )
 
 
 def is_answer(problem: PathProblem, error: RoughslipError) -> bool:

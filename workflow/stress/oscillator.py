@@ -19,7 +19,7 @@ import numpy as np
 from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
-from workflow.evidence.rows import Row, case, power
+from workflow.evidence.rows import Row
 from workflow.stress import runner
 from workflow.stress.oscillator_problem import MotionProblem, random_problem
 from workflow.stress.runner import Verdict, has_advice
@@ -40,20 +40,10 @@ def row_of(seed: int, number: int) -> Row:
     """Return the row of the problem of this number."""
     problem = random_problem(seed, number)
     return runner.problem_row(
-        STAGE, case_of(problem), lambda: judged(problem), lambda error: is_answer(error, problem.may_turn_negative)
-    )
-
-
-def case_of(problem: MotionProblem) -> str:
-    return case(
-        number=problem.number,
-        **problem.labels,
-        damping=f"{problem.oscillator.damping_ratio:.3g}",
-        follows=problem.follows,
-        negative=problem.negative,
-        interpolation=problem.interpolation,
-        integrator=problem.integrator,
-        tolerance=power(problem.tolerance),
+        STAGE,
+        runner.case_of(problem),
+        lambda: judged(problem),
+        lambda error: is_answer(error, problem.may_turn_negative),
     )
 
 

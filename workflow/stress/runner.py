@@ -14,6 +14,7 @@ and the seed of the campaign make the problem again. The outcome is one of
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import datetime
 import json
 import math
@@ -32,7 +33,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
-from workflow.evidence.rows import Row, fields, map_parallel
+from workflow.evidence.rows import Row, case, fields, map_parallel
 
 CONVERGED, FALSE_CLAIM, ACCEPTED = "converged", "false claim", "accepted"
 DEMANDED = 1e-10  # Every problem must reach this residual. Short of a tighter tolerance, an error is an answer.
@@ -94,21 +95,47 @@ def has_advice(error: RoughslipError) -> bool:
     return ADVICE.search(str(error)) is not None
 
 
+def case_of(problem: Any) -> str:
+    """Return the name of a problem: every number and word among its fields and the fields of its parts.
+
+    The tolerance is 1 for a problem that has none.
+    """
+    return case(**({"number": problem.number, "tolerance": 1} | _named_values(problem)))
+
+
+def _named_values(part: Any) -> dict[str, str]:
+    names: dict[str, str] = {}
+    for field in dataclasses.fields(part):
+        value = getattr(part, field.name)
+        if isinstance(value, dict):
+            names |= value
+        elif dataclasses.is_dataclass(value):
+            names |= _named_values(value)
+        elif isinstance(value, str | int | float | tuple):
+            names[field.name] = ",".join(map(_short, value)) if isinstance(value, tuple) else _short(value)
+    return names
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
 def problem_row(
-    stage: str, case: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool] | None = None
+    stage: str, name: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool] | None = None
 ) -> Row:
     """Solve and judge a problem, with every warning an error, and return its row.
 
+    name : of the case
     judged : solves the problem and returns the verdict
     answers : whether a typed error answers the problem; if not given, only one whose residual is below DEMANDED where
         the case asks for a tighter tolerance
     """
-    tighter = float(fields(case)["tolerance"]) < DEMANDED
+    tighter = float(fields(name)["tolerance"]) < DEMANDED
 
     def reached_enough(error: RoughslipError) -> bool:
         return isinstance(error, ConvergenceError) and tighter and error.residual <= DEMANDED
 
-    return _row(stage, case, *_outcome(judged, answers or reached_enough))
+    return _row(stage, name, *_outcome(judged, answers or reached_enough))
 
 
 def refusal_row(stage: str, case: str, call: Callable[[], object]) -> Row:

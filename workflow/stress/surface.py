@@ -23,7 +23,7 @@ from roughslip.errors import IllPosedError, ParameterError, RoughslipError
 from roughslip.surface.embedding import IMAGE_SHARE, MOST_FOLDS, Embedding, embed
 from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve
 from roughslip.surface.lanczos import leading_modes
-from workflow.evidence.rows import Row, case
+from workflow.evidence.rows import Row
 from workflow.stress import runner, surface_fit, surface_heights
 from workflow.stress.kernels import ROUNDING, correlation
 from workflow.stress.runner import Conditions, Verdict, has_advice, verdict_of
@@ -47,37 +47,13 @@ def row_of(seed: int, number: int) -> Row:
     part = surface_heights if digit in HEIGHTS else surface_fit if digit == FIT else None
     if part:
         problem = part.random_problem(seed, number)
-        return _row(part.case_of(problem), partial(part.judged, problem), partial(part.is_answer, problem))
+        return _row(runner.case_of(problem), partial(part.judged, problem), partial(part.is_answer, problem))
     field = random_problem(seed, number)
-    return _row(case_of(field), partial(judged, field), partial(is_answer, field))
+    return _row(runner.case_of(field), partial(judged, field), partial(is_answer, field))
 
 
 def _row(name: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool]) -> Row:
     return runner.problem_row(STAGE, name, judged, answers)
-
-
-def case_of(problem: FieldProblem) -> str:
-    grid, covariance = problem.grid, problem.covariance
-    along, across = covariance.lengths_m
-    shape = getattr(covariance, "smoothness", getattr(covariance, "hurst", None))
-    return case(
-        number=problem.number,
-        entry=problem.entry,
-        nx=grid.nx,
-        ny=grid.ny,
-        kernel=covariance.kind,
-        order=problem.order or "none",
-        share="none" if problem.share is None else f"{problem.share:.9g}",
-        cell=f"{min(grid.dx, grid.dy):.3g}",
-        aspect=f"{grid.dx / grid.dy:.3g}",
-        length=f"{along / np.sqrt(grid.cell_area):.3g}",
-        ratio=f"{across / along:.3g}",
-        lay=f"{covariance.lay_rad:.3g}",
-        shape="none" if shape is None else f"{shape:.3g}",
-        bandwidth=f"{getattr(covariance, 'bandwidth', 1):.3g}",
-        rms=f"{covariance.rms_height_m:.3g}",
-        tolerance=1,
-    )
 
 
 def judged(problem: FieldProblem) -> Verdict:

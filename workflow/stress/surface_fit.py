@@ -16,7 +16,6 @@ from roughslip.scan.covariance_fit import CovarianceFit, fit_covariance
 from roughslip.scan.fit_data import Estimates, estimates
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import KINDS, Matern, covariance_of
-from workflow.evidence.rows import case
 from workflow.stress.kernels import correlation
 from workflow.stress.runner import Verdict, choose, has_advice, log_uniform, verdict_of
 
@@ -80,20 +79,6 @@ def random_problem(seed: int, number: int) -> FitProblem:
         r = generator.uniform(-1, 1, r.shape)
     data = estimates(x[:, None], y[None, :], r, np.full(r.shape, level))
     return FitProblem(number, source, kind, truth, data, anisotropic, cutoff)
-
-
-def case_of(problem: FitProblem) -> str:
-    return case(
-        number=problem.number,
-        entry="fit",
-        kernel=problem.kind,
-        source=problem.source,
-        truth=problem.truth.kind,
-        lags=len(problem.data.x),
-        anisotropic=problem.anisotropic,
-        length=f"{problem.truth.correlation_length_m:.3g}",
-        tolerance=1,
-    )
 
 
 def judged(problem: FitProblem) -> Verdict:

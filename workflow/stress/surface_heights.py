@@ -15,7 +15,6 @@ from scipy.special import ndtr
 from roughslip.errors import IllPosedError, RoughslipError
 from roughslip.probability import FamilyDistribution, Translation, translate
 from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
-from workflow.evidence.rows import case
 from workflow.stress.kernels import left_out, pair_correlation
 from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_uniform, verdict_of
 
@@ -58,19 +57,6 @@ def _marginal(generator: np.random.Generator) -> FamilyDistribution:
     elif family == "lognormal":
         shapes = (log_uniform(generator, math.log10(0.02), math.log10(1.5)),)
     return FamilyDistribution(family, log_uniform(generator, -12, 3), shapes, bool(generator.random() < 0.5))
-
-
-def case_of(problem: HeightProblem) -> str:
-    marginal = problem.marginal
-    return case(
-        number=problem.number,
-        entry=problem.kind,
-        kernel=marginal.family,
-        shapes=",".join(f"{shape:.4g}" for shape in marginal.shapes) or "none",
-        mirrored=marginal.mirrored,
-        rms=f"{marginal.standard_deviation:.3g}",
-        tolerance=1,
-    )
 
 
 def judged(problem: HeightProblem) -> Verdict:

@@ -15,6 +15,7 @@ from roughslip.friction.process import FrictionProcess
 from roughslip.friction.statistics import window_statistics
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.motion import MotionOptions
 from roughslip.probability import BetaDistribution, Estimate
 from workflow.stress import chaos, chaos_strip, friction, friction_fits, friction_paths, friction_windows, oscillator
 from workflow.stress.friction_paths import PathProblem
@@ -143,12 +144,7 @@ MOTION = MotionProblem(
     spacing=2e-4,
     start=0.0,
     periods=6.0,
-    tolerance=1e-9,
-    stochastic=True,
-    interpolation="cubic",
-    follows="slip",
-    negative="clip",
-    integrator="fehlberg45",
+    options=MotionOptions(),
     labels={"law": "stribeck"},
 )
 
@@ -159,7 +155,7 @@ MOTION = MotionProblem(
         ({"law": StribeckLaw(0.29)}, "slip errs"),
         ({"oscillator": replace(MOTION.oscillator, damping_ratio=0.171)}, "slip errs"),
         ({"oscillator": replace(MOTION.oscillator, excitation_force_n=66.0)}, "slip errs"),
-        ({"follows": "belt"}, "slip errs"),
+        ({"options": MotionOptions(friction_follows="belt")}, "slip errs"),
         ({"nodes": 1.2 * MOTION.nodes}, "slip errs"),
         ({"law": StribeckLaw(0.3, static=0.39)}, "exceeds its limit"),
         ({"law": StribeckLaw(0.3, static=0.41)}, "within the limit"),

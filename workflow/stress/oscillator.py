@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.motion import Trajectory, trajectory
 from workflow.evidence.rows import Row
 from workflow.stress import runner
 from workflow.stress.oscillator_problem import MotionProblem, random_problem
@@ -39,12 +40,8 @@ LOOKS = 200  # times in a stick phase at which the judge evaluates the force
 def row_of(seed: int, number: int) -> Row:
     """Return the row of the problem of this number."""
     problem = random_problem(seed, number)
-    return runner.problem_row(
-        STAGE,
-        runner.case_of(problem),
-        lambda: judged(problem),
-        lambda error: is_answer(error, problem.may_turn_negative),
-    )
+    answers = partial(is_answer, may_turn_negative=problem.may_turn_negative)
+    return runner.problem_row(STAGE, runner.case_of(problem), partial(judged, problem), answers)
 
 
 def judged(problem: MotionProblem) -> Verdict:
@@ -54,16 +51,9 @@ def judged(problem: MotionProblem) -> Verdict:
 
 def drawn(problem: MotionProblem) -> Trajectory:
     """Return the motion of a problem at SAMPLES times a period."""
-    options = MotionOptions(
-        tolerance=problem.tolerance,
-        stochastic_static_limit=problem.stochastic,
-        interpolation=problem.interpolation,
-        friction_follows=problem.follows,
-        negative_friction=problem.negative,
-        integrator=problem.integrator,
-    )
+    start, options = problem.start, problem.options
     return trajectory(
-        problem.oscillator, problem.law, problem.path, problem.spacing, problem.periods, options, problem.start, SAMPLES
+        problem.oscillator, problem.law, problem.path, problem.spacing, problem.periods, options, start, SAMPLES
     )
 
 
@@ -102,11 +92,11 @@ class Judge:
         if not problem.nodes.size:
             return np.zeros_like(tau)
         z = {"slip": s, "belt": oscillator.V * tau, "time": tau / oscillator.natural_frequency_rad_per_s}
-        place = z[problem.follows] / problem.spacing
+        place = z[problem.options.friction_follows] / problem.spacing
         k = np.floor(place).astype(np.int64)
         t = place - k
         before, here, there, behind = (problem.nodes[(k + i) % problem.nodes.size] for i in (-1, 0, 1, 2))
-        if problem.interpolation == "linear":
+        if problem.options.interpolation == "linear":
             return here + t * (there - here)
         out = np.where(k > 0, 0.5 * (there - before), there - here)
         into = 0.5 * (behind - here)
@@ -123,9 +113,9 @@ class Judge:
 
     def limit(self, tau: np.ndarray, s: np.ndarray) -> np.ndarray:
         """Return the largest force [m] of stick."""
-        law, scatter = self.problem.law, self.scatter(tau, s)
+        law, scatter, options = self.problem.law, self.scatter(tau, s), self.problem.options
         kinetic = float(law.mu(0.0)) + scatter
-        limit = law.static + scatter if self.problem.stochastic else np.maximum(law.static, kinetic)
+        limit = law.static + scatter if options.stochastic_static_limit else np.maximum(law.static, kinetic)
         return self.problem.oscillator.F * np.maximum(limit, 0.0)
 
     def slip(self, y: Slide, h: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
@@ -176,7 +166,7 @@ def judge(problem: MotionProblem, drawn: Trajectory) -> Verdict:
 def _slips(by: Judge, drawn: Trajectory) -> tuple[float, float]:
     """Return the largest defect of a stretch of slip, and the largest allowed one."""
     motion, V = drawn.motion, by.problem.oscillator.V
-    allowed = ALLOWED * by.problem.tolerance + DENSE / np.diff(drawn.time[:2])[0]
+    allowed = ALLOWED * by.problem.options.tolerance + DENSE / np.diff(drawn.time[:2])[0]
     allowed *= KINKED if by.problem.labels["law"] == "table" or by.problem.may_turn_negative else 1.0
     last = np.searchsorted(motion.time, drawn.time, side="right") - 1
     together = np.flatnonzero((last[1:] == last[:-1]) & (last[1:] >= 0))

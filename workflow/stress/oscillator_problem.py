@@ -14,7 +14,7 @@ from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.laws import LAWS
-from roughslip.oscillator.motion import NEGATIVE_FRICTION
+from roughslip.oscillator.motion import NEGATIVE_FRICTION, MotionOptions
 from roughslip.oscillator.path import INTERPOLATIONS
 from roughslip.oscillator.runge_kutta import PAIRS
 from workflow.stress.runner import choose, log_uniform
@@ -39,7 +39,8 @@ class MotionProblem:
     nodes : (BLOCK,) [-] that the path repeats; empty without a path
     spacing : [m], or [s] where friction follows time
     start : [m] X at the beginning
-    periods, tolerance, stochastic, interpolation, follows, negative, integrator : as `simulate` takes them
+    periods : duration
+    options : of the motion
     labels : what else names the case
     """
 
@@ -50,12 +51,7 @@ class MotionProblem:
     spacing: float
     start: float
     periods: float
-    tolerance: float
-    stochastic: bool
-    interpolation: str
-    follows: str
-    negative: str
-    integrator: str
+    options: MotionOptions
     labels: dict[str, str]
 
     @property
@@ -103,20 +99,15 @@ def random_problem(seed: int, number: int) -> MotionProblem:
         spacing=travel / per_cycle,
         start=_start(start_kind, oscillator, law),
         periods=PERIODS,
-        tolerance=float(choose(generator, TOLERANCES, (0.6, 0.2, 0.2))),
-        stochastic=bool(generator.integers(2)),
-        interpolation=choose(generator, INTERPOLATIONS),
-        follows=follows,
-        negative=choose(generator, NEGATIVE_FRICTION, (0.8, 0.2)),
-        integrator=choose(generator, tuple(PAIRS)),
-        labels={
-            "law": kind,
-            "excitation": excitation,
-            "path": scatter,
-            "start": start_kind,
-            "belt": f"{belt / natural:.3g}",
-            "per_cycle": f"{per_cycle:.3g}",
-        },
+        options=MotionOptions(
+            tolerance=float(choose(generator, TOLERANCES, (0.6, 0.2, 0.2))),
+            stochastic_static_limit=bool(generator.integers(2)),
+            interpolation=choose(generator, INTERPOLATIONS),
+            friction_follows=follows,
+            negative_friction=choose(generator, NEGATIVE_FRICTION, (0.8, 0.2)),
+            integrator=choose(generator, tuple(PAIRS)),
+        ),
+        labels={"law": kind, "excitation": excitation, "path": scatter, "begin": start_kind},
     )
 
 

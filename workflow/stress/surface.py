@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -44,16 +43,12 @@ IMAGES = 1.1  # of the image share: on lines longer than 64 nodes the package do
 def row_of(seed: int, number: int) -> Row:
     """Return the row of the problem of this number."""
     digit = number % 10
-    part = surface_heights if digit in HEIGHTS else surface_fit if digit == FIT else None
-    if part:
-        problem = part.random_problem(seed, number)
-        return _row(runner.case_of(problem), partial(part.judged, problem), partial(part.is_answer, problem))
-    field = random_problem(seed, number)
-    return _row(runner.case_of(field), partial(judged, field), partial(is_answer, field))
-
-
-def _row(name: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool]) -> Row:
-    return runner.problem_row(STAGE, name, judged, answers)
+    if digit in HEIGHTS or digit == FIT:
+        part = surface_fit if digit == FIT else surface_heights
+        problem, judge, answers = part.random_problem(seed, number), part.judged, part.is_answer
+    else:
+        problem, judge, answers = random_problem(seed, number), judged, is_answer
+    return runner.problem_row(STAGE, runner.case_of(problem), partial(judge, problem), partial(answers, problem))
 
 
 def judged(problem: FieldProblem) -> Verdict:

@@ -96,7 +96,7 @@ def has_advice(error: RoughslipError) -> bool:
 
 
 def case_of(problem: Any) -> str:
-    """Return the name of a problem: every number and word among its fields and the fields of its parts.
+    """Return the name of a problem: every number and word among its fields, the types of its parts, and their fields.
 
     The tolerance is 1 for a problem that has none.
     """
@@ -110,7 +110,7 @@ def _named_values(part: Any) -> dict[str, str]:
         if isinstance(value, dict):
             names |= value
         elif dataclasses.is_dataclass(value):
-            names |= _named_values(value)
+            names |= {field.name: type(value).__name__, **_named_values(value)}
         elif isinstance(value, str | int | float | tuple):
             names[field.name] = ",".join(map(_short, value)) if isinstance(value, tuple) else _short(value)
     return names

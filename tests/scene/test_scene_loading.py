@@ -7,7 +7,8 @@ import yaml
 
 from roughslip.chaos.functionals import NAMES
 from roughslip.limits import FUNCTIONALS, VARIABLE_COUNTS
-from roughslip.scene import rules
+from roughslip.probability.families import FAMILIES
+from roughslip.scene import roughness, rules
 from roughslip.scene.loader import RESERVED, describe_allowed, load
 from roughslip.scene.plan import slice_for
 from roughslip.stages.from_scene.training import training_columns
@@ -144,6 +145,11 @@ def test_rules_count_as_the_stages_do():
     columns = range(4, 60)
     assert [rules.training_columns(n) for n in columns] == [len(training_columns(slice(7, 7 + n))) for n in columns]
     assert len(NAMES) == FUNCTIONALS in VARIABLE_COUNTS
+
+
+def test_shapes_of_heights_have_the_limits_of_their_families():
+    for name, (shapes, *limits) in roughness.FAMILIES.items():
+        assert (tuple(shapes.split(", ")), tuple(limits)) == (FAMILIES[name].shapes, FAMILIES[name].limits)
 
 
 def test_lengths_at_the_edge_of_the_numbers(mine):

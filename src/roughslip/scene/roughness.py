@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Literal, get_args
 
 from roughslip.scene.covariances import covariance_shapes
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section, text
@@ -11,7 +11,6 @@ from roughslip.scene.mistakes import Mistake, Values, missing, not_together, ref
 
 COVARIANCES = covariance_shapes()
 Family = Literal["beta", "weibull", "lognormal"]
-ScanMarginal = Literal["gaussian", "beta", "weibull", "lognormal", "empirical"]
 Form = Literal["mean", "plane", "quadratic"]
 HeightUnit = Literal["m", "mm", "um", "nm", "pm"]
 
@@ -104,8 +103,9 @@ class Scan(Section):
         "measured the estimate itself",
         ("best", "measured", *COVARIANCES),
     )
-    marginal: ScanMarginal = choice(
-        "Distribution of the heights, fitted by its moments; empirical is the measured one", ScanMarginal
+    marginal: str = choice(
+        "Distribution of the heights, fitted by its moments; empirical is the measured one",
+        ("gaussian", *get_args(Family), "empirical"),
     )
     correct_correlation: bool | None = flag("As roughness.marginal.correct_correlation", default=None)
     grinding: Grinding = group(Grinding)

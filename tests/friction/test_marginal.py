@@ -206,30 +206,30 @@ SAMPLE = 200, 50  # strips, windows
 
 
 @pytest.mark.parametrize("skewness", [0.05, 0.5, 1.0, 2.0])
-def test_quantiles_are_those_of_the_law_of_that_skewness(skewness):
+def test_quantiles_are_those_of_the_distribution_of_that_skewness(skewness):
     k = 4 / skewness**2
     np.testing.assert_allclose(_gamma(np.array([[skewness]]))[0], stats.gamma(k).ppf(AT), rtol=1e-9)
     s = stats.norm.ppf(AT) @ np.log(_lognormal(np.array([[skewness]]))[0]) / np.sum(stats.norm.ppf(AT) ** 2)
     assert stats.lognorm(s).stats("s") == pytest.approx(skewness, rel=1e-9)
 
 
-def drawn(law) -> dict:
-    mu = law.rvs(SAMPLE, random_state=np.random.default_rng(6))
+def drawn(family_member) -> dict:
+    mu = family_member.rvs(SAMPLE, random_state=np.random.default_rng(6))
     weights = strip_weights(SAMPLE[0], 60, np.random.default_rng(7))
     return fit_candidates(mu, np.ones(mu.shape, dtype=bool), weights)
 
 
 @pytest.mark.parametrize(
-    ("family", "law", "skewness"),
+    ("family", "family_member", "skewness"),
     [
         ("normal", stats.norm(0.3, 0.02), 0.0),
         ("gamma", stats.gamma(4.0, 0.2, 0.01), 1.0),
         ("lognormal", stats.lognorm(0.3, 0.1, 0.05), (np.exp(0.09) + 2) * np.sqrt(np.exp(0.09) - 1)),
     ],
 )
-def test_a_family_finds_its_own_law(family, law, skewness):
+def test_a_family_finds_its_own_members(family, family_member, skewness):
     """10 000 windows: the distance is what sampling leaves, some 1 / sqrt(n); skewness is known to some 0.06."""
-    found = drawn(law)
+    found = drawn(family_member)
     assert found[family].distance.value < 3 / np.sqrt(10_000)
     assert found[family].distance.low == 0.0
     assert float(found[family].skewness.value) == pytest.approx(skewness, abs=0.12)
@@ -238,7 +238,7 @@ def test_a_family_finds_its_own_law(family, law, skewness):
         assert found["normal"].distance.low > 0.05
 
 
-def test_left_skewed_laws_are_mirror_images():
+def test_left_skewed_members_are_mirror_images():
     right = drawn(stats.gamma(4.0))
     mu = -stats.gamma(4.0).rvs(SAMPLE, random_state=np.random.default_rng(6)) + 20.0
     weights = strip_weights(SAMPLE[0], 60, np.random.default_rng(7))
@@ -247,7 +247,7 @@ def test_left_skewed_laws_are_mirror_images():
     assert float(left["gamma"].distance.value) == pytest.approx(float(right["gamma"].distance.value), rel=0.05)
 
 
-def test_no_scatter_has_no_law():
+def test_no_scatter_has_no_distribution():
     weights = strip_weights(5, 60, np.random.default_rng(7))
     with pytest.raises(IllPosedError, match="no scatter"):
         fit_candidates(np.full((5, 4), 0.3), np.ones((5, 4), dtype=bool), weights)

@@ -100,10 +100,10 @@ def test_marginal_of_an_ensemble(process, method):
     paths = ensemble(process, LENGTH / 4, 2000 * LENGTH, 100, method)
     values = paths[:, ::32].ravel()
     marginal = process.marginal
-    law = beta_distribution(marginal.a, marginal.b, loc=marginal.lower - marginal.mean, scale=marginal.scale)
+    distribution = beta_distribution(marginal.a, marginal.b, loc=marginal.lower - marginal.mean, scale=marginal.scale)
     limit = math.sqrt(-0.5 * math.log(0.5e-6) / values.size)
-    assert kstest(values, law.cdf).statistic < limit < 0.02
-    skewness, kurtosis = law.stats(moments="sk")
+    assert kstest(values, distribution.cdf).statistic < limit < 0.02
+    skewness, kurtosis = distribution.stats(moments="sk")
     for power, exact in ((1, 0.0), (2, 1.0), (3, float(skewness)), (4, 3.0 + float(kurtosis))):
         moments = np.mean((paths / marginal.standard_deviation) ** power, axis=1)
         assert moments.mean() == pytest.approx(exact, abs=5 * moments.std(ddof=1) / math.sqrt(moments.size))
@@ -262,7 +262,7 @@ def test_one_window_is_itself_and_many_are_nearly_normal():
     assert abs(beta_moments(a, b)[2]) == pytest.approx(beta_moments(2.1, 5.0)[2] / 100, rel=1e-6)
 
 
-def test_means_of_drawn_windows_have_this_law():
+def test_means_of_drawn_windows_have_this_distribution():
     """Four moments say little of the ends, but the distribution of the mean of five is within 0.01 of the Beta."""
     from scipy import stats
 

@@ -302,13 +302,13 @@ def test_friction_that_is_cut_for_a_part_of_a_step_is_seen(tolerance):
 def test_steps_grow_again_behind_a_kink(pair):
     """A step that had to be 1e-4 of the one before is no trend: the steps after it, of no error, grow five times each
     up to the longest. They shrank 1e-4 times each, below the rounding of tau."""
-    pace = next_control(StepControl(1e-2, 0.0, 0.0), 1e-2, 0.5, pair)
-    pace = next_control(pace, 1e-6, 0.5, pair)
-    assert pace.allowed >= 0.2e-6
+    control = next_control(StepControl(1e-2, 0.0, 0.0), 1e-2, 0.5, pair)
+    control = next_control(control, 1e-6, 0.5, pair)
+    assert control.allowed >= 0.2e-6
     for _ in range(12):
-        longer = next_control(pace, pace.allowed, 0.0, pair)
-        assert longer.allowed == pytest.approx(min(5.0 * pace.allowed, LONGEST_STEP))
-        pace = longer
+        longer = next_control(control, control.allowed, 0.0, pair)
+        assert longer.allowed == pytest.approx(min(5.0 * control.allowed, LONGEST_STEP))
+        control = longer
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)

@@ -34,7 +34,7 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.distribution_families import fit_candidates
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.paths import prepare
-from roughslip.friction.penetration import between, penetration_law, trend
+from roughslip.friction.penetration import between, penetration_curve, trend
 from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import recursion
 from roughslip.friction.resampling import strip_weights
@@ -307,9 +307,9 @@ def curve_refusals() -> Calls:
     bad_lags = {"falling": lags[::-1], "without-zero": lags + 1e-6, "of-another-curve": 1e-6 * np.arange(9.0)}
     levels, values = np.array([5.0, 50.0, 95.0]), np.arange(4.0)
     means = [window_statistics(level * mu, valid, weights).mean for level in (3.0, 2.0, 1.0)]
-    law = penetration_law(levels, means)
+    law = penetration_curve(levels, means)
     fitted = partial(correlation_fit, lags=lags, estimate=curve, window=4e-6)
-    through = partial(penetration_law, percentiles=levels, estimates=means)
+    through = partial(penetration_curve, percentiles=levels, estimates=means)
     changing = partial(trend, percentiles=values, values=values, replicates=np.ones((4, 40)))
     return joined(
         spoilt(fitted, lags=not_a_table(lags) | bad_lags, window=NOT_POSITIVE),

@@ -5,7 +5,7 @@ resampling : strip_weights, the bootstrap of whole strips
 statistics : window_statistics, ratio_of_sums, combine (control variates)
 correlation : autocorrelation, correlation_fit, white_autocorrelation
 marginal, distribution_families : fit_beta, scaled_beta, distance_to_beta; fit_candidates
-penetration : penetration_law, trend, p_value, p_value_of_equality
+penetration : penetration_curve, trend, p_value, p_value_of_equality
 process : FrictionProcess, average_beta
 recursion, paths : recursion, and prepare for paths by any method
 

@@ -30,7 +30,7 @@ SHAPES = (0.3, 300.0)
 
 _NODES = 200
 PROBABILITIES = (np.arange(_NODES) + 0.5) / _NODES
-"""Of the quantiles by which laws are compared."""
+"""Of the quantiles by which distributions are compared."""
 
 _TRIALS = 48
 _LOG_SHAPES = np.linspace(math.log(SHAPES[0]), math.log(SHAPES[1]), _TRIALS)

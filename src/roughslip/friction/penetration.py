@@ -22,7 +22,7 @@ from roughslip.validation import reals
 
 
 @dataclass(frozen=True)
-class PenetrationLaw:
+class PenetrationCurve:
     """A statistic of friction as a function of penetration, continuous with its first derivative.
 
     percentiles : (L,) [%] penetrations, increasing; L >= 2
@@ -59,11 +59,11 @@ def between(percentiles: np.ndarray, values: np.ndarray, percentile: float) -> f
     level = np.flatnonzero(percentiles == percentile)
     if level.size:
         return float(values[level[0]])
-    law = PenetrationLaw(np.asarray(percentiles, dtype=np.float64), np.asarray(values)[None])
-    return float(law._curves()(law._inside(percentile))[0])
+    curve = PenetrationCurve(np.asarray(percentiles, dtype=np.float64), np.asarray(values)[None])
+    return float(curve._curves()(curve._inside(percentile))[0])
 
 
-def penetration_law(percentiles: np.ndarray, estimates: list[Estimate]) -> PenetrationLaw:
+def penetration_curve(percentiles: np.ndarray, estimates: list[Estimate]) -> PenetrationCurve:
     """The curve through estimates : L of () at percentiles : (L,) [%], increasing, that share their replicates.
 
     Raises IllPosedError for fewer than two levels, ParameterError for percentiles that do not increase or match.
@@ -75,7 +75,7 @@ def penetration_law(percentiles: np.ndarray, estimates: list[Estimate]) -> Penet
         raise IllPosedError("a curve over penetration needs at least two levels")
     if len(estimates) != len(q) or not (np.diff(q) > 0.0).all():
         raise ParameterError("a curve over penetration needs increasing percentiles with an estimate each")
-    return PenetrationLaw(q, np.stack([estimate.rows for estimate in estimates], axis=1))
+    return PenetrationCurve(q, np.stack([estimate.rows for estimate in estimates], axis=1))
 
 
 @dataclass(frozen=True)

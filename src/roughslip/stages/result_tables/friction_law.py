@@ -8,7 +8,7 @@ from roughslip import store
 from roughslip.friction.correlation import LONGEST_WINDOWS, correlation_fit, white_autocorrelation
 from roughslip.friction.distribution_families import FAMILIES, fit_candidates
 from roughslip.friction.marginal import standardised_distribution
-from roughslip.friction.penetration import p_value, p_value_of_equality, penetration_law
+from roughslip.friction.penetration import p_value, p_value_of_equality, penetration_curve
 from roughslip.friction.statistics import Combined
 from roughslip.probability import Estimate
 from roughslip.scene.types import Scene
@@ -77,7 +77,7 @@ def fit_variables(combined: list[Combined], percentiles: np.ndarray) -> dict[str
     means, points = [each.mean for each in combined], percentiles
     columns = [[getattr(means[0], part)[None] for part in ("value", "low", "high")], [np.full(1, np.nan)] * 3]
     if len(percentiles) > 1:
-        points, curve = np.linspace(percentiles[0], percentiles[-1], FIT_POINTS), penetration_law(percentiles, means)
+        points, curve = np.linspace(percentiles[0], percentiles[-1], FIT_POINTS), penetration_curve(percentiles, means)
         columns = [[one.value, one.low, one.high] for one in (curve.at(points), curve.slope(points))]
     names = {
         "fit": ("1", "mu_fit, the mean friction coefficient as a function of penetration"),

@@ -49,6 +49,7 @@ def plan(monkeypatch):
         found: dict[str, Counter] = {}
         for job in jobs:
             if job.output:
+                assert job.params.get("module", "") in job.rule.name  # of rules that are made in a loop
                 found.setdefault(job.wildcards_dict.get("scene", ""), Counter()).update([job.rule.name])
         return {scene: dict(rules) for scene, rules in found.items()}
 

@@ -19,7 +19,7 @@ for figure in FIGURES:
         resources:
             mem_mb=scenes.memory(figure),
         params:
-            module=stage,
+            module=figure,
             caption=declarations()[figure].caption,
         shell:
             run("figure2", module="{params.module}")

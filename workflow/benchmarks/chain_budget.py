@@ -29,7 +29,15 @@ from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface
 from roughslip.stages.from_scene.nodes import central_nodes
 from roughslip.stages.path_resolution import Thinned
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
-from workflow.benchmarks.chaos_problem import JUDGED, MEDIAN, PERCENTILES, QUANTILES, Square, read_references
+from workflow.benchmarks.chaos_problem import (
+    JUDGED,
+    MEDIAN,
+    PERCENTILES,
+    QUANTILES,
+    Square,
+    load_scene,
+    read_references,
+)
 from workflow.benchmarks.runner import make_row, report_progress
 from workflow.evidence.rows import Row, case
 from workflow.monte_carlo.friction import solve_windows
@@ -193,11 +201,6 @@ def _expansion_rows(name: str, square: Square, kept: Path) -> Iterator[Row]:
 # The friction coefficient of windows, Figure 3.
 
 
-def scale_cell(scene: Scene, factor: float) -> Scene:
-    """Return the scene with the cells of the strip so many times as large."""
-    return replace(scene, strip=replace(scene.strip, cell_m=factor * scene.strip.cell_m))
-
-
 def friction_statistic(scene: Scene, area: np.ndarray, force: np.ndarray) -> Statistic:
     """Return mean and standard deviation of mu at each penetration, in units of the mean at the median."""
     least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
@@ -221,13 +224,14 @@ def strip_budget(name: str, scene: Scene, strips: int) -> Iterator[Row]:
     Every second node of the field has the scene's cell, and every fourth node twice that.
     """
     tolerance = scene.numerics.contact_tolerance
-    fine = scale_cell(scene, 0.5)
+    by_step = {step: load_scene(name, {"strip.cell_m": step / 2 * scene.strip.cell_m}) for step in (1, 2, 4)}
+    fine = by_step[1]
     sample = surface_model.surface_model(fine).sampler(geometry.strip_grid(fine))
     seeds = [[scene.seed, STREAMS["strips"], number] for number in range(strips)]
     fields = [sample(np.random.default_rng(seed)) for seed in seeds]
 
     def solve_every(step: int, chosen: list[np.ndarray], limit: float) -> Statistic:
-        part = scale_cell(scene, step / 2)
+        part = by_step[step]
         area, force = solve_windows(part, [field[::step, ::step] for field in chosen], PERCENTILES, limit)
         return friction_statistic(part, area, force)
 

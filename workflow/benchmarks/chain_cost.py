@@ -39,7 +39,7 @@ from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from workflow.benchmarks import chain_plain
 from workflow.benchmarks.chain_budget import DAMPING, NORMAL, compare_paired, read_friction, read_summary
-from workflow.benchmarks.chaos_problem import JUDGED, MEDIAN, QUANTILES, Square
+from workflow.benchmarks.chaos_problem import JUDGED, MEDIAN, QUANTILES, Square, load_scene
 from workflow.benchmarks.runner import report_progress
 from workflow.evidence.rows import Row, fields
 from workflow.monte_carlo.friction import solve_windows
@@ -142,7 +142,7 @@ def mean_cpu_seconds(calls: Iterable[Callable[[], object]]) -> float:
 def surface_stage(square: Square) -> Stage:
     """Compare modes of the square by symmetry and Lanczos with LAPACK on the whole covariance matrix."""
     order, small = len(square.modes), min(square.grid.nx, DENSE_NODES)
-    coarse = geometry.square_grid(replace(square.scene, square=replace(square.scene.square, nodes=small)))
+    coarse = geometry.square_grid(load_scene(square.name, {"square.nodes": small}))
     covariance = square.model.covariance
     ours = mean_cpu_seconds([partial(karhunen_loeve, covariance, square.grid, order)])
     plain = mean_cpu_seconds([partial(chain_plain.dense_modes, covariance, coarse, min(order, coarse.size))])

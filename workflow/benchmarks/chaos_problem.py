@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -93,9 +94,16 @@ class MonteCarloReference:
         return {"distance": self.distance(pressure), **relative}
 
 
-def load_scene(name: str) -> Scene:
-    """Return a scene of the project."""
-    return scene_of(load(name, ROOT / "config" / "scenes"))
+def load_scene(name: str, changes: Mapping[str, object] | None = None) -> Scene:
+    """Return a scene of the project.
+
+    changes : values of dotted keys, such as strip.cell_m, that replace those of the scene
+    """
+    values = load(name, ROOT / "config" / "scenes")
+    for key, value in (changes or {}).items():
+        section, field = key.split(".")
+        values = {**values, section: {**values[section], field: value}}
+    return scene_of(values)
 
 
 def read_references(path: Path) -> list[MonteCarloReference]:

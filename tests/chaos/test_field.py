@@ -1,4 +1,4 @@
-"""The expansion of a field: directions, left-out indices, maps and draws against closed forms and refits."""
+"""The expansion of a field and its links: directions, left-out indices, maps and draws, against closed forms."""
 
 import math
 
@@ -8,6 +8,7 @@ from scipy.special import ndtr, ndtri
 
 from roughslip.chaos.field import GROUPS, draw_pressure, fit_field, left_out_index, mode_shares, normal_scores
 from roughslip.chaos.regression import factorised
+from roughslip.chaos.single_index import KNOTS, LEAST_SAMPLES, TAIL, Link, fit_link, hermite_moments, knots_for
 from roughslip.errors import IllPosedError, ParameterError
 
 MODES, NODES = 6, 40
@@ -198,3 +199,73 @@ def test_ill_posed_fields_are_refused():
     state[0, 0] = np.inf
     with pytest.raises(ParameterError, match="finite"):
         fit_field(xi, state)
+
+
+LINK_SAMPLES, LINK_NODES = 160, 3
+
+
+def link_problem(seed=0):
+    """An index, and two responses with scatter: a ramp and whether it is positive."""
+    generator = np.random.default_rng([1981, seed])
+    index = generator.standard_normal((LINK_SAMPLES, LINK_NODES))
+    latent = index - 0.3 + 0.4 * generator.standard_normal(index.shape)
+    return index, np.stack([np.maximum(latent, 0.0), latent > 0])
+
+
+def test_as_many_samples_as_said_lie_beyond_the_last_knot():
+    knots = knots_for(1000)
+    assert len(knots) == KNOTS
+    assert len(knots_for(LEAST_SAMPLES)) == 4
+    np.testing.assert_allclose([ndtr(knots[0]), ndtr(-knots[-1])], TAIL / 1000)
+    with pytest.raises(IllPosedError, match=f"takes {LEAST_SAMPLES}"):
+        knots_for(LEAST_SAMPLES - 1)
+
+
+def test_means_of_hats_are_second_differences_of_the_mean_of_a_ramp():
+    """E(t - c)^+ = phi(c) - c Phi(-c); straight beyond the knots, all add up to 1 and to t."""
+    knots = np.linspace(-2.0, 2.0, 9)
+    ramp = np.exp(-(knots**2) / 2) / np.sqrt(2 * np.pi) - knots * ndtr(-knots)
+    moments = hermite_moments(tuple(knots), 2)
+    # A midpoint rule errs by step^2 / 24 times a jump of slope, 2 at a hat's top: 3e-7 times the density
+    np.testing.assert_allclose(moments[0, 2:-2], np.diff(ramp, 2)[1:-1] / 0.5, rtol=0, atol=3e-7)
+    np.testing.assert_allclose(moments @ np.ones(9), [1, 0, 0], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(moments @ knots, [0, 1, 0], rtol=0, atol=1e-10)
+
+
+def test_what_is_linear_between_knots_is_found_exactly():
+    index, _ = link_problem()
+    knots = knots_for(LINK_SAMPLES)
+    values = np.random.default_rng(3).standard_normal((2, len(knots), LINK_NODES))
+    truth = Link(knots, values)
+    link, control = fit_link(index, truth(index), knots)
+    np.testing.assert_allclose(link.values, values, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(control.mean, truth.hermite(0)[:, 0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(control.deviation, 0.0, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(link(knots[:, None] * np.ones(LINK_NODES)), link.values, rtol=0, atol=1e-12)
+
+
+def test_each_sample_is_left_out_of_its_own_control():
+    """Against refits without it."""
+    index, responses = link_problem()
+    knots = knots_for(LINK_SAMPLES)
+    _, control = fit_link(index, responses, knots)
+    terms = np.empty(responses.shape)
+    for k in range(LINK_SAMPLES):
+        link, _ = fit_link(np.delete(index, k, axis=0), np.delete(responses, k, axis=1), knots)
+        terms[:, k] = responses[:, k] - link(index[k]) + link.hermite(0)[:, 0]
+    np.testing.assert_allclose(control.mean, terms.mean(axis=1), rtol=1e-9)
+    # Its deviation leaves E h_k where E h is: that moves by the sample's own weight in it alone
+    left = terms - terms.mean(axis=1, keepdims=True)
+    np.testing.assert_allclose(control.deviation, left, rtol=0, atol=1e-9)
+
+
+def test_what_cannot_be_fitted_is_refused():
+    index, responses = link_problem()
+    knots = knots_for(LINK_SAMPLES)
+    with pytest.raises(IllPosedError, match="between two knots"):
+        fit_link(np.abs(index), responses, knots)
+    with pytest.raises(ParameterError, match="do not match"):
+        fit_link(index[:-1], responses, knots)
+    index[3, 1] = np.nan
+    with pytest.raises(ParameterError, match="finite"):
+        fit_link(index, responses, knots)

@@ -90,6 +90,7 @@ def test_the_smallest_number_within_a_standard_error_of_the_best_is_taken(monkey
     assert chosen.scores[0] - chosen.scores[1] == pytest.approx(more * chosen.errors[0])
 
 
+@pytest.mark.slow
 def test_left_out_halves_do_not_see_the_directions_of_their_own(monkeypatch):
     """Each half of the surfaces is scored in what was found on the other."""
     samples, seen = solved(5), []
@@ -155,6 +156,7 @@ def test_few_samples_are_asked_for_few_variables():
         fit_count(solved(5, count=20), GIVEN, None, 4, [TARGET])
 
 
+@pytest.mark.slow
 def test_candidates_that_are_refused_leave_the_others(monkeypatch):
     fit = selection.fit_local
 

@@ -120,7 +120,9 @@ def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
         assert found["reattachment"].mean() == pytest.approx(float(without_scatter["reattachment"]), abs=F * std)
     assert spread[4e-3] / spread[2e-3] == pytest.approx(2.0, rel=0.1)
     assert 0.3 < spread[2e-3] / (F * 2e-3) < 3.0
-    later = run(oscillator, scattered(4e-3), "later", first=6, last=8)  # runs are numbered, whatever the batch
+    later = run(
+        oscillator, scattered(4e-3), "later", first=6, last=8
+    )  # runs have numbers that do not depend on the batch
     np.testing.assert_array_equal(later["reattachment"], found["reattachment"][found["reattachment_realisation"] >= 6])
     still = run(oscillator, scattered(4e-3, stochastic_static_limit=False), "still", first=0, last=8)
     assert still["reattachment"].std() != pytest.approx(spread[4e-3], rel=1e-3)
@@ -241,8 +243,8 @@ def test_normality_is_judged_where_there_are_events_enough(capsys):
 
 
 def test_what_runs_left_out_is_counted(run):
-    """Every stick phase that was left is one not integrated; a path is drawn once for all dampings, the scene's own and
-    two drawings; it is drawn as far as the runs slip. Without scatter a run is followed to its end, or by the period
+    """Every stick phase that was left is one not integrated. A path is drawn once for all dampings, the scene's own and
+    two drawings. It is drawn as far as the runs slip. Without scatter a run is followed to its end, or by the period
     for some four periods."""
     found = run(oscillator, CONFIGURATION, "counted", first=0, last=2)
     skipped, events = run.skipped, found["cycles"].sum() + found["micro_slips"].sum()

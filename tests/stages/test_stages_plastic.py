@@ -93,7 +93,7 @@ def elastic_strips(strips):
 
 
 def test_friction_of_a_surface_that_yields_is_at_least_shear_strength_over_hardness(strips, elastic_strips):
-    """N <= H A on every window, whatever the load; where nothing yields the contact is the elastic one."""
+    """N <= H A on every window at any load. Where nothing yields the contact is the elastic one."""
     hardness = 0.5 * float(np.max(elastic_strips["force"] / np.maximum(elastic_strips["area"], 1e-30)))
     found = strips(changed(material={"hardness_pa": hardness}), "yields")
     touched = found["area"] > 0
@@ -108,8 +108,10 @@ def test_friction_of_a_surface_that_yields_is_at_least_shear_strength_over_hardn
 
 
 def test_friction_in_full_yield_is_shear_strength_over_hardness_without_scatter(strips):
-    """H = 1 MPa: the elastic part of u at H B_00 is below a nanometre, so all but the last touching nodes yield, and
-    A / N = 1 / H but for nodes within that nanometre of the plane, whose share of the area is a percent."""
+    """For H = 1 MPa the elastic part of u, H B_00, is below a nanometre, so all but the last touching nodes yield.
+
+    Then A / N = 1 / H, except for nodes within that nanometre of the plane, which are a percent of the area.
+    """
     found = strips(changed(material={"hardness_pa": 1e6}), "soft")
     ratio = 1e6 * found["area"] / found["force"]
     assert np.all(ratio >= 1 - 1e-12)
@@ -134,10 +136,11 @@ def test_friction_does_not_change_when_all_lengths_do_and_falls_as_the_modulus_r
 
 
 def test_friction_of_a_large_patch_at_light_load_depends_on_its_slope_alone():
-    """mu = tau kappa / (E* g), g the rms slope: kappa between Persson's sqrt(8 / pi) = 1.60 (J. Chem. Phys. 115 (2001)
-    3840) and sqrt(2 pi) = 2.51 of summits that do not know of each other (Bush, Gibson and Thomas, Wear 35 (1975) 87),
-    and the same at loads that differ threefold. A cell at the edge counts whole: (pi - 1 + ln 2) / 24 of a cell for
-    every edge is taken off (Yastrebov, Anciaux and Molinari, J. Mech. Phys. Solids 107 (2017) 469).
+    """mu = tau kappa / (E* g) with the rms slope g, and kappa is the same at loads that differ threefold.
+
+    It lies between sqrt(8 / pi) = 1.60 (Persson, J. Chem. Phys. 115 (2001) 3840) and sqrt(2 pi) = 2.51 for independent
+    summits (Bush, Gibson and Thomas, Wear 35 (1975) 87). A cell at the edge counts whole: (pi - 1 + ln 2) / 24 of a
+    cell is subtracted for every edge (Yastrebov, Anciaux and Molinari, J. Mech. Phys. Solids 107 (2017) 469).
 
     Over three other sets of eight surfaces kappa was 2.20 to 2.39 at 5 % and 2.22 to 2.28 at 20 %.
     """

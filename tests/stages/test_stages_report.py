@@ -120,8 +120,8 @@ def test_how_many_variables_were_chosen_is_told_below_figure_2(tmp_path):
         return variables_chosen(store.read(tmp_path / "square.nc"))
 
     assert chosen([6, 8, 9], [0.15, 0.1247, np.nan], 8) == (
-        "Our expansion takes 8 variables, the least number that cannot be told from the best by its ranked probability "
-        "score at left-out surfaces: 0.1500 with 6, 0.1247 with 8, refused with 9."
+        "Our expansion takes 8 variables, the least number whose ranked probability score is not significantly "
+        "above the best, at left-out surfaces: 0.1500 with 6, 0.1247 with 8, refused with 9."
     )
     assert chosen([8], [0.1247], 8) == (
         "Our expansion takes 8 variables, as many as the scene asks for; they score 0.1247 at left-out surfaces."

@@ -1,4 +1,6 @@
-"""Stage scan as a user runs it: a bad scan ends in one line that names the file, a rim without heights is cut off."""
+"""The stages of a scan: known heights, and files of a user, where a bad one ends in one line that names it."""
+
+from __future__ import annotations
 
 import importlib.util
 import json
@@ -6,16 +8,134 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.stats import skew
 
 from roughslip import store
 from roughslip.grid import Grid
 from roughslip.scan.instrument_file import write_x3p
-from roughslip.scan.topography import Topography
-from roughslip.stages import scan
+from roughslip.scan.topography import Topography, topography
+from roughslip.stages import scan, synthetic_surfaces
+from roughslip.stages.from_scene import geometry, scan_model
 from roughslip.stages.runtime import command
 from roughslip.stages.runtime.command import execute
 from roughslip.surface.embedding import embed
+from roughslip.surface.model import gaussian_model
 from roughslip.surface.models import covariance_of
+
+SQ, DX, DY = 2e-7, 1e-6, 2e-6
+GRID = Grid(160, 120, DX, DY)
+CONFIGURATION = {
+    "seed": 7,
+    "roughness": {"scan": {"form": "plane", "covariance": "best", "marginal": "gaussian"}},
+}
+
+
+@pytest.fixture(scope="module")
+def heights():
+    """Exponential, 8 um along x and 5 um across, with its own mean plane taken off."""
+    model = gaussian_model(covariance_of("exponential", SQ, 8e-6, 5e-6), (8e-6, 5e-6), None, correct_correlation=False)
+    z = model.sampler(GRID)(np.random.default_rng(4))
+    x, y = np.meshgrid(GRID.x(), GRID.y(), indexing="ij")
+    plane = np.column_stack([np.ones(z.size), x.ravel(), y.ravel()])
+    return z - (plane @ np.linalg.lstsq(plane, z.ravel(), rcond=None)[0]).reshape(z.shape)
+
+
+@pytest.fixture(scope="module")
+def scanned(run, heights):
+    """What stage `scan` makes of them, tilted. Files have tests of their own."""
+    x, y = np.meshgrid(GRID.x(), GRID.y(), indexing="ij")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scan, "read_scan", lambda *_: topography(heights + 0.01 * x - 0.02 * y + 1e-5, DX, DY, "scan"))
+        return run(scan, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def copies(run, scanned):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(synthetic_surfaces, "TWINS", 5)
+        return run(synthetic_surfaces, CONFIGURATION, scan=scanned.path)
+
+
+def test_a_scan_is_described_by_its_own_moments(scanned, heights):
+    found = scanned
+    np.testing.assert_allclose(found["map"], heights, rtol=0, atol=1e-9 * SQ + 1e-12 * 1e-5)
+    np.testing.assert_array_equal(found["points"], GRID.shape)
+    np.testing.assert_array_equal(found["spacing"], [DX, DY])
+    np.testing.assert_allclose(found["map_x"], GRID.x())
+    np.testing.assert_allclose(found["map_y"], GRID.y())
+    z = heights - heights.mean()
+    assert found["rms_height"] == pytest.approx(z.std(), rel=1e-6)
+    assert found["skewness"] == pytest.approx(skew(z.ravel()), abs=1e-6)
+    assert found["kurtosis"] == pytest.approx(np.mean(z**4) / z.std() ** 4, rel=1e-6)
+    assert found["missing"] == 0.0
+    assert found["sufficient"] == 1
+    edges = found["density_edge"]
+    assert edges[0] <= z.min() < z.max() <= edges[-1]
+    np.testing.assert_allclose(found["density"], np.histogram(z, edges)[0] / z.size / np.diff(edges))
+
+
+def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
+    """The sum over all pairs at a few lags; 1/e at 8 um along x and 5 um along y, known to some 10 %."""
+    found, z = scanned, heights
+    i0, j0 = (int(np.flatnonzero(np.isclose(found[name], 0.0, atol=1e-9))[0]) for name in ("lag_x", "lag_y"))
+    for i, j in ((3, 0), (0, 2), (5, 1)):
+        assert (found["lag_x"][i0 + i], found["lag_y"][j0 + j]) == (pytest.approx(i * DX), pytest.approx(j * DY))
+        pairs = np.mean(z[i:, j:] * z[: GRID.nx - i, : GRID.ny - j]) / z.var()
+        assert found["correlation"][i0 + i, j0 + j] == pytest.approx(pairs, abs=0.02)  # bias of the mean taken off
+    assert found["length_x"] == pytest.approx(8e-6, rel=0.25)
+    assert found["length_y"] == pytest.approx(5e-6, rel=0.25)
+    assert found["length_x_low"] < found["length_x"] < found["length_x_high"]
+    assert np.all(found["power_low"] < found["power"])
+    assert np.all(found["power"] < found["power_high"])
+
+
+def test_the_model_of_a_scan_is_its_covariance(scanned):
+    """The best of all kinds, with the Sq of the scan."""
+    model = scan_model.restored(scanned)
+    assert model.covariance.kind == "exponential"
+    assert model.rms_height_m == pytest.approx(float(scanned["rms_height"]))
+    assert model.lengths_m == pytest.approx((8e-6, 5e-6), rel=0.25)
+
+
+def test_the_measured_model_of_a_scan_is_its_correlation(run, scanned, heights):
+    measured = {"roughness": {"scan": CONFIGURATION["roughness"]["scan"] | {"covariance": "measured"}}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scan, "read_scan", lambda *_: topography(heights, DX, DY, "scan"))
+        found = run(scan, measured, "measured")
+    model = scan_model.restored(found)
+    sq = float(scanned["rms_height"])
+    assert model.rms_height_m == pytest.approx(sq)
+    assert model.lengths_m == (found["length_x"], found["length_y"])
+    i0, j0 = (len(found[name]) // 2 for name in ("lag_x", "lag_y"))
+    for i, j in ((0, 0), (3, 0), (0, 2)):
+        expected = sq**2 * found["correlation"][i0 + i, j0 + j]
+        assert model.covariance(np.array(i * DX), j * DY) == pytest.approx(expected, abs=0.05 * sq**2)
+
+
+def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
+    """Each by its number; the first is drawn."""
+    model, found = scan_model.restored(scanned), copies
+    fields = [model.sampler(GRID)(np.random.default_rng([7, geometry.STREAM_TWINS, number])) for number in range(5)]
+    np.testing.assert_allclose(found["twin_map"], fields[0], rtol=0, atol=1e-9 * SQ)
+    np.testing.assert_allclose(found["twin_rms_height"], [z.std() for z in fields], rtol=0.02)  # about its own mean
+    np.testing.assert_allclose(found["twin_skewness"], [skew(z.ravel()) for z in fields], atol=0.02)
+    edges = scanned["density_edge"]
+    density = [np.histogram(z, edges)[0] / z.size / np.diff(edges) for z in fields]
+    np.testing.assert_allclose(found["twin_density"], density, rtol=0.02, atol=1e3)
+    i0, j0 = (len(scanned[name]) // 2 for name in ("lag_x", "lag_y"))
+    for name, shift, lag in (("x", (3, 0), i0 + 3), ("y", (0, 2), j0 + 2)):
+        pairs = [
+            np.mean(z[shift[0] :, shift[1] :] * z[: GRID.nx - shift[0], : GRID.ny - shift[1]]) / z.var() for z in fields
+        ]
+        np.testing.assert_allclose(found[f"twin_correlation_{name}"][:, lag], pairs, atol=0.03)
+    np.testing.assert_allclose(found["twin_length_x"], 8e-6, rtol=0.4)
+    np.testing.assert_allclose(found["twin_length_y"], 5e-6, rtol=0.4)
+    assert found["twin_length_x"].mean() > 1.2 * found["twin_length_y"].mean()
+    ratio = found["twin_power"].mean(axis=0) / scanned["power"]
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.2)
+    np.testing.assert_array_equal(found["map"], scanned["map"])
+    np.testing.assert_array_equal(found["length_x_high"], scanned["length_x_high"])
+
 
 instruments = pytest.mark.skipif(
     importlib.util.find_spec("SurfaceTopography") is None, reason="needs SurfaceTopography (the extra `scans`)"
@@ -27,16 +147,16 @@ MODELS = {"form": "plane", "covariance": "exponential", "marginal": "gaussian"}
 
 
 @pytest.fixture(scope="module")
-def heights():
+def field():
     field = embed(covariance_of("exponential", 1e-7, 4e-6), Grid(N, N, STEP, STEP)).sample(np.random.default_rng(41))
     return np.round(field, 12)
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch):
+def run_command(tmp_path, monkeypatch):
     monkeypatch.setattr(command, "die_with_parent", lambda: None)
 
-    def run(file, **wanted):
+    def run_command(file, **wanted):
         key = tmp_path / "key.json"
         configuration = {"roughness": {"scan": {**MODELS, **wanted}}}
         key.write_text(json.dumps({"configuration": configuration, "code": "abc"}), encoding="utf-8")
@@ -46,14 +166,14 @@ def run(tmp_path, monkeypatch):
         execute(scan.STAGE, scan.work)
         return store.read(output)
 
-    return run
+    return run_command
 
 
 @pytest.fixture
-def check_refused(run, capsys, tmp_path, recwarn):
+def check_refused(run_command, capsys, tmp_path, recwarn):
     def check_refused(file, words, **wanted):
         with pytest.raises(SystemExit) as stop:
-            run(file, **wanted)
+            run_command(file, **wanted)
         assert stop.value.code == 1
         (line,) = capsys.readouterr().err.splitlines()
         assert line.startswith("scan: ")
@@ -65,8 +185,8 @@ def check_refused(run, capsys, tmp_path, recwarn):
     return check_refused
 
 
-def matrix(path, heights):
-    np.savetxt(path, 1e9 * heights.T, fmt="%.6g")
+def matrix(path, field):
+    np.savetxt(path, 1e9 * field.T, fmt="%.6g")
     return path
 
 
@@ -81,46 +201,48 @@ def matrix(path, heights):
     ],
     ids=["all missing", "one row", "one column", "constant", "holes"],
 )
-def test_heights_that_are_no_scan(check_refused, tmp_path, heights, change, words):
-    path = matrix(tmp_path / "bad.txt", change(heights))
+def test_heights_that_are_no_scan(check_refused, tmp_path, field, change, words):
+    path = matrix(tmp_path / "bad.txt", change(field))
     assert check_refused(path, words, **STATED).startswith(f"scan: {path}: ")
 
 
-def test_a_rim_without_heights_is_cut_off(run, tmp_path, heights):
+def test_a_rim_without_heights_is_cut_off(run_command, tmp_path, field):
     """Five rows and three columns; the statistics are those of what is left, a hole in it filled."""
-    ragged = heights.copy()
+    ragged = field.copy()
     ragged[:5], ragged[:, -3:] = np.nan, np.nan
     ragged[40:42, 50] = np.nan
-    found = run(matrix(tmp_path / "rim.txt", ragged), **STATED)
+    found = run_command(matrix(tmp_path / "rim.txt", ragged), **STATED)
     assert list(found["points"]) == [N - 5, N - 3]
     assert found["missing"] == pytest.approx(2 / (N - 5) / (N - 3))
-    inside = heights[5:, :-3]
+    inside = field[5:, :-3]
     assert found["rms_height"] == pytest.approx(np.std(inside), rel=0.05)  # a plane and two points less
     assert np.isfinite(found["map"]).all()
 
 
-def test_files_that_are_no_text_of_heights(check_refused, tmp_path, heights):
+def test_files_that_are_no_text_of_heights(check_refused, tmp_path, field):
     empty = tmp_path / "empty.txt"
     empty.write_bytes(b"")
     check_refused(empty, "empty; export it again", **STATED)
     empty.write_text("# no numbers\n\n")
     check_refused(empty, "empty; a matrix has a row of numbers", **STATED)
-    cut = matrix(tmp_path / "cut.txt", heights)
+    cut = matrix(tmp_path / "cut.txt", field)
     cut.write_bytes(cut.read_bytes()[:30001])
     check_refused(cut, "not a matrix of numbers", **STATED)
     check_refused(tmp_path / "absent.x3p", "no such file")
     check_refused(tmp_path, "no such file")
     check_refused(
-        matrix(tmp_path / "volt.txt", heights), "'V', an unknown unit; known are m,", **{**STATED, "height_unit": "V"}
+        matrix(tmp_path / "volt.txt", field),
+        "'V', an unknown unit; known are m,",
+        **{**STATED, "height_unit": "V"},
     )
 
 
 @instruments
-def test_files_of_instruments(check_refused, tmp_path, heights):
+def test_files_of_instruments(check_refused, tmp_path, field):
     foreign = tmp_path / "scan.foo"
     foreign.write_bytes(b"hello " * 99)
     check_refused(foreign, "unknown format, or damaged")
-    bare = matrix(tmp_path / "bare.txt", heights)
+    bare = matrix(tmp_path / "bare.txt", field)
     check_refused(bare, "does not give its unit of heights; state it")
     header = f"# Width: {N} um\n# Height: {N} um\n"
     volts = tmp_path / "volts.txt"
@@ -130,20 +252,20 @@ def test_files_of_instruments(check_refused, tmp_path, heights):
     cut.write_text(f"{header}# Value units: nm\n{bare.read_text()[:30001]}")
     check_refused(cut, "no matrix of heights")
     whole = tmp_path / "scan.x3p"
-    write_x3p(whole, Topography(heights, STEP, STEP, np.zeros(heights.shape, dtype=bool)))
+    write_x3p(whole, Topography(field, STEP, STEP, np.zeros(field.shape, dtype=bool)))
     whole.write_bytes(whole.read_bytes()[:5000])
     check_refused(whole, "truncated or damaged archive")
 
 
-def test_a_law_that_the_heights_do_not_have(check_refused, tmp_path, heights):
+def test_a_law_that_the_heights_do_not_have(check_refused, tmp_path, field):
     """Cubed heights have long tails on both sides: excess kurtosis some 30, which no beta law of small skewness has."""
-    path = matrix(tmp_path / "tails.txt", heights**3 / np.std(heights) ** 2)
+    path = matrix(tmp_path / "tails.txt", field**3 / np.std(field) ** 2)
     line = check_refused(path, "nearest", **{**STATED, "marginal": "beta"})
     assert "use an empirical distribution" in line
 
 
 def test_a_model_that_cannot_be_fitted_is_told_once(check_refused, tmp_path):
-    """Heights independent from point to point: no lag has a correlation above 0.3, for whatever kind."""
+    """Heights independent from point to point: no lag has a correlation above 0.3 for any kind."""
     noise = 1e-7 * np.random.default_rng(42).standard_normal((N, N))
     line = check_refused(
         matrix(tmp_path / "noise.txt", noise), "take the measured one", **{**STATED, "covariance": "best"}
@@ -152,17 +274,17 @@ def test_a_model_that_cannot_be_fitted_is_told_once(check_refused, tmp_path):
     assert "gaussian, exponential, separable_exponential, matern, self_affine: fewer than 3 lags" in line
 
 
-def test_the_log_says_what_a_model_misses(run, capsys, tmp_path, heights):
-    run(matrix(tmp_path / "scan.txt", heights), **STATED)
+def test_the_log_says_what_a_model_misses(run_command, capsys, tmp_path, field):
+    run_command(matrix(tmp_path / "scan.txt", field), **STATED)
     assert "misses" not in capsys.readouterr().err
     x = np.arange(N) / N
-    waves = heights + 8e-8 * np.sin(2 * np.pi * (5 * x[:, None] + 4 * x))  # no exponential falls as they do
-    run(matrix(tmp_path / "waves.txt", waves), **STATED)
+    waves = field + 8e-8 * np.sin(2 * np.pi * (5 * x[:, None] + 4 * x))  # no exponential falls as they do
+    run_command(matrix(tmp_path / "waves.txt", waves), **STATED)
     said = capsys.readouterr().err
     assert "exponential misses the autocorrelation by" in said
     assert "exponential misses the 1/e length along x" in said
     long = embed(covariance_of("exponential", 1e-7, 1.6e-5), Grid(256, 256, STEP, STEP)).sample(
         np.random.default_rng(43)
     )
-    run(matrix(tmp_path / "long.txt", long), **{**STATED, "covariance": "gaussian"})
+    run_command(matrix(tmp_path / "long.txt", long), **{**STATED, "covariance": "gaussian"})
     assert "gaussian misses the spectrum by" in capsys.readouterr().err  # it has no short waves

@@ -15,8 +15,8 @@ from roughslip.contact.influence import Influence
 from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction
 from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.nodes import training_columns
 from roughslip.stages.from_scene.surface_model import surface_model
-from roughslip.stages.from_scene.training import training_columns
 
 SQ = 2e-7
 CONFIGURATION = {
@@ -62,7 +62,7 @@ def strip(number: int) -> np.ndarray:
 
 
 def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
-    """In place of contact a pressure that tells level and node, 10^6 (1 + level) (1 + i + 100 j), every other row."""
+    """In place of contact a pressure of 10^6 (1 + level) (1 + i + 100 j) Pa, on every other row."""
     pressed = []
     node = 1 + np.arange(NX)[:, None] + 100.0 * np.arange(NY)
 
@@ -199,7 +199,7 @@ def test_friction_of_known_windows(friction_of_known_windows):
     found, solved, expanded, total = friction_of_known_windows
     shear = float(found["shear_strength"])
     assert found["combined_mean"][1] == pytest.approx(0.3, rel=1e-12)
-    # the control explains all but the solved windows' own noise, so that all 40 strips tell the mean
+    # the control explains all but the solved windows' own noise, so that all 40 strips determine the mean
     everywhere = expanded.mean(axis=(0, 2)) - np.array([1.5, 1.0, 0.5]) * 1e-9
     own = 2e-11 / math.sqrt(STRIPS * WINDOWS)
     np.testing.assert_allclose(found["combined_mean"] / shear, everywhere, rtol=0, atol=3 * own)
@@ -258,8 +258,10 @@ def test_the_lattice_lies_in_the_middle_of_the_columns_that_it_stands_for():
 
 
 def test_strips_on_the_lattice_alone_have_the_law_of_its_columns_in_whole_strips():
-    """Strip 0 was solved: columns of its field. Of others, 4000 of them, the second moments of height over all lags:
-    the moments of 12 x 5 nodes of 4000 strips err by at most sqrt(2 / 4000) Sq^2, four of which bound 3600 of them."""
+    """Strip 1 was solved, so the lattice holds columns of its field. The others have the covariance of the surface.
+
+    The moments of 12 x 5 nodes of 4000 strips err by at most sqrt(2 / 4000) Sq^2. Four of these bound 3600 moments.
+    """
     grid, lattice = geometry.strip_grid(scene_of(COARSE)), geometry.lattice(scene_of(COARSE))
     model = surface_model(scene_of(COARSE))
     draw = expansion_strip._sampler(scene_of(COARSE), model, grid, lattice)
@@ -273,8 +275,10 @@ def test_strips_on_the_lattice_alone_have_the_law_of_its_columns_in_whole_strips
 
 
 def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
-    """A far field that lifts every column by the same makes windows those of a plane so much higher: with a linear
-    contact at 30 and 50 per cent, halfway between the planes both see the mean of the two, the upper one below it."""
+    """A far field that lifts every column equally gives the windows of a plane that is as much higher.
+
+    With a linear contact at 30 and 50 per cent, both see the mean of the two halfway between the planes.
+    """
     _, batches = linear
     expansion = run(chaos_strip, CONFIGURATION, contact=batches).path
     planes = SQ * ndtri(0.7), 0.0

@@ -46,7 +46,7 @@ class Scenes:
     memory_mb : that a job may take on a node of a cluster; not given, jobs run on this machine and share what it has
     default : scenes that are made without a target
     Raises InputError with every mistake of every scene asked for, and where one takes more memory than there is. A
-    mistake in a scene that is not harms nobody.
+    scene that is not asked for may have mistakes.
     """
 
     def __init__(self, root: Path, words: list[str], memory_mb: int | None = None, default: Sequence[str] = ()) -> None:
@@ -272,7 +272,7 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
         found = Path(_scan_file(folder.parents[1], file))
         text = "is not there; a path from the folder of the scenes or of the project"
         if found.is_file():
-            text = "lies outside the project; put it, not a link, beside the scenes"
+            text = "lies outside the project; copy it, not a link, to the folder of the scenes"
         if not (found.is_file() and _is_inside(found, folder.parents[1])):
             where = ("roughness", "scan", "file")
             raise InputError(strict_yaml.line(folder / f"{name}.yaml", where, f"{strict_yaml.shown(file)} {text}"))
@@ -303,5 +303,5 @@ def _is_inside(file: Path, root: Path) -> bool:
 
 def _scan_file(root: Path, file: str) -> str:
     """The path of a scan from the folder of the scene files, else from that of the project."""
-    beside = root / "config" / "scenes" / file
-    return strict_yaml.display(beside if beside.is_file() else root / file)
+    near = root / "config" / "scenes" / file
+    return strict_yaml.display(near if near.is_file() else root / file)

@@ -217,7 +217,7 @@ def table(
         "samples": store.Variable(one, [len(pressure.get(m, ())) for m in METHODS], "1", "pressures drawn"),
         "mean_pressure": store.Variable(one, means, "Pa", "mean pressure, contact or not; NaN without a fit"),
         "tail_from": store.Variable(
-            (), reference.tail_from, "1", "least of the low probabilities that Monte Carlo settles"
+            (), reference.tail_from, "1", "least of the low probabilities that Monte Carlo determines"
         ),
     }
     for name, title in ROWS.items():
@@ -230,7 +230,7 @@ def table(
 def quality(
     fits: dict[str, Fit], at_contact: dict[str, float], pressure: dict[str, np.ndarray]
 ) -> dict[str, store.Variable]:
-    """A row an expansion: what tells how far to trust its fit; NaN where it was refused."""
+    """Quality of the fit, a row for each expansion; NaN where the fit was refused."""
     one = ("fit",)
     variables = {"fit": store.Variable(one, np.array(EXPANDED), "1", "expansion")}
     for name, title in FITS.items():

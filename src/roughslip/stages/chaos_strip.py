@@ -10,7 +10,7 @@ from roughslip.chaos.residual_distribution import conditional_means
 from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
-from roughslip.stages.from_scene.training import training_columns
+from roughslip.stages.from_scene.nodes import training_columns
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 

@@ -9,8 +9,7 @@ from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import elastic, geometry, surface_model
-from roughslip.stages.from_scene.training import training_columns
-from roughslip.stages.runtime import skip_counts
+from roughslip.stages.from_scene.nodes import training_columns
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -42,13 +41,13 @@ def work(job: Job) -> None:
     area, force = np.empty((2, count, levels, windows.count))
     residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
-    skipped = skip_counts.nothing_yet()
+    skipped = elastic.empty_skip_counts()
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
             field = sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
             solutions = sweep(influence, model.heights(field), planes.tolist(), tolerance, hardness_pa=hardness)
             for level, solution in enumerate(solutions):
-                skip_counts.count_solve(skipped, solution)
+                elastic.count_solve(skipped, solution)
                 in_contact = np.count_nonzero(solution.pressure, axis=1).astype(float)
                 area[row, level] = grid.cell_area * window_sums(
                     in_contact[windows.middle], windows.length, windows.spacing

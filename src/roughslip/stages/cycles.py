@@ -41,8 +41,8 @@ def cycling_share(last_cycle: np.ndarray, duration_periods: float) -> tuple[floa
 
 
 NORMALITY = {
-    "effective_skewness": "independent events that would tell the skewness as well",
-    "effective_kurtosis": "independent events that would tell the kurtosis as well",
+    "effective_skewness": "independent events that would give the skewness as well",
+    "effective_kurtosis": "independent events that would give the kurtosis as well",
     "jarque_bera": "statistic of Jarque and Bera with these numbers of events",
     "jarque_bera_p": "its p-value under a Gaussian sequence of the same autocorrelation",
     "anderson_darling": "statistic of Anderson and Darling",

@@ -1,7 +1,7 @@
 """Stage expansion_strip: window sums of a batch of strips from the pressure expansion instead of contact solves.
 
-Strips are numbered as in contact_strip and drawn from the same streams: the first are the solved ones over again, which
-makes the expansion their control variate; the others are new. Area and force are what the expansion expects of them
+Strips are numbered as in contact_strip and drawn from the same streams. The first are the solved strips, for
+which the expansion is a control variate; the others are new. Area and force are what the expansion expects of them
 given its prediction (`chaos/residual_distribution.py`), at a plane that far contacts move (`contact/far_field.py`).
 """
 

@@ -37,7 +37,7 @@ STAGE = Stage(
 AUTO = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
 SURPLUS = 4
 LEADING = 8  # as the paper has variables
-DRAWN = 3  # fields beside the solved ones of the same variables
+DRAWN = 3  # fields at the variables of solved ones
 
 STATISTICS = {
     "contact": ("1", "probability of contact"),
@@ -64,7 +64,7 @@ def surfaces_of(scene: Scene, modes: int) -> int:
 
 
 def leading_modes(scene: Scene) -> int:
-    """Modes whose share is told together: as many as the centre has variables, LEADING where that is left open."""
+    """Number of leading modes whose joint share is written: that of the variables at the centre, else LEADING."""
     asked = scene.expansion.variables
     return LEADING if asked == "best" else int(asked)
 

@@ -1,4 +1,4 @@
-"""Stage figure_scan: draw a scan beside its sampled twins and write the numbers that it draws."""
+"""Stage figure_scan: draw a scan and surfaces sampled from its models, and write the numbers that it draws."""
 
 from __future__ import annotations
 

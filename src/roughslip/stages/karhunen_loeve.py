@@ -32,7 +32,7 @@ INSTEAD = (
 
 
 def expanded(covariance: StationaryCovariance, grid: Grid, square: Square) -> KarhunenLoeve:
-    """The expansion up to the order of the scene, whatever it costs, or to its share of the variance.
+    """The expansion up to the order of the scene at any cost, or up to its share of the variance.
 
     Raises IllPosedError where a share takes so many modes that the field had better be embedded.
     """

@@ -48,7 +48,7 @@ NODES = 4  # per correlation length, as in the map
 REACH = 4.0  # standard deviations of the limit about it, in which stick-slip lives or dies by chance
 LEVELS = (0.9, 0.5, 0.1)  # of the probability of stick-slip, at the edges and in the middle of the band
 STARTS = ("from rest on the belt", "from steady sliding")
-TIMES = 25  # at which the surviving share is told
+TIMES = 25  # at which the surviving share is written
 TITLES = {
     "survival": "share of the runs whose stick-slip survives",
     "kicked": "share of the runs that stick again, from steady sliding",
@@ -62,7 +62,7 @@ TITLES = {
 class Runs:
     """What the runs at one scatter and damping showed.
 
-    survived : (runs,) whether stick-slip lasted, from rest on the belt, as long as could be told
+    survived : (runs,) whether stick-slip lasted, from rest on the belt, until the horizon of the runs
     shares : (2, runs) of the second half of the run that is stick-slip, by STARTS
     kicked : (runs,) whether the mass stuck again, from steady sliding
     cycling : all spells of stick-slip
@@ -102,7 +102,7 @@ def summed_up(from_rest: Sequence[Motion], from_sliding: Sequence[Motion]) -> Ru
     )
 
 
-def told(ask: Callable[[], np.ndarray], where: str) -> np.ndarray:
+def or_nan(ask: Callable[[], np.ndarray], where: str) -> np.ndarray:
     """(3,) what `ask` finds, NaN for what has no bound; all NaN, and a line in the log, where nothing is determined."""
     try:
         found = np.reshape(ask(), 3)
@@ -152,7 +152,7 @@ def point_variables(results: list[list[Runs]], dampings: np.ndarray, horizon: fl
                 low, high = wilson_interval(int(hits.sum()), hits.size)
                 columns[name].append((hits.mean(), low, high))
             for name, part in (("lifetime", runs.cycling), ("waiting", runs.waiting)):
-                columns[name].append(told(partial(mean_lifetime, part), f"{name} at D = {ratio:.4g}"))
+                columns[name].append(or_nan(partial(mean_lifetime, part), f"{name} at D = {ratio:.4g}"))
             columns["survival_curve"].append(surviving_share(runs.first, times))
     point = ("scatter", "point")
     variables = {"survival_time": store.Variable(("time",), times, "1", "natural periods since rest on the belt")}
@@ -180,7 +180,7 @@ def work(job: Job) -> None:
         for one, start, level in np.ndindex(band.shape[:3]):
             shares = np.array([runs.shares[start] for runs in results[one]]).T
             find = partial(damping_band, dampings[one], shares, (LEVELS[level],), generator)
-            band[one, start, level] = told(find, f"band at a deviation of {deviations[one]:.3g}, {STARTS[start]}")
+            band[one, start, level] = or_nan(find, f"band at a deviation of {deviations[one]:.3g}, {STARTS[start]}")
     runs, drawn = 2 * dampings.size * asked.realisations, len(deviations) * asked.realisations
     job.usage.count(runs=runs)
     sticks = sum(one.sticks for of_scatter in results for one in of_scatter)

@@ -75,10 +75,10 @@ def error_bounds(coarse: np.ndarray, fine: np.ndarray) -> tuple[float, float]:
 
 
 def work(job: Job) -> None:
-    """Double the nodes while their error is surely more than what is asked, the paths while that cannot be told.
+    """Double the nodes while their error is surely above the error asked, and the paths while that is undecided.
 
-    Near the limit of existence a motion forgets the path's details within a few cycles, so that a path read at half its
-    nodes counts like another path there: only many paths tell a small error.
+    Near the limit of existence a motion forgets the details of a path within a few cycles. A path read at half its
+    nodes then counts like another path, and only many paths resolve a small error.
     """
     scene = job.scene
     ensemble, asked = scene.ensemble, scene.ensemble.count_error
@@ -115,7 +115,9 @@ def work(job: Job) -> None:
             nodes *= 2
     runs = 2 * sum(paths for _, paths, _ in tried) * len(ensemble.damping_ratios)
     if upper > asked:
-        reason = f"{tried[-1][1]} paths tell it no closer" if lower <= asked else f"{MOST_NODES} nodes are not enough"
+        reason = (
+            f"{tried[-1][1]} paths determine it no closer" if lower <= asked else f"{MOST_NODES} nodes are not enough"
+        )
         raise ConvergenceError(
             f"the mean counts err by more than the ensemble.count_error of {asked} asked, or may: {reason}; ask for "
             f"more than the bound reached, or give ensemble.nodes_per_correlation_length; relative error",

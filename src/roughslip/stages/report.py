@@ -66,7 +66,7 @@ def variables_chosen(result: store.Result) -> str:
         return f"{took}, as many as the scene asks for; they score {result['count_score'][0]:.4f} at left-out surfaces."
     scores = ", ".join(f"{score:.4f} with {count}" for count, score in zip(tried, result["count_score"], strict=True))
     return (
-        f"{took}, the least number that cannot be told from the best by its ranked probability score at left-out "
+        f"{took}, the least number whose ranked probability score is not significantly above the best, at left-out "
         f"surfaces: {scores.replace('nan', 'refused')}."
     )
 

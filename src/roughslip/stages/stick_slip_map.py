@@ -31,7 +31,7 @@ STAGE = Stage(
     memory_mb=620,
 )
 
-NODES = 4  # per correlation length: whether a mass sticks again hangs on integrals of the path over many of them
+NODES = 4  # per correlation length: whether a mass sticks again depends on integrals over many of them
 
 
 def limits(belt: Oscillator, law: FrictionLaw) -> tuple[float, float]:
@@ -63,7 +63,7 @@ def work(job: Job) -> None:
     share, steps = np.empty((runs, len(velocities), len(dampings))), 0
     sticks = 0
     with job.usage.core():
-        told = np.array([limits(one, law) for one in belts]).T
+        limit_curves = np.array([limits(one, law) for one in belts]).T
         paths = recursion(process, process.correlation_length_m / NODES)
         for number in range(runs):
             nodes = path_nodes(paths, max(lengths), [scene.seed, geometry.STREAM_MAP, number])
@@ -85,9 +85,11 @@ def work(job: Job) -> None:
         "damping_ratio": store.Variable(("damping",), dampings, "1", "damping ratio D"),
         "probability": store.Variable(point, share.mean(axis=0), "1", f"{title}, share of the second half of the runs"),
         "probability_error": store.Variable(point, error, "1", f"{title}, half width of Student's 95 % interval"),
-        "hopf_damping": store.Variable(velocity, told[0], "1", "damping ratio below which steady sliding is unstable"),
+        "hopf_damping": store.Variable(
+            velocity, limit_curves[0], "1", "damping ratio below which steady sliding is unstable"
+        ),
         "existence_limit": store.Variable(
-            velocity, told[1], "1", "damping ratio above which the stick-slip cycle does not exist"
+            velocity, limit_curves[1], "1", "damping ratio above which the stick-slip cycle does not exist"
         ),
         "nominal_damping": store.Variable((), belt.damping_ratio, "1", "the scene's damping ratio"),
         "nominal_velocity": store.Variable((), belt.belt_velocity_m_per_s, "m s-1", "the scene's belt velocity"),

@@ -1,4 +1,4 @@
-"""Stage verify: this run beside the results that the repository keeps, and every result file beside its checksum."""
+"""Stage verify: compare this run with the kept results, and every result file with its checksum."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def work(job: Job) -> None:
     """Write what was compared, and in words what moved; raise StoreError with a line for all that disagrees."""
     lines: list[str] = []
     moved: list[str] = []
-    told: dict[str, list[Compared]] = {}
+    tables: dict[str, list[Compared]] = {}
     count = 0
     for folder in job.arguments.scenes:
         files = sorted(folder.rglob("*.nc"))
@@ -52,11 +52,11 @@ def work(job: Job) -> None:
             if not row.agrees
         ]
         moved += [f"  {folder.name}: {row.name}: {row.found}, kept {row.kept}" for row in rows if row.moved]
-        told[folder.name] = rows
+        tables[folder.name] = rows
         job.usage.count(files=len(files), numbers=len(rows), moved=sum(row.moved for row in rows))
-    store.write_json(job.arguments.output, {name: [asdict(row) for row in rows] for name, rows in told.items()})
-    numbers = sum(map(len, told.values()))
-    head = f"{numbers} numbers and verdicts beside the kept ones, {count} files beside their checksums: all agree"
+    store.write_json(job.arguments.output, {name: [asdict(row) for row in rows] for name, rows in tables.items()})
+    numbers = sum(map(len, tables.values()))
+    head = f"{numbers} numbers and verdicts agree with the kept ones, {count} files agree with their checksums"
     store.write_text(job.arguments.text, "\n".join((f"{head}; {len(moved)} moved within what is allowed", *moved, "")))
     if lines:
         raise StoreError("\n".join((f"{len(lines)} of what was compared disagree:", *lines)))

@@ -1,4 +1,4 @@
-"""Nodes of the square at which the pressure is kept: those around the centre."""
+"""Nodes at which stages keep the pressure: around the centre of the square, and on training columns of the strip."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.grid import Grid
+from roughslip.limits import TRAINING_SPACING
 from roughslip.surface.model import SurfaceModel
 
 APART = 0.5  # correlation lengths from the central nodes to the outer ones; of 0.5, 1 and 1.5 it has the least bias
@@ -37,6 +38,11 @@ def training_nodes(surface: SurfaceModel, grid: Grid) -> Nodes:
         outer = [central[0] + far, central[-1] - far]
         lines.append(central + outer if far >= 2 and outer[1] >= 1 else central)
     return _nodes(surface, grid, lines)
+
+
+def training_columns(middle: slice) -> np.ndarray:
+    """Columns of a strip whose pressure and gap train the expansion, all of them on its stationary middle."""
+    return np.arange(middle.start + TRAINING_SPACING // 2, middle.stop, TRAINING_SPACING)
 
 
 def _central(n: int) -> list[int]:

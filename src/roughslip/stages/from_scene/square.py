@@ -13,7 +13,6 @@ from roughslip.contact.solve import ContactSolution, solve
 from roughslip.grid import Grid
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.nodes import Nodes
-from roughslip.stages.runtime import skip_counts
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.karhunen_loeve import heights
 from roughslip.surface.model import GaussianModel
@@ -62,11 +61,11 @@ def solutions(problem: Square, xi: Iterable[np.ndarray], count: int, job: Job) -
 
     xi : `count` samples (M,) of the variables of the modes
     """
-    skipped = skip_counts.nothing_yet()
+    skipped = elastic.empty_skip_counts()
     for number, one in enumerate(xi):
         rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
         solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
-        skip_counts.count_solve(skipped, solution)
+        elastic.count_solve(skipped, solution)
         yield solution
         job.usage.progress(number + 1, count)
     job.usage.count(solves=count)

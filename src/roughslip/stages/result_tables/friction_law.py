@@ -35,7 +35,11 @@ TESTS = {
 def candidate_variables(mu: Windows, weights: np.ndarray) -> dict[str, store.Variable]:
     """A row a family and level: distance of the solved windows from the family, and the skewness of its member."""
     levels = [fit_candidates(values, valid, weights) for values, valid in zip(*mu, strict=True)]
-    variables = {"family": store.Variable(("family",), np.array(FAMILIES), "1", "law beside the four-parameter Beta")}
+    variables = {
+        "family": store.Variable(
+            ("family",), np.array(FAMILIES), "1", "distribution compared with the four-parameter Beta"
+        )
+    }
     for name, title in (
         ("distance", "2-Wasserstein distance of the windows from the family over their standard deviation"),
         ("skewness", "skewness of the nearest member of the family"),

@@ -1,4 +1,4 @@
-"""What every stage's command shares: arguments, the key, the record of its cost, and errors told in one line each."""
+"""The command of a stage: its options, its key file, its record of cost, and one line for each error."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Checksums of what a job read and wrote, kept in its record of cost, and the seal of the record itself.
 
-With them a later run can tell a damaged result, and one that was made from something else, whatever the times of files
-say. Light to import: every start of Snakemake does.
+With them a later run finds a damaged result, and one that was made from other inputs, at any times of the files. Every
+start of Snakemake imports this module, so it imports little.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a job cost and what it did: written beside its result, summed over the study into costs.json."""
+"""The record of a job: what it cost and what it did. costs.json sums the records of a scene."""
 
 from __future__ import annotations
 
@@ -26,10 +26,9 @@ class Usage:
     path : the record
     stage : name of the stage, also in front of each line of progress
 
-    The record: stage, jobs (1), wall_seconds and cpu_seconds (user and system) of the process from its start,
-    core_cpu_seconds (solving, fitting, integrating: see `core`), peak_memory_mib (null where the platform does not
-    tell), did (name: count), skipped ("what: why": count), read and made (file: checksum, see `files`), and a checksum
-    of all that.
+    The record holds the stage, the number of jobs (1), and the wall and CPU seconds of the process from its start. The
+    CPU seconds of `core` follow, and the peak memory, null where the platform gives none. Its entries `did` and
+    `skipped` are counts by name. Its entries `read` and `made` are checksums by file. A checksum of the record is last.
     """
 
     def __init__(self, path: str | Path, stage: str) -> None:
@@ -104,7 +103,7 @@ def die_with_parent() -> None:
     """Ask the kernel to kill this process when its parent dies, so that a killed Snakemake leaves no writer behind.
 
     Linux only, and only for the direct parent: a rule's shell line starts the stage with `exec`. A parent that died
-    while this process was still importing sends no signal any more; the Snakefile tells its number in PARENT.
+    while this process was still importing sends no signal any more. The Snakefile puts its process id into PARENT.
     """
     if sys.platform == "linux":
         set_parent_death_signal = 1  # PR_SET_PDEATHSIG of <linux/prctl.h>
@@ -114,7 +113,7 @@ def die_with_parent() -> None:
 
 
 def peak_memory_mib() -> float | None:
-    """Peak resident memory of the process [MiB], None where the platform does not tell.
+    """Peak resident memory of the process [MiB], None where the platform gives none.
 
     On Linux from /proc: getrusage there starts from what the parent held when it forked.
     """
@@ -139,7 +138,7 @@ def _seconds_since_process_start() -> float:
 
 @contextlib.contextmanager
 def _numba_compiler_seconds() -> Iterator[Callable[[], float]]:
-    """A function that tells the CPU seconds that numba's compiler has taken, compiling or loading what it cached."""
+    """A function that returns the CPU seconds of numba's compiler, for compiling and for loading its cache."""
     if "numba" not in sys.modules:
         yield lambda: 0.0
         return

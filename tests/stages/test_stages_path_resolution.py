@@ -60,7 +60,7 @@ def test_where_nothing_scatters_the_fewest_nodes_are_enough(run):
 
 
 def test_scatter_takes_more_paths(run):
-    """At a damping where counts scatter eight paths do not tell an error of a fifth; every trial is kept."""
+    """At a damping where counts scatter eight paths do not determine an error of a fifth. Every trial is kept."""
     found = run(path_resolution, asked(0.2, 0.05, (0.17, 0.31)), "scatter")
     assert found["count_error"] <= 0.2
     assert found["tried_paths"][-1] > 8
@@ -70,7 +70,7 @@ def test_scatter_takes_more_paths(run):
 
 def test_what_cannot_be_told_is_an_error(run, monkeypatch):
     monkeypatch.setattr(path_resolution, "MOST_PATHS", 8)
-    with pytest.raises(ConvergenceError, match="8 paths tell it no closer"):
+    with pytest.raises(ConvergenceError, match="8 paths determine it no closer"):
         run(path_resolution, asked(0.001, 0.05, (0.17, 0.31)), "untold")
 
 

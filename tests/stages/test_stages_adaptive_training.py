@@ -1,4 +1,4 @@
-"""Training solves of the square that are found while running: what is solved, written and told."""
+"""Training solves of the square that are found while running: what is solved and written."""
 
 import argparse
 import json
@@ -50,7 +50,7 @@ def run(tmp_path):
 
 
 def test_solves_are_those_of_a_design_with_as_many_samples(run, tmp_path):
-    """Bit for bit, with the design beside them, in the variables that stage chaos_square reads."""
+    """Bit for bit, with the design, in the variables that stage chaos_square reads."""
     found, did = run(adaptive_training, "training.nc", {"cdf_error": 0.008})
     count = len(found["pressure"])
     assert count > adaptive_training.LEAST

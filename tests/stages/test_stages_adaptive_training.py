@@ -49,6 +49,7 @@ def run(tmp_path):
     return run_stage
 
 
+@pytest.mark.slow
 def test_solves_are_those_of_a_design_with_as_many_samples(run, tmp_path):
     """Bit for bit, with the design, in the variables that stage chaos_square reads."""
     found, did = run(adaptive_training, "training.nc", {"cdf_error": 0.008})
@@ -77,6 +78,7 @@ def test_more_is_not_solved_than_what_is_asked_takes(run):
     np.testing.assert_array_equal(found["xi"], design("monte_carlo", [7, STREAM_EXPANSION_DESIGN], 128, 64))
 
 
+@pytest.mark.slow
 def test_the_most_ends_in_an_error_that_says_what_was_reached(run, monkeypatch):
     monkeypatch.setattr(adaptive_training, "MOST", 128)
     with pytest.raises(ConvergenceError, match=r"128 surfaces do not give the distribution to within 0\.001"):

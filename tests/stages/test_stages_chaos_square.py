@@ -75,6 +75,7 @@ def test_an_expansion_that_fits_exactly_has_refits_that_do_not_move():
     assert np.max(np.abs(curves)) < 1e-3  # a draw that lies on a level
 
 
+@pytest.mark.slow
 def test_refits_are_of_the_scatter_of_their_samples():
     one = exact_expansion("equation_8", TRUTH)
     noise = 5e6 * np.random.default_rng(3).standard_normal(len(one.pressure))
@@ -356,6 +357,7 @@ def test_a_regression_finds_the_response_that_two_functionals_make(expanded):
     assert expanded(variables=1)["cross_validated"] > 0.05
 
 
+@pytest.mark.slow
 def test_the_best_number_of_variables_is_told_with_those_it_was_chosen_from(expanded, variables):
     """Height and curvature give the response exactly; of two variables it is not among, and six have nothing to add."""
     found = expanded(variables="best")
@@ -367,6 +369,7 @@ def test_the_best_number_of_variables_is_told_with_those_it_was_chosen_from(expa
     assert found["count_error"][int(np.nanargmin(found["count_score"]))] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("asked", "taken"), [(3, 3), (10, 8)])
 def test_the_paper_takes_the_same_variables_but_eight_at_most(expanded, designs, variables, asked, taken):
     found = expanded(rotation="none", variables=asked)

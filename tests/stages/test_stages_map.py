@@ -53,6 +53,7 @@ def test_limits_are_those_of_the_velocity(hardly):
     assert np.all(hardly["existence_limit"] > hardly["hopf_damping"])  # subcritical
 
 
+@pytest.mark.slow
 def test_where_no_cycle_exists_the_limit_is_nan_and_sliding_certain(run, capsys):
     """At 20 m/s eq. (13) rises with speed: the quadratic term has the slope 0.4 s/m there."""
     fast = asked(1e-9) | {"map": MAP | {"belt_velocities_m_per_s": [0.948, 20.0], "points": 2}}
@@ -94,6 +95,7 @@ def test_bands_order_their_levels_and_starts(lived):
     assert np.all(band[:, 0][both] >= band[:, 1][both] - 0.03)
 
 
+@pytest.mark.slow
 def test_bands_that_the_runs_do_not_hold_are_told(run, capsys):
     """Hardly any scatter, at the Hopf damping and just beyond the limit: runs from rest cycle at the first alone, those
     from sliding at neither."""

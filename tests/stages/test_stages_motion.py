@@ -128,6 +128,7 @@ def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
     assert still["reattachment"].std() != pytest.approx(spread[4e-3], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_keys_of_the_ensemble_reach_the_runs(run, stored):
     """Each changes the places of reattachment, none by more than the scatter does; nodes found are nodes given."""
     plain = scattered(4e-3)
@@ -242,6 +243,7 @@ def test_normality_is_judged_where_there_are_events_enough(capsys):
     assert "too few for a test of normality" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_what_runs_left_out_is_counted(run):
     """Every stick phase that was left is one not integrated. A path is drawn once for all dampings, the scene's own and
     two drawings. It is drawn as far as the runs slip. Without scatter a run is followed to its end, or by the period

@@ -51,6 +51,7 @@ def test_bounds_cover_a_change_of_few_paths():
     assert np.mean(trials) > 0.95
 
 
+@pytest.mark.slow
 def test_where_nothing_scatters_the_fewest_nodes_are_enough(run):
     found = run(path_resolution, asked(0.01))
     assert found["nodes_per_correlation_length"] == 4
@@ -59,6 +60,7 @@ def test_where_nothing_scatters_the_fewest_nodes_are_enough(run):
     assert found["count_error"] * paths == pytest.approx(2 * 3 / 8)  # three changes in so many paths of eight cycles
 
 
+@pytest.mark.slow
 def test_scatter_takes_more_paths(run):
     """At a damping where counts scatter eight paths do not determine an error of a fifth. Every trial is kept."""
     found = run(path_resolution, asked(0.2, 0.05, (0.17, 0.31)), "scatter")

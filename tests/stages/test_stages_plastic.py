@@ -135,6 +135,7 @@ def test_friction_does_not_change_when_all_lengths_do_and_falls_as_the_modulus_r
     np.testing.assert_allclose(stiff["force"], 8 * elastic_strips["force"], rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_friction_of_a_large_patch_at_light_load_depends_on_its_slope_alone():
     """mu = tau kappa / (E* g) with the rms slope g, and kappa is the same at loads that differ threefold.
 

@@ -190,6 +190,7 @@ def test_failed_job_leaves_no_record(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_compiling_is_not_core(tmp_path):
     @njit
     def inner(x):

@@ -257,6 +257,7 @@ def test_the_lattice_lies_in_the_middle_of_the_columns_that_it_stands_for():
         np.testing.assert_array_equal(columns[lattice.middle], first_of_windows + spacing * np.arange(80 // spacing))
 
 
+@pytest.mark.slow
 def test_strips_on_the_lattice_alone_have_the_law_of_its_columns_in_whole_strips():
     """Strip 1 was solved, so the lattice holds columns of its field. The others have the covariance of the surface.
 

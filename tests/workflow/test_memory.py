@@ -45,6 +45,27 @@ def test_declared_memory_holds_what_the_reference_runs_measured(name):
             assert 1.1 * peak < declared(scene, row["stage"]) < 4 * peak + 200, row["stage"]
 
 
+# Estimates [MB] of the formulas, one a stage, that the declarations replaced: memory is neither lost nor wasted.
+BEFORE = {
+    "resolved": {
+        "chaos_square": 860,
+        "chaos_strip": 775,
+        "contact_square": 452,
+        "contact_strip": 585,
+        "friction": 1000,
+    },
+    "measured": {"chaos_strip": 585, "contact_strip": 502, "expansion_strip": 497, "friction": 480, "scan": 404},
+    "smoke": {"chaos_square": 700, "field_square": 442, "stick_slip_map": 620, "lifetimes": 620, "oscillator": 543},
+}
+
+
+@pytest.mark.parametrize("name", BEFORE)
+def test_declared_memory_is_that_of_the_formulas_that_it_replaced(name):
+    scene = shipped_scene(name)
+    for stage, before in BEFORE[name].items():
+        assert before <= declared(scene, stage) <= 1.1 * before, stage
+
+
 # Peaks [MiB] of a square of 1024 x 1024 nodes in 95 modes, measured by the stages: what grows with the mesh.
 LARGE = {"karhunen_loeve": 2415.6, "design": 1637.3, "contact_square": 1728.4}
 

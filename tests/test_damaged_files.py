@@ -1,4 +1,4 @@
-"""Files with wrong bytes: a result is what was written or refused in one line, and so is a scan of a stranger."""
+"""Files with wrong bytes: a result or a scan is read as it was written, or refused in one line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def damaged(content: bytes, random: Random) -> bytes:
 
 
 def test_a_damaged_result_is_never_taken_for_another(tmp_path):
-    """Whatever the library makes of it, and never with a traceback."""
+    """Never with a traceback."""
     path = tmp_path / "a.nc"
     values = np.random.default_rng(1).normal(size=(30, 5))
     whole = {

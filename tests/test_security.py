@@ -1,4 +1,4 @@
-"""What the project does not do with text from users and files from strangers, read from its source."""
+"""The source runs no text from users and no objects from files."""
 
 import ast
 import re

@@ -152,7 +152,7 @@ def test_a_result_opens_as_a_dataset_with_its_units_and_what_made_it(tmp_path):
 
 
 def test_an_array_may_have_the_name_of_a_dimension_that_it_does_not_have(tmp_path):
-    """As the quantiles at given probabilities, beside arrays along quantiles; netCDF minds the order."""
+    """As quantiles at given probabilities in a file with arrays along quantiles; netCDF depends on the order."""
     arrays = {
         "quantile": store.Variable(("probability",), np.arange(3.0), "1", "quantile"),
         "table": store.Variable(("quantile",), np.arange(2.0), "1", "table"),

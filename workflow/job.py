@@ -1,4 +1,4 @@
-"""A module of this folder as a job that ends with Snakemake: python -m workflow.job stress.contact --output ..."""
+"""Run a module of this folder as a job that ends with Snakemake: python -m workflow.job stress.contact --output ..."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def read_key(path: Path) -> Key:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path`, which takes its place when the block ends well; else nothing changes."""
+    """A temporary path in the folder of `path`; it replaces `path` if the block ends without an error."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
@@ -165,7 +165,7 @@ def read(path: Path) -> Result:
 
 
 def read_all(paths: list[Path], *, sort_by: str = "first") -> list[Result]:
-    """Batches in the order of their first sample, whatever the order of their names."""
+    """Batches in the order of their first sample."""
     return sorted((read(path) for path in paths), key=lambda result: int(result.attributes[sort_by]))
 
 
@@ -206,12 +206,12 @@ def _storable(path: Path, name: str, variable: Variable) -> Variable:
 
 
 def _shortest(values: np.ndarray) -> np.ndarray:
-    """Text in the shortest type that holds it, whatever it came in; numbers as they are."""
+    """Text in the shortest type that holds it, numbers unchanged."""
     return values.astype(object).astype(str) if values.dtype.kind in "UO" else values
 
 
 def _fill(file: netCDF4.Dataset, variables: Mapping[str, Variable]) -> None:
-    """Dimensions come first: netCDF fails on one that is added beside an array of its name."""
+    """Dimensions come first: netCDF fails if one is added after an array with its name."""
     for name, variable in variables.items():
         for dimension, size in zip(variable.dimensions, variable.values.shape, strict=True):
             if dimension not in file.dimensions:

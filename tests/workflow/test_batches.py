@@ -1,4 +1,4 @@
-"""Results do not depend on how samples are dealt into batches or on the number of jobs, and say what made them."""
+"""Results do not depend on batches or on the number of jobs, and hold their configuration and code hash."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def both(shared):
 
 
 def test_results_are_the_same_bit_for_bit(both):
-    """Whatever sums up batches, and what each stage is configured with."""
+    """Each result that combines batches, and the key file of each stage."""
     tiny, split = both
     keys = [path.relative_to(tiny).as_posix() for path in tiny.glob("keys/*.json")]
     assert len(keys) > 15

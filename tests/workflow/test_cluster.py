@@ -1,4 +1,4 @@
-"""The study on Slurm: the same bits as on this machine, whatever was killed on the way.
+"""The study on Slurm: the same bits as on this machine, after kills of Snakemake and of a job.
 
 Runs where a Slurm answers and its plug-in (requirements-cluster.lock) is installed, in this Python or in the one that
 CLUSTER_PYTHON names.

@@ -62,7 +62,7 @@ def test_one_new_run_mends_each_kind_of_fault(shared, tmp_path, kind):
 
 
 def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):
-    """As an edit and a dry run beside it do: Snakemake would take what the old code made for a result of the new."""
+    """As a second run after an edit does: Snakemake would take what the old code made for a result of the new."""
     key, usage = tmp_path / "key.json", tmp_path / "usage.json"
 
     def write_key(code: str) -> None:

@@ -106,7 +106,7 @@ def test_a_scene_too_large_for_the_machine_says_so_with_the_number(monkeypatch, 
     (line,) = caught.value.lines
     assert "stage friction would take some " in line  # that which takes the most
     assert " MB of memory, and 300 MB are there" in line
-    assert Scenes(ROOT, ["given"], memory_mb=1000).valid  # what is not asked for harms nobody
+    assert Scenes(ROOT, ["given"], memory_mb=1000).valid  # only scenes that are asked for must fit
 
 
 def test_batches_shrink_until_they_fit(monkeypatch, tmp_path):

@@ -164,7 +164,7 @@ def test_an_edit_repeats_the_jobs_that_depend_on_it(project, plan):
 
 @pytest.mark.slow
 def test_a_run_of_an_edit_that_is_taken_back_repeats_nothing(project, plan):
-    """Also without Snakemake's records, and whatever part of the edit ran."""
+    """Also without Snakemake's records."""
     project.edit(SCENE, "[0.17, 0.34]", "[0.17, 0.30]")
     project.make("-j1", "results/tiny/figure2.png")
     project.edit(SCENE, "[0.17, 0.30]", "[0.17, 0.34]")

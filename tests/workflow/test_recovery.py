@@ -203,7 +203,7 @@ def test_a_dry_run_plans_repairs_and_changes_nothing(dry_run, damage, repeated):
 
 
 def test_a_dry_run_plans_an_edit_from_a_draft(dry_run):
-    """Where the edit is taken back, the key file itself is the input, whatever an interrupted run wrote into it."""
+    """After the edit is taken back, the key file itself is the input, even if an interrupted run wrote into it."""
     before = files()
     assert key_files.replace_if_changed(KEY, {"edited": 1}) == str(key_files.content_of(KEY))
     integrity.announce(integrity.jobs_of(RECORDS))

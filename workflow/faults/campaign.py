@@ -1,4 +1,4 @@
-"""Faults one after another, each followed by a new run and a comparison with the undisturbed one."""
+"""Apply faults one after another; after each, run again and compare with the undisturbed run."""
 
 from __future__ import annotations
 
@@ -23,8 +23,11 @@ _PROGRAMS = {"snakemake": (sys.executable, "-m", "snakemake")}
 
 
 class Outcome(NamedTuple):
-    """number, kind : of the fault; told : what was done; recovery : how many commands it took; wrong : what is not as
-    it was, none where nothing was lost"""
+    """number, kind : of the fault
+    told : description of what was done
+    recovery : how many commands mended it
+    wrong : results that differ from the undisturbed run, empty if all were restored
+    """
 
     number: int
     kind: str
@@ -34,7 +37,7 @@ class Outcome(NamedTuple):
 
 
 def outcomes(scratch: Scratch, seed: int, numbers: range) -> Iterator[Outcome]:
-    """What became of each fault; fault n of a seed is the same in every campaign, but for the moment a signal meets."""
+    """Yield the outcome of each fault. Fault n of a seed is the same in each campaign."""
     kinds = list(FAULTS)
     for number in numbers:
         scratch.reset()
@@ -51,7 +54,7 @@ def still_alive(scratch: Scratch, seconds: float = 10.0) -> list[str]:
     """Jobs that outlived the run that started them."""
     lines = []
     for process in psutil.wait_procs(scratch.processes(), timeout=seconds)[1]:
-        with contextlib.suppress(psutil.NoSuchProcess):  # gone meanwhile, or dead and nobody has asked how it ended
+        with contextlib.suppress(psutil.NoSuchProcess):  # ended meanwhile, or a zombie
             lines.append(f"process {process.pid} is alive: {' '.join(process.cmdline())}")
             process.kill()
     return lines

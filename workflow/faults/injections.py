@@ -1,4 +1,4 @@
-"""The faults. Each breaks a finished or a running project in a way that a seed chooses, and tells what it did."""
+"""The faults: each breaks a finished or a running project as a seed chooses, and returns a description."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def read_only(scratch: Scratch, random: Random) -> str:
 
 
 def damage(scratch: Scratch, random: Random) -> str:
-    """Cut a result short, empty it, or flip some of its bits; the time of the file may tell or not."""
+    """Cut a result short, empty it, or flip some of its bits; the time of the file is kept or not."""
     victim = random.choice(files(scratch))
     return f"{victim.relative_to(scratch.results)} {_damage(victim, random, keep_time=random.random() < 0.5)}"
 

@@ -18,7 +18,7 @@ from roughslip.stages.runtime.usage import die_with_parent
 
 SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock", "pyproject.toml")
 
-# Every stage, about as small as the rules allow; one job a batched stage but for the three designs of the square.
+# Each stage, about as small as the schema allows; one job a batched stage, three for the designs of the square.
 TINY = """\
 extends: paper
 description: "Every stage, as small as the rules allow"
@@ -40,7 +40,7 @@ ensemble:
 batches: {square_samples: 4000, strip_samples: 8, expansion_samples: 16, realisations: 8}
 """
 
-# What holds seconds and megabytes, no two runs alike; a run must leave it all the same.
+# They hold seconds and megabytes, which differ from run to run; only their existence is compared.
 TIMED = ("costs.json", "report.html")
 _DAC_OVERRIDE, _PR_CAPBSET_DROP = 1, 24  # of <linux/capability.h>, <linux/prctl.h>
 _STATE = ("results", ".snakemake")
@@ -145,7 +145,7 @@ def digests(folder: Path) -> dict[str, str]:
 
 
 def as_a_user(largest_file: int | None = None) -> Callable[[], None]:
-    """What a process does before it starts: root gives up to overrule permissions, files are limited in size."""
+    """Return what runs in a new process first: root gives up overruling permissions, and file size is limited."""
 
     def prepare() -> None:
         if sys.platform == "linux" and os.geteuid() == 0:

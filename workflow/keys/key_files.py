@@ -3,8 +3,8 @@
 Snakemake compares inputs by content. So a stage runs again when its slice of the scene, its code or the locked packages
 change, and after no other edit. Unlike parameters, this also holds without the folder .snakemake.
 
-A dry run leaves key files as they are: it writes drafts to a temporary folder, and a rule gets the draft in place of
-the key file where a run would make its job run again.
+A dry run does not change key files: it writes drafts to a temporary folder. A job that a run would repeat
+gets the draft as its input in place of the key file.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ def forget(state: Path, outputs: Iterable[str], changed: Mapping[str, str]) -> N
 
 
 def _read(file: Path) -> dict[str, Any] | None:
-    """A record; None where the file is damaged. A flipped bit in a text or a number does no harm to Snakemake."""
+    """A record; None where the file is damaged. Snakemake can read a record with another text or number in it."""
     try:
         record = json.loads(file.read_text(encoding="utf-8"))
     except ValueError:

@@ -18,8 +18,8 @@ rule report_of_the_default_scenes:
     resources:
         mem_mb=scenes.memory("report"),
     params:
-        evidence=lambda wildcards, input: Path(input.kept[0]).parent if input.kept else "",
-        drawn=lambda wildcards, input: Path(input.drawn[0]).parent if input.drawn else "",
+        evidence=lambda wildcards, input: str(Path(input.kept[0]).parent) if input.kept else "",
+        drawn=lambda wildcards, input: str(Path(input.drawn[0]).parent) if input.drawn else "",
     shell:
         run("report", scenes=DEFAULT_FOLDERS, evidence="{params.evidence}", drawn="{params.drawn}")
 

@@ -12,7 +12,7 @@ import pytest
 
 from roughslip.errors import InputError
 from roughslip.scan import limits
-from roughslip.scan.instrument_file import read_scan, write_x3p
+from roughslip.scan.instrument_file import check_scan_file, read_scan, write_x3p
 from roughslip.scan.topography import Topography
 
 instruments = pytest.mark.skipif(
@@ -47,6 +47,22 @@ def write_netcdf(path, heights, *, units="um", dims=("x", "y"), **changes):
             z.units = units
 
 
+def test_a_file_is_checked_before_its_heights_are_read(tmp_path, heights):
+    path = tmp_path / "map.nc"
+    write_netcdf(path, heights)
+    check_scan_file(path)
+    with pytest.raises(InputError, match=r"remove roughness\.scan\.height_unit = nm"):
+        check_scan_file(path, unit="nm")
+    write_netcdf(path, heights, units=None)
+    with pytest.raises(InputError, match=r"does not give its unit of heights; set roughness\.scan\.height_unit"):
+        check_scan_file(path)
+    matrix = tmp_path / "plain.txt"
+    np.savetxt(matrix, heights.T)
+    check_scan_file(matrix, (DX, DY), "m")
+    with pytest.raises(InputError, match="m apart"):
+        check_scan_file(matrix, (0.5, 0.75), "m")
+
+
 def check_refused(path, words, *, spacing=None, unit=None):
     with pytest.raises(InputError) as caught:
         read_scan(path, spacing, unit)
@@ -76,12 +92,12 @@ def test_a_netcdf_map_carries_its_units(tmp_path, heights, dims):
 def test_bad_netcdf_maps(tmp_path, heights):
     path = tmp_path / "map.nc"
     write_netcdf(path, heights, units=None)
-    check_refused(path, "does not give its unit of heights; state it")
+    check_refused(path, "does not give its unit of heights; set roughness.scan.height_unit")
     assert read_scan(path, unit="um").heights == pytest.approx(heights, rel=1e-6)
     write_netcdf(path, heights, units="V")
-    check_refused(path, "'V', which is no length")
+    check_refused(path, "'V', which is not a unit of length")
     write_netcdf(path, heights)
-    check_refused(path, "leave the stated one, nm, out", unit="nm")
+    check_refused(path, "remove roughness.scan.height_unit = nm", unit="nm")
     check_refused(path, "gives its spacing", spacing=(DX, DY))
     write_netcdf(path, heights, x=np.arange(NX) ** 2 * 1e-3)
     check_refused(path, "does not increase in equal steps")
@@ -108,7 +124,7 @@ def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
     np.savetxt(path, heights.T * 1e9)
     check_refused(path, "check the unit", spacing=(DX, DY), unit="m")  # 100 m of roughness on a scan of 0.02 mm
     check_refused(path, "m apart", spacing=(0.5, 0.75), unit="nm")
-    check_refused(path, "an unknown unit; known are m, mm", spacing=(DX, DY), unit="inch")
+    check_refused(path, "an unknown unit; allowed are m, mm", spacing=(DX, DY), unit="inch")
     monkeypatch.setattr(limits, "MOST_POINTS", 1000)
     check_refused(path, "at most 1000 are read", spacing=(DX, DY), unit="nm")
     monkeypatch.setattr(limits, "MOST_BYTES", 1000)
@@ -131,7 +147,7 @@ def test_an_archive_that_hides_its_size_is_refused(tmp_path, method):
     path = tmp_path / "bomb.x3p"
     with zipfile.ZipFile(path, "w", method) as archive:
         archive.writestr("main.xml", bytes(10**6))
-    check_refused(path, "an archive that is packed otherwise than by DEFLATE")
+    check_refused(path, "an archive that is not packed by DEFLATE")
 
 
 def test_text_is_read_up_to_a_size_of_its_own(tmp_path, monkeypatch):
@@ -170,7 +186,7 @@ def elsewhere(path, kind):
     ],
 )
 def test_a_file_that_takes_its_values_from_another_is_refused(tmp_path, kind, words, suffix):
-    """A stranger's scan would publish what it points at."""
+    """Results of an untrusted scan would publish the file that it points at."""
     path = tmp_path / f"scan{suffix}"
     elsewhere(path, kind)
     check_refused(path, f"{words}; export the heights alone, into a file of their own")
@@ -218,7 +234,7 @@ def test_bad_instrument_files(tmp_path, scan):
     path = tmp_path / "scan.x3p"
     write_x3p(path, scan)
     whole = path.read_bytes()
-    check_refused(path, "leave the stated one, nm, out", unit="nm")
+    check_refused(path, "remove roughness.scan.height_unit = nm", unit="nm")
     path.write_bytes(whole[: len(whole) // 2])
     check_refused(path, "truncated or damaged archive")
     path.write_bytes(np.random.default_rng(52).bytes(2 * 64**2))  # 2 n^2 bytes: not taken for a radar map of the Earth
@@ -231,10 +247,10 @@ def test_bad_instrument_files(tmp_path, scan):
 @pytest.mark.parametrize(
     ("header", "words"),
     [
-        ("", "does not give its unit of heights; state it"),
+        ("", "does not give its unit of heights; set roughness.scan.height_unit"),
         ("# Width: 20 um\n# Height: 25.5 um\n", "does not give its unit of heights"),
         ("# Width: 20 um\n# Height: 25.5 um\n# Value units: V\n", "no matrix of heights (CorruptFile"),
-        ("# Value units: nm\n", "does not give its spacing; state it"),
+        ("# Value units: nm\n", "does not give its spacing; set roughness.scan.spacing_x_m"),
     ],
 )
 def test_text_with_heights_in_unknown_units(tmp_path, heights, header, words):

@@ -232,7 +232,7 @@ def test_files_that_are_no_text_of_heights(check_refused, tmp_path, field):
     check_refused(tmp_path, "no such file")
     check_refused(
         matrix(tmp_path / "volt.txt", field),
-        "'V', an unknown unit; known are m,",
+        "'V', an unknown unit; allowed are m,",
         **{**STATED, "height_unit": "V"},
     )
 
@@ -243,7 +243,7 @@ def test_files_of_instruments(check_refused, tmp_path, field):
     foreign.write_bytes(b"hello " * 99)
     check_refused(foreign, "unknown format, or damaged")
     bare = matrix(tmp_path / "bare.txt", field)
-    check_refused(bare, "does not give its unit of heights; state it")
+    check_refused(bare, "does not give its unit of heights; set roughness.scan.height_unit")
     header = f"# Width: {N} um\n# Height: {N} um\n"
     volts = tmp_path / "volts.txt"
     volts.write_text(f"{header}# Value units: V\n{bare.read_text()}")

@@ -1,8 +1,8 @@
-"""Scans on disk: instrument files, plain matrices and netCDF maps in, an instrument's file out.
+"""Files of scans: read instrument files, plain matrices and netCDF maps, and write X3P.
 
-Files come from strangers: sizes are checked before heights are read, nothing is unpickled, and whatever is wrong ends
-in one InputError line that names the file. SurfaceTopography (Roettger et al., Surface Topography: Metrology and
-Properties 10, 2022, 035032) knows the formats of instruments; it is imported here alone, where a file needs it.
+Files are not trusted. Sizes are checked before heights are read, nothing is unpickled, and each error is one InputError
+line that names the file. SurfaceTopography (Roettger et al., Surface Topography: Metrology and Properties 10, 2022,
+035032) reads the formats of instruments. It is imported in this module alone, where a file needs it.
 """
 
 from __future__ import annotations
@@ -32,41 +32,27 @@ SPACINGS = (1e-11, 1e-2)
 MOST_HEIGHT = 1.0
 """[m] from zero; far beyond any scan, and squares stay finite."""
 
+KEYS = {
+    "unit of heights": "roughness.scan.height_unit",
+    "spacing": "roughness.scan.spacing_x_m and roughness.scan.spacing_y_m",
+}
+"""What a scene states where the file does not give it."""
+
 _INSTALL = "install it with: pip install 'roughslip[scans]'"
 _EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
 
 
 def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None) -> Topography:
-    """A scan from a file.
+    """Read a scan from a file.
 
     path : an instrument's file in any format that SurfaceTopography reads; a `.nc` map; a `.txt` matrix
-    spacing : (dx, dy) [m] distances of neighbouring points, where the file does not say
-    unit : unit of the heights, a key of METRES, where the file does not say
+    spacing : (dx, dy) [m] distances of neighbouring points, where the file does not give them
+    unit : unit of the heights, a key of METRES, where the file does not give it
 
-    A `.txt` matrix with both stated is read as bare numbers, a row for each y; otherwise its header must say. What the
-    file says cannot be overruled. The first channel of heights is taken. Raises InputError.
+    A `.txt` matrix with both arguments is read as bare numbers, a row for each y; without them it needs a header.
+    Values in the file cannot be replaced. The first channel of heights is taken. Raises InputError.
     """
-    path = Path(path)
-    if unit is not None and unit not in METRES:
-        raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; known are {', '.join(METRES)}")
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
-    if path.stat().st_size == 0:
-        raise InputError(f"{path}: empty; export it again")
-    check_size(path)
-    check_hdf5(path)
-    if path.suffix == ".nc":
-        heights, dx, dy = _read_netcdf(path, spacing, unit)
-    elif path.suffix == ".txt" and spacing is not None and unit is not None:
-        heights, (dx, dy) = _read_matrix(path) * METRES[unit], spacing
-    else:
-        heights, dx, dy = _read_instrument(path, spacing, unit)
-    for step in (dx, dy):
-        if not SPACINGS[0] <= step <= SPACINGS[1]:
-            raise InputError(
-                f"{path}: points {step:.3g} m apart; from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed: check "
-                "the unit"
-            )
+    heights, dx, dy = _read(path, spacing, unit, load=True)
     if not np.all(np.abs(heights[np.isfinite(heights)]) <= MOST_HEIGHT):
         raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m: check the unit")
     scan = topography(heights, dx, dy, str(path))
@@ -74,9 +60,45 @@ def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str 
     if not deviation < diagonal:
         raise InputError(
             f"{path}: heights scatter by {deviation:.3g} m over a scan of {diagonal:.3g} m; they must scatter by less "
-            "than it is long: check the unit"
+            "than its length: check the unit"
         )
     return scan
+
+
+def check_scan_file(path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None) -> None:
+    """Check that a file is a scan with a unit and a spacing, without reading its heights.
+
+    Arguments as `read_scan`. Raises InputError with a line that names the scene key to change.
+    """
+    _read(path, spacing, unit, load=False)
+
+
+def _read(
+    path: Path, spacing: tuple[float, float] | None, unit: str | None, *, load: bool
+) -> tuple[np.ndarray, float, float]:
+    """Heights [m], empty without `load`, and the distances of points [m]."""
+    path = Path(path)
+    if unit is not None and unit not in METRES:
+        raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; allowed are {', '.join(METRES)}")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
+    if path.stat().st_size == 0:
+        raise InputError(f"{path}: empty; export it again")
+    check_size(path)
+    check_hdf5(path)
+    if path.suffix == ".nc":
+        heights, dx, dy = _read_netcdf(path, spacing, unit, load=load)
+    elif path.suffix == ".txt" and spacing is not None and unit is not None:
+        heights, (dx, dy) = _read_matrix(path, load=load) * METRES[unit], spacing
+    else:
+        heights, dx, dy = _read_instrument(path, spacing, unit, load=load)
+    for step in (dx, dy):
+        if not SPACINGS[0] <= step <= SPACINGS[1]:
+            raise InputError(
+                f"{path}: points {step:.3g} m apart; from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed: check "
+                "the unit"
+            )
+    return heights, dx, dy
 
 
 def write_x3p(path: Path, scan: Topography) -> None:
@@ -105,27 +127,27 @@ def write_x3p(path: Path, scan: Topography) -> None:
 
 
 def _choose(path: Path, what: str, found: Any, stated: Any) -> Any:
-    """What the file says, or what was stated where it says nothing."""
+    """The value in the file, or the stated one where the file has none."""
     if found is not None and stated is not None:
-        raise InputError(f"{path}: the file gives its {what}, {found}; leave the stated one, {stated}, out")
+        raise InputError(f"{path}: the file gives its {what}, {found}; remove {KEYS[what]} = {stated}")
     if found is None and stated is None:
-        raise InputError(f"{path}: the file does not give its {what}; state it")
+        raise InputError(f"{path}: the file does not give its {what}; set {KEYS[what]}")
     return stated if found is None else found
 
 
 def _metres(path: Path, unit: str) -> float:
     if unit not in METRES:
-        raise InputError(f"{path}: values in {unit!r}, which is no length that is known: {', '.join(METRES)}")
+        raise InputError(f"{path}: values in {unit!r}, which is not a unit of length: allowed are {', '.join(METRES)}")
     return METRES[unit]
 
 
-def _read_matrix(path: Path) -> np.ndarray:
-    """(nx, ny) numbers of a text file, a row for each y; nan where there is none."""
+def _read_matrix(path: Path, *, load: bool) -> np.ndarray:
+    """(nx, ny) numbers of a text file, a row for each y, nan for missing ones; without `load` the first row."""
     try:
         with path.open(encoding="utf-8") as file:
             if not any(line.partition("#")[0].strip() for line in file):
                 raise InputError(f"{path}: empty; a matrix has a row of numbers for each y")
-        rows = np.loadtxt(path, ndmin=2, encoding="utf-8")
+        rows = np.loadtxt(path, ndmin=2, encoding="utf-8", max_rows=None if load else 1)
     except (ValueError, OSError) as error:
         raise InputError(
             f"{path}: not a matrix of numbers ({first_line(error)}); where a header gives the spacing and the unit, "
@@ -135,7 +157,9 @@ def _read_matrix(path: Path) -> np.ndarray:
     return rows.T
 
 
-def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> tuple[np.ndarray, float, float]:
+def _read_netcdf(
+    path: Path, spacing: tuple[float, float] | None, unit: str | None, *, load: bool
+) -> tuple[np.ndarray, float, float]:
     """A netCDF map: variable `heights(x, y)` with attribute `units` and coordinates x, y with theirs."""
     try:
         with netCDF4.Dataset(path) as file:
@@ -151,6 +175,8 @@ def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | No
                 _check_shape(path, other, heights)
             steps = [_spacing(path, axis) for axis in axes]
             dx, dy = _choose(path, "spacing", (steps[0], steps[1]) if len(steps) == 2 else None, spacing)
+            if not load:
+                return np.empty((0, 0)), dx, dy
             values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan)
             if "mask" in file.variables:  # of missing points, as SurfaceTopography writes it
                 values[np.ma.filled(file.variables["mask"][:], 1) != 0] = np.nan
@@ -161,7 +187,7 @@ def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | No
 
 
 def _check_shape(path: Path, other: netCDF4.Variable, heights: netCDF4.Variable) -> None:
-    """Refuses what lies over other points than the heights, before it is read: it may be of any size."""
+    """Refuse coordinates and masks of another shape than the heights, before they are read."""
     points = {axis: heights.shape[heights.dimensions.index(axis)] for axis in "xy"}
     wanted = heights.shape if other.name == "mask" else (points[other.name],)
     if other.shape != wanted:
@@ -189,14 +215,16 @@ def _spacing(path: Path, axis: netCDF4.Variable) -> float:
 
 def _library(path: Path) -> ModuleType:
     try:
-        import SurfaceTopography  # nothing but instrument files needs it, and it takes two seconds
+        import SurfaceTopography  # for instrument files alone: its import takes two seconds
     except ImportError as error:
-        raise InputError(f"{path}: instrument files need SurfaceTopography, which is absent; {_INSTALL}") from error
+        raise InputError(
+            f"{path}: instrument files need SurfaceTopography, which is not installed; {_INSTALL}"
+        ) from error
     return SurfaceTopography
 
 
 def _read_instrument(
-    path: Path, spacing: tuple[float, float] | None, unit: str | None
+    path: Path, spacing: tuple[float, float] | None, unit: str | None, *, load: bool
 ) -> tuple[np.ndarray, float, float]:
     """Heights of an instrument's file. A reader of such files can fail in any way on a damaged one."""
     check_archive(path)
@@ -204,16 +232,17 @@ def _read_instrument(
     library = _library(path)
     try:
         with library.open_topography(path, format=_format(library, path)) as reader:
-            if reader.format() == "hgt":  # radar maps of the Earth, taken for granted where a file is 2 n^2 bytes long
+            if reader.format() == "hgt":  # radar maps of the Earth: the reader accepts any file of 2 n^2 bytes
                 raise library.IO.CannotDetectFileFormat("no signature")
             channel = next((c for c in reader.channels if c.is_height_channel), None)
             if channel is None:
-                raise InputError(
-                    f"{path}: holds no heights but {reader.channels[0].data_kind.value}; a scan has heights"
-                )
+                kinds = ", ".join(dict.fromkeys(channel.data_kind.value for channel in reader.channels))
+                raise InputError(f"{path}: no height channel found (only {kinds}); export the heights")
             check_points(path, channel.nb_grid_pts)
             scale = _metres(path, _choose(path, "unit of heights", channel.unit, unit))
             dx, dy = _choose(path, "spacing", _found_spacing(channel), spacing)
+            if not load:
+                return np.empty((0, 0)), dx, dy
             stated = {} if channel.physical_sizes is not None else {"physical_sizes": (1.0, 1.0)}
             heights = channel.topography(**stated).heights()
     except InputError:
@@ -227,9 +256,9 @@ def _read_instrument(
 
 
 def _format(library: ModuleType, path: Path) -> str | None:
-    """The format that the first bytes prove; None, to try them all, where they prove none.
+    """The format that the first bytes prove, else None, which tries all readers.
 
-    A reader chosen by its first bytes tells what is wrong with a damaged file, while trying them all hides it.
+    A reader chosen by the first bytes reports the damage of a file; trying all readers hides it.
     """
     with path.open("rb") as file:
         start = file.read(512)
@@ -238,7 +267,7 @@ def _format(library: ModuleType, path: Path) -> str | None:
 
 
 def _unknown(library: ModuleType, path: Path) -> str:
-    """Why no reader takes a file; of text, what the reader of text says, which the search for a reader hides."""
+    """The message for a file that no reader accepts; for text with the reason of the reader of text."""
     if path.suffix in (".txt", ".asc"):
         try:
             library.open_topography(path, format="asc").close()

@@ -1,4 +1,4 @@
-"""What a scan from a stranger may be, asked of its file before any of it is read: no bomb, and nothing but itself.
+"""Safety limits for untrusted scan files, checked before heights are read: sizes, unpacked sizes and links.
 
 Each check raises InputError with a line that names the file.
 """
@@ -21,7 +21,7 @@ MOST_TEXT = 2**26
 """[bytes] The library of the instruments' formats takes some thirty times as much for text with a header."""
 
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""Of these no more is unpacked than the archive says; of others Python unpacks whatever there is."""
+"""With these Python unpacks no more than the size in the archive; with others it unpacks everything."""
 
 
 def check_size(path: Path) -> None:
@@ -49,7 +49,7 @@ def check_points(path: Path, shape: tuple[int, ...]) -> None:
 
 
 def check_archive(path: Path) -> None:
-    """Refuses a ZIP archive that is damaged, that unpacks to more than MOST_BYTES, or nobody knows to how much."""
+    """Refuses a ZIP archive that is damaged, or that unpacks to more than MOST_BYTES or to an unknown size."""
     with path.open("rb") as file:
         if file.read(4) != b"PK\x03\x04":
             return
@@ -59,15 +59,14 @@ def check_archive(path: Path) -> None:
     except (zipfile.BadZipFile, OSError, ValueError) as error:
         raise InputError(f"{path}: truncated or damaged archive ({first_line(error)}); export it again") from error
     if any(member.compress_type not in _PACKED for member in members):
-        raise InputError(f"{path}: an archive that is packed otherwise than by DEFLATE; pack it so")
+        raise InputError(f"{path}: an archive that is not packed by DEFLATE; pack it with DEFLATE")
     unpacked = sum(member.file_size for member in members)
     if unpacked > MOST_BYTES:
         raise InputError(f"{path}: unpacks to {unpacked / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
 
 
 def check_hdf5(path: Path) -> None:
-    """Refuses HDF5, which netCDF is, too, that takes its values from other files or from elsewhere in this one, or that
-    unpacks to more than MOST_BYTES, in pieces of more than MOST_POINTS."""
+    """Refuses HDF5 and netCDF-4 files with links or external values, or that unpack to too many bytes."""
     if not h5py.is_hdf5(path):
         return
     found: list[str] = []
@@ -100,5 +99,5 @@ def check_hdf5(path: Path) -> None:
 
 
 def first_line(error: Exception) -> str:
-    """What an error of a library says, on one line."""
+    """The message of an error of a library, on one line."""
     return (str(error).strip().splitlines() or ["no reason given"])[0][:200]

@@ -1,7 +1,7 @@
 """Results on disk: netCDF files that carry what made them, written atomically, checked when read.
 
-The only module that knows netCDF and xarray. Arrays go in and come out as numpy arrays; whoever works on with a result
-gets it as an xarray Dataset. A stage never does, so that it does not wait for xarray and pandas: half of its start.
+The only module that uses netCDF and xarray. Arrays are written and read as numpy arrays; for further work a result is
+also available as an xarray Dataset. Stages do not use that, because importing xarray takes half of their start.
 """
 
 from __future__ import annotations

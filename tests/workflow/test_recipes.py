@@ -8,12 +8,10 @@ pytestmark = pytest.mark.slow
 
 SECTION = '''"""Section `slopes` of a scene."""
 
-from dataclasses import dataclass
-
-from roughslip.scene.fields import Section, integer
+from roughslip.scene.fields import Section, integer, section
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@section
 class Slopes(Section):
     """Slopes of the square, of figure_slopes."""
 

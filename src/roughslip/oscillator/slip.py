@@ -286,6 +286,7 @@ def slip(
     """A slip phase of sign sigma from X' = V until X' = V again, or until time, path, present nodes or steps are over.
 
     since : tau at which the phase began, with a control of zeros
+
     A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)). This is an error per
     unit step, so that the sum does not grow with the number of nodes that end a step.
     """

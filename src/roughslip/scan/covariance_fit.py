@@ -1,15 +1,15 @@
-"""Covariance models fitted to an estimated autocorrelation, and to the spectrum beside it, by weighted least squares.
+"""Covariance models fitted to an estimated autocorrelation and to the spectrum, by weighted least squares.
 
-Parameters are free of bounds where that is natural: the logarithm of the geometric mean of the two correlation
-lengths, and the two components e cos(2 lay), e sin(2 lay) of half the logarithm e of their ratio, which stay smooth
-where the surface is isotropic and the lay has no meaning. Estimates at neighbouring lags err together, so that the sum
-of squares alone would promise too small errors: a jackknife over parts of the scan gives the honest ones.
+A fit searches the logarithm of the geometric mean of the two correlation lengths. With e half the logarithm of their
+ratio, it also searches e cos(2 lay) and e sin(2 lay), which stay smooth where the surface is isotropic. Errors of
+neighbouring lags are correlated, so standard errors from the sum of squares would be too small. A jackknife over parts
+of the scan gives the right ones.
 
-Lags settle lengths and lay, but hardly a smoothness or a Hurst exponent: all errors of lags grow together with that of
-the length, and a spectrum that is ten times too high at short waves still passes through them. Rings of the spectrum
-know that, but no directions, and pull lengths away where a model does not hold. So where rings are given, a shape is
-the best for both once lengths and lay are those of the lags at that shape, and kinds are compared by both. Both sums of
-squares enter as those of their effective numbers of independent estimates.
+Lags determine lengths and lay, but hardly a smoothness or a Hurst exponent: a spectrum that is ten times too high at
+short waves still fits them. Rings of the spectrum determine the shape, but no directions, and they distort lengths
+where a model does not hold. So with rings the shape is the best for both, with lengths and lay fitted to the lags at
+that shape, and models are compared by both. Each sum of squares is weighted by its effective number of independent
+estimates.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class CovarianceFit:
     """A fitted model with its errors.
 
     covariance : the model
-    parameters, standard_errors : by name, in the unit of the name; the error is infinite where the data do not
-        determine the parameter: at a bound, or the lay of an isotropic surface
+    parameters, standard_errors : by name, in the unit of the name. The error is infinite where the data do not
+        determine the parameter, at a bound or for the lay of an isotropic surface
     at_bound : names of parameters that ended at a bound
     misfit : [-] root mean square of (estimate - model) / standard error over the lags; near 1 where the model holds
     spectrum_misfit : [-] the same of the logarithms of the powers of rings; zero without rings
@@ -74,12 +74,12 @@ def fit_covariance(
     kind : of the model
     data : from `estimates`
     rms_height_m : Sq [m], not fitted: correlations do not hold it
-    rings : powers of the spectrum that settle its shape and count in its criterion; need parts in `data`
+    rings : powers of the spectrum that determine its shape and count in its criterion; need parts in `data`
     anisotropic : two lengths and a lay (separable_exponential: lengths along x and y), else one length
     cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
 
-    Returns the fit. Standard errors are the delete-a-block jackknife (Kunsch, Annals of Statistics 17 (1989) 1217) of
-    the linearised fit where `data` holds parts; without them lags count as independent, which promises too much.
+    Returns the fit. Where `data` holds parts, standard errors are the delete-a-block jackknife (Kunsch, Annals of
+    Statistics 17 (1989) 1217) of the linearised fit. Without parts lags count as independent, and errors are too small.
     Raises IllPosedError where the lags do not determine the parameters, ConvergenceError where least squares stops.
     """
     if kind not in MODELS:

@@ -1,14 +1,13 @@
 """A ground surface, made grain by grain.
 
-Grinding drags many hard grains through the work along x. A grain at height g and transverse place y_g whose tip has the
-radius r moves on the circle of the wheel, so that it dips into the work about x_g and cuts no deeper than
+Grinding drags many hard grains through the work along x. Each grain has a height g, a transverse place y_g and a tip of
+radius r. It moves on the circle of the wheel, dips into the work about x_g, and cuts no deeper than
 
     c(x, y) = g + (x - x_g)^2 / (2 R) + (y - y_g)^2 / (2 r),
 
-with R the radius of its path in the frame of the work: a scratch of depth d below the blank is 2 sqrt(2 R d) long and
-2 sqrt(2 r d) wide. What is left is the lowest of the blank and all cuts (the kinematic picture
-of Salisbury, Domala, Moon, Miller and Sutherland, Journal of Manufacturing Science and Engineering 123, 2001, 576):
-grooves along x, ridges cut away and the deepest scratches left, so that the heights are skewed to the negative side.
+with R the radius of its path in the frame of the work. A scratch of depth d is 2 sqrt(2 R d) long and 2 sqrt(2 r d)
+wide. The surface is the minimum of the blank and all cuts (Salisbury, Domala, Moon, Miller and Sutherland, Journal of
+Manufacturing Science and Engineering 123, 2001, 576). It has grooves along x, no ridges, and a negative skewness.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ r^2, so that their mean over a rectangle of edges a, b has a variance proportion
     v(a, b) / (a b),    v(a, b) = int r(l)^2 (1 - |l_x| / a)+ (1 - |l_y| / b)+ dl,
 
 and se is multiplied by the square root of v(scan) / v(sub-area): by 1.1 for an exponential autocorrelation. Measured on
-1000 Gaussian and 1000 exponential fields of some 30 lengths an edge, intervals of nine statistics hold the truth in
-0.93 to 0.95 and 0.91 to 0.96 of them.
+1000 Gaussian and 1000 exponential fields of some 30 lengths an edge: intervals of nine statistics contain the truth in
+0.93 to 0.95 and 0.91 to 0.96 of the fields.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class SubAreas:
 
     @property
     def sufficient(self) -> bool:
-        """Whether the edges exceed ENOUGH_LENGTHS; if not, the intervals are too narrow, and who shows them says so."""
+        """Whether the edges exceed ENOUGH_LENGTHS; if not, the intervals are too narrow."""
         return self.lengths >= ENOUGH_LENGTHS
 
     @property
@@ -108,7 +108,7 @@ def sub_areas(grid: Grid, extent_x: float, extent_y: float) -> SubAreas:
     extent_x, extent_y : [m] how far the autocorrelation above 1/e reaches along each axis
 
     A surface with long grooves so gets long sub-areas. Where fewer than FEWEST fit, the longer ones are halved until
-    there are; `SubAreas.sufficient` then tells that they are too small.
+    there are; `SubAreas.sufficient` is then false.
     """
     edges = np.array([grid.nx * grid.dx / extent_x, grid.ny * grid.dy / extent_y])  # of the scan, in lengths
     counts = np.clip(np.floor(edges / ENOUGH_LENGTHS), 1, MOST_ON_AN_AXIS).astype(int)

@@ -35,10 +35,10 @@ def lags_to_fit(found: Autocorrelation) -> Estimates:
 
 
 def rings_to_fit(scan: Topography, found: ScanStatistics) -> RingPowers | None:
-    """Powers of the rings that lags hardly tell of; None where the scan has fewer than two of them.
+    """Powers of the rings to which lags are not sensitive; None where the scan has fewer than two of them.
 
-    From the wavenumber where a finite correlation no longer bends the spectrum to a quarter of the highest one, as for
-    the fractal dimension, and above the side lobes of the window.
+    The band starts where a finite correlation no longer bends the spectrum and ends at a quarter of the highest
+    wavenumber, as for the fractal dimension. Rings below the side lobes of the window are left out.
     """
     parts, power = found.sub_areas, found.spectrum.power
     q = found.spectrum.wavenumber

@@ -8,7 +8,7 @@ Transactions on Audio and Electroacoustics 15, 1967, without overlap), then aver
 
 A self-affine surface of Hurst exponent H has C ~ q^(-2 - 2H), structure function S(r) = <(z(x + r) - z(x))^2> ~ r^(2H)
 and fractal dimension D = 3 - H. The dimension to use is that of the spectrum, fitted below a quarter of the highest
-wavenumber: what optics blur, what noise adds and most of what sampling folds back lie above. The structure function
+wavenumber. Blur, noise and most of the aliasing lie above that. The structure function
 mixes all wavelengths, so that a surface without the shortest ones looks smoother to it (measured: D low by 0.07, 0.03
 and 0.01 at H = 0.3, 0.5 and 0.8 where a spectrum ends at the highest wavenumber of the scan); it serves as a check. It
 is the one to use where heights are exact at points, or the spectrum is a few lines (Weierstrass-Mandelbrot). It is
@@ -86,8 +86,8 @@ class FractalDimension:
 class Rings:
     """The wave vectors of a sub-area, sorted into rings of |q|.
 
-    Rings are a quarter of an octave wide, but no narrower than the lowest wavenumber: narrower ones hold wave vectors
-    along the axes or none of them, by turns, and the spectrum of a surface with a lay would go up and down with them.
+    Rings are a quarter of an octave wide, but no narrower than the lowest wavenumber. Only some of narrower rings would
+    hold wave vectors along the axes, and the spectrum of a surface with a lay would oscillate from ring to ring.
 
     wave_x : (px, 1), wave_y : (1, py) [1/m] of the transform of a sub-area, all signs
     ring : (px, py) the number of its ring, -1 outside of all

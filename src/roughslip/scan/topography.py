@@ -151,7 +151,7 @@ def _inside_rim(missing: np.ndarray) -> tuple[slice, slice]:
 def _filled(heights: np.ndarray, missing: np.ndarray, dx: float, dy: float) -> np.ndarray:
     """Heights whose missing ones solve the discrete Laplace equation, with no slope across the edge of the scan.
 
-    Harmonic rather than biharmonic: holes lie beside steep flanks, where a biharmonic surface overshoots, while a
+    Harmonic rather than biharmonic: holes lie next to steep flanks, where a biharmonic surface overshoots, while a
     harmonic one stays within the heights around the hole. Rather than nearest: no steps, which raise the spectrum.
     """
     filled = np.where(missing, 0.0, heights)

@@ -1,9 +1,9 @@
 """The covariance of the Gaussian field whose translated heights have the covariance asked for.
 
-Translation maps a correlation rho of the Gaussian variables to rho_z(rho); its inverse, lag by lag, gives the Gaussian
-correlation of a wanted one, where that is a correlation at all. Of smooth kernels it is not: near lag zero
-rho ~ rho_z / w_1 - (w_2 / w_1^3) rho_z^2, and a Gaussian kernel squared has the wider spectrum, so that the difference
-turns negative at short waves. Kernels whose spectra fall by a power (exponential, matern) allow it.
+Translation maps a correlation rho of the Gaussian variables to rho_z(rho). Its inverse, lag by lag, gives the Gaussian
+correlation, if the result is positive semidefinite. For smooth kernels it is not. Near lag zero
+rho ~ rho_z / w_1 - (w_2 / w_1^3) rho_z^2, and the square of a Gaussian kernel has the wider spectrum. The difference
+is then negative at short waves. Kernels whose spectra fall by a power (exponential, matern) allow the inversion.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Stationary covariance of surface heights: the base of all closed models, and where a rigid plane stands.
 
-A closed model is a function of the scaled lag (a, b) = (x'/l, y'/l'), with x' along the lay and y' across it, that has
-fallen to 1/e at one correlation length. Spectra are S(q) = int C(x) exp(-i q.x) dx, so that Sq^2 = int S dq / (2 pi)^2.
+A closed model is a function of the scaled lag (a, b) = (x'/l, y'/l'), with x' along the lay and y' across it. At one
+correlation length it has fallen to 1/e. Spectra are S(q) = int C(x) exp(-i q.x) dx, so that Sq^2 = int S dq / (2 pi)^2.
 The models stand in `roughslip.surface.models`, one in a module.
 """
 

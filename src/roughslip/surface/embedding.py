@@ -132,7 +132,7 @@ def _embed_spectrum(covariance: SelfAffine, grid: Grid) -> Embedding:
 
 
 def _folded_spectrum(covariance: SelfAffine, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
-    """S [m^4] at the wave vectors of the torus, with those beyond the mesh that its nodes cannot tell from them."""
+    """S [m^4] at the wave vectors of the torus, plus those of all wave vectors that are equal at the nodes."""
     qx = 2 * math.pi * scipy.fft.fftfreq(torus[0], grid.dx)[:, None]
     qy = 2 * math.pi * scipy.fft.rfftfreq(torus[1], grid.dy)[None, :]
     shortest = min(covariance.cutoff_wavelengths_m)

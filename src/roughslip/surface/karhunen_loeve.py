@@ -86,15 +86,15 @@ def karhunen_loeve(
     share : of the variance that the modes must carry, in (0, 1]; the fewest modes are taken
 
     The nodes carry equal weights (equal cells), so the Fredholm equation becomes the eigenproblem of the covariance
-    matrix (Ghanem and Spanos 1991, ch. 2): the midpoint rule, whose eigenvalues times the cell area converge to those
+    matrix (Ghanem and Spanos 1991, ch. 2). This is the midpoint rule: eigenvalues times the cell area converge to those
     of the continuous problem with the square of the cell, for kernels with a cusp as well. A separable covariance
     on a rectangular mesh is the Kronecker product of two one-dimensional matrices; otherwise the matrix is formed on
     small meshes and applied by FFT on large ones.
     Sign: the entry of largest magnitude is positive. Modes of equal eigenvalue keep the order of the nodes.
 
-    Returns the expansion. Raises ParameterError for an order outside 1 ... nx ny or a share outside (0, 1],
-    ConvergenceError where Lanczos does not converge, IllPosedError where a mesh of more than MOST_DENSE_NODES needs
-    more than a quarter of its modes: sample by circulant embedding.
+    Returns the expansion. Raises ParameterError for an order outside 1 ... nx ny or a share outside (0, 1], and
+    ConvergenceError where Lanczos does not converge. Raises IllPosedError where a mesh of more than
+    MOST_DENSE_NODES needs more than a quarter of its modes: sample by circulant embedding.
     """
     _check_request(grid, order, share)
     variance = covariance.rms_height_m**2
@@ -122,9 +122,9 @@ def representation(
 ) -> Representation:
     """Whether to expand a field or to embed it, before either is computed.
 
-    Arguments as `karhunen_loeve`. The numbers of modes come from the spectrum on the mesh, which is where the
-    eigenvalues go on meshes of many correlation lengths (Grenander and Szego, Toeplitz Forms, 1958); on shorter ones
-    they err by some modes, to either side.
+    Arguments as `karhunen_loeve`. The numbers of modes come from the spectrum on the mesh. On meshes of many
+    correlation lengths the eigenvalues converge to it (Grenander and Szego, Toeplitz Forms, 1958). On shorter ones the numbers are
+    wrong by some modes.
 
     Returns the expansion unless it needs more than a quarter of all modes or more than MOST_BYTES for them: then
     circulant embedding, exact and stationary, costs less. Raises ParameterError as `karhunen_loeve`.

@@ -74,7 +74,7 @@ def _dense_modes(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray, n
 
 
 def _lanczos_modes(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues descending and vectors in rows, none of them missing."""
+    """Eigenvalues descending and vectors in rows, without gaps."""
     values, vectors = np.empty(0), np.empty((0, grid.size))
     count = order
     for _ in range(MOST_ROUNDS):

@@ -79,10 +79,9 @@ def measured_covariance(
     Returns the covariance with the change that it took. Raises ParameterError for a table of another form,
     IllPosedError where a correlation would change by more than LARGEST_CHANGE: take fewer lags or a larger scan.
 
-    Method: on a torus of twice the lags the nearest table that is positive has the spectrum of the given one, its
-    negative part set to zero. Its root is the transform of a kernel h, which is cut to the given lags; h * h, scaled
-    to 1 at zero, is the result: positive at every wave vector, not only at those of the torus, and zero beyond twice
-    the given lags.
+    Method: on a torus of twice the lags the nearest positive table has the spectrum of the given one, with its negative
+    part set to zero. The root of that spectrum is the transform of a kernel h, which is cut to the given lags. The
+    result is h * h, scaled to 1 at zero. It is positive at every wave vector and zero beyond twice the given lags.
     """
     _check_table(correlation, lag_x_m, lag_y_m, rms_height_m)
     even = 0.5 * (correlation + correlation[::-1, ::-1])
@@ -110,9 +109,9 @@ def measured_covariance(
 def tapered(correlation: np.ndarray) -> np.ndarray:
     """A table of correlations (2 kx + 1, 2 ky + 1) that falls to zero over the outer half of its lags (Tukey's window).
 
-    An abrupt end has a spectrum at all wavenumbers, and no covariance is near it: surfaces sampled after two scans had
-    5 and 2.7 times their power at the shortest waves, and 1.1 times with the taper. Give lags to three lengths, so that
-    the lengths stay.
+    An abrupt end has a spectrum at all wavenumbers, and no covariance is near it. Surfaces sampled after two scans had
+    5 and 2.7 times their power at the shortest waves, and 1.1 times with the taper. With lags to three correlation
+    lengths the taper does not change the lengths.
     """
     windows = []
     for n in correlation.shape:

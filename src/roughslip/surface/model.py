@@ -1,7 +1,7 @@
 """A rough surface of any kind: fields to draw on a mesh, heights from them, and where a rigid plane stands.
 
-A field is what expansions take their variables from. Of a Gaussian surface it is the Gaussian field itself, of a
-translated one the Gaussian field behind the heights, of a fractal the heights, as its phases lie in no place.
+Expansions take their variables from a field. For a Gaussian or translated surface it is the Gaussian field. For a
+fractal it is the heights, because its phases have no place on the mesh.
 """
 
 from __future__ import annotations

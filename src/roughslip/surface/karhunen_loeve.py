@@ -123,8 +123,8 @@ def representation(
     """Whether to expand a field or to embed it, before either is computed.
 
     Arguments as `karhunen_loeve`. The numbers of modes come from the spectrum on the mesh. On meshes of many
-    correlation lengths the eigenvalues converge to it (Grenander and Szego, Toeplitz Forms, 1958). On shorter ones the numbers are
-    wrong by some modes.
+    correlation lengths the eigenvalues converge to it (Grenander and Szego, Toeplitz Forms, 1958). On
+    shorter ones the numbers are wrong by some modes.
 
     Returns the expansion unless it needs more than a quarter of all modes or more than MOST_BYTES for them: then
     circulant embedding, exact and stationary, costs less. Raises ParameterError as `karhunen_loeve`.

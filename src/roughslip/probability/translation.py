@@ -141,8 +141,8 @@ def tabulate(
     """The translation to a distribution that is given by its quantile function of a standard normal score.
 
     quantile : function that returns (x - E x) / scale at the scores
-    standard_deviation : of what `quantile` returns. Where it is known, the remainder of the series is taken as the next
-        term; else that of the quadrature is taken, and the shares are scaled to sum to one
+    standard_deviation : of what `quantile` returns. If given, the remainder of the series is taken as the next term.
+        Otherwise the quadrature gives it, and the shares are scaled to sum to one
     scale : unit of `quantile`, 0 for no scatter
 
     Coefficients follow from the trapezoidal rule on the table. With the normal weight it converges faster than any

@@ -74,9 +74,9 @@ def sub_areas_for(scan: Topography) -> SubAreas:
 def autocorrelation(scan: Topography, parts: SubAreas) -> Autocorrelation:
     """Autocorrelation with its lengths and lay, all with intervals from leaving out sub-areas.
 
-    The lay is the phase of the second harmonic of R^4, where R(angle) is the distance at which r falls to 1/e: exact
-    for any contour that is symmetric about its lay, ruled by its longest part, and smooth in the data, as the angle of
-    the largest R is not.
+    The lay is the phase of the second harmonic of R^4, where R(angle) is the distance at which r falls to 1/e. It is
+    exact for any contour that is symmetric about its lay, and its longest part dominates. It is smooth in the data,
+    unlike the angle of the largest R.
     """
     reach = tuple(
         min(n // 2, math.ceil(SHOWN * extent / step))

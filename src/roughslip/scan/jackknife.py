@@ -12,9 +12,9 @@ r^2, so that their mean over a rectangle of edges a, b has a variance proportion
 
     v(a, b) / (a b),    v(a, b) = int r(l)^2 (1 - |l_x| / a)+ (1 - |l_y| / b)+ dl,
 
-and se is multiplied by the square root of v(scan) / v(sub-area): by 1.1 for an exponential autocorrelation. Measured on
-1000 Gaussian and 1000 exponential fields of some 30 lengths an edge: intervals of nine statistics contain the truth in
-0.93 to 0.95 and 0.91 to 0.96 of the fields.
+and se is multiplied by the square root of v(scan) / v(sub-area): by 1.1 for an exponential autocorrelation. Test
+fields were 1000 Gaussian and 1000 exponential ones of some 30 lengths an edge. Intervals of nine statistics contain
+the truth in 0.93 to 0.95 and 0.91 to 0.96 of them.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ which pins z(0, 0) = 0). M = 1 is eq. (1), with ridges along y; the sum starts a
 diverges for j to -infinity.
 
 With independent uniform phases the field is stationary and everything of second order is a finite sum. By the
-Jacobi-Anger expansion the mean over the azimuths is that of an isotropic field, J0(2 pi f r), up to
-2 J_2M(2 pi f r): a wave is isotropic up to distances of about M / pi wavelengths.
+Jacobi-Anger expansion the mean over the azimuths is that of an isotropic field, J0(2 pi f r), up to 2 J_2M(2 pi f r).
+So a wave is isotropic up to distances of about M / pi wavelengths.
 """
 
 from __future__ import annotations

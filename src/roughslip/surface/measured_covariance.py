@@ -2,8 +2,8 @@
 
 A table of lags is a covariance if its spectrum is nowhere negative; what a scan gives is not quite, since its long lags
 are noise and end abruptly. A table h * h, with any even kernel h, has the spectrum h(q)^2 at every q. Cubic splines
-through a table keep the property: with B the transform of their values at the lags, the continuation has the spectrum
-of the table times sinc^4(q/2) / B(q), and both factors are positive.
+through a table keep the property. With B the transform of their values at the lags, the continuation has the spectrum
+of the table times sinc^4(q/2) / B(q). Both factors are positive.
 """
 
 from __future__ import annotations

@@ -25,11 +25,13 @@ class RandomPhaseMarginal:
     amplitudes : (J,) [m] a_j > 0
     repeats : M, the number of cosines of each amplitude
 
-    The characteristic function is prod_j J0(a_j s)^M. The support is |z| <= b = M sum a_j, so the density is exactly
-    its Fourier series of period 2 b, whose coefficients are values of the characteristic function, and
-    F(z) = (1 + z / b) / 2 + sum_k phi(pi k / b) sin(pi k z / b) / (pi k).
-    Since |J0(x)| <= sqrt(2 / (pi x)) the terms beyond K sum to at most 2 / (pi n) prod sqrt(2 / (pi a s_K)) over the n
-    waves with pi a s_K > 2; the series ends where that falls below 1e-12.
+    The characteristic function is phi(s) = prod_j J0(a_j s)^M. The support is |z| <= b = M sum a_j. So the density is
+    exactly its Fourier series of period 2 b, with values of phi as coefficients. The distribution function follows:
+
+        F(z) = (1 + z / b) / 2 + sum_k phi(pi k / b) sin(pi k z / b) / (pi k).
+
+    Terms beyond K sum to at most 2 / (pi n) prod sqrt(2 / (pi a s_K)), as |J0(x)| <= sqrt(2 / (pi x)). The product is
+    over the n waves with pi a s_K > 2. The series ends where that falls below 1e-12.
 
     Raises ParameterError for amplitudes that are not positive, ConvergenceError for fewer than four waves.
     """

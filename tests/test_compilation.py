@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import roughslip
-from roughslip import compilation
+from roughslip.compilation import cache as compilation
 
 SOURCE = Path(roughslip.__file__).parent
 OUTER = "from roughslip.outer import g; print(g())"
@@ -20,11 +20,11 @@ def project(tmp_path: Path) -> Path:
     """A project with a compiled function that calls one in another file."""
     package = tmp_path / "src" / "roughslip"
     package.mkdir(parents=True)
-    for name in ("__init__.py", "compilation.py", "source_hash.py"):
-        shutil.copy(SOURCE / name, package)
-    inner = '"""Inner."""\nfrom roughslip.compilation import compiled\n\n@compiled()\ndef f():\n    return 2\n'
+    shutil.copy(SOURCE / "__init__.py", package)
+    shutil.copytree(SOURCE / "compilation", package / "compilation")
+    inner = '"""Inner."""\nfrom roughslip.compilation.cache import compiled\n\n@compiled()\ndef f():\n    return 2\n'
     (package / "inner.py").write_text(inner)
-    outer = "from roughslip.compilation import compiled\nfrom roughslip.inner import f\n\n@compiled()\ndef g():\n"
+    outer = "from roughslip.compilation.cache import compiled\nfrom roughslip.inner import f\n\n@compiled()\ndef g():\n"
     (package / "outer.py").write_text(outer + "    return 10 * f()\n")
     (tmp_path / "pyproject.toml").write_text("")
     return tmp_path

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from roughslip import source_hash
-from roughslip.source_hash import closure, closure_hash, syntax
+from roughslip.compilation import source_hash
+from roughslip.compilation.source_hash import closure, closure_hash, syntax
 
-SOURCE = Path(source_hash.__file__).resolve().parents[1]
+SOURCE = Path(source_hash.__file__).resolve().parents[2]
 MODULES = sorted((SOURCE / "roughslip").rglob("*.py"))
 COMMANDS = [file.stem for file in MODULES if '__name__ == "__main__"' in file.read_text("utf-8")]
 STAGE = "pkg.stages.contact"
@@ -134,7 +134,7 @@ def test_parsed_files_are_remembered_for_the_next_process(source, tmp_path, monk
     source_hash.keep()
     forget(monkeypatch, kept)
     with monkeypatch.context() as without:
-        without.setattr("roughslip.source_hash.ast.parse", None)
+        without.setattr("roughslip.compilation.source_hash.ast.parse", None)
         assert closure_hash(STAGE, source) == first
 
 
@@ -150,7 +150,7 @@ def test_a_damaged_memory_is_not_used(source, tmp_path, monkeypatch, damage):
         kept.unlink()
         kept.mkdir()
     elif damage == "other Python":
-        monkeypatch.setattr("roughslip.source_hash.sys.version", "3.99")
+        monkeypatch.setattr("roughslip.compilation.source_hash.sys.version", "3.99")
     else:
         changed = {"flip": text.replace(digest, digest[::-1]), "cut": text[:-9], "bytes": f"\udcff{text}"}[damage]
         kept.write_bytes(changed.encode(errors="surrogateescape"))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.source_hash import compiled_folder
+from roughslip.compilation.source_hash import compiled_folder
 from workflow.faults.scratch import TINY, copy_project
 
 ROOT = Path(__file__).resolve().parents[2]

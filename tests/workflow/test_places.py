@@ -17,7 +17,7 @@ from workflow.faults.scratch import TINY, as_a_user, copy_project
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[2]
-NUMBA = "from roughslip.source_hash import compiled_folder; print(compiled_folder())"
+NUMBA = "from roughslip.compilation.source_hash import compiled_folder; print(compiled_folder())"
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-from roughslip.source_hash import closure_hash
+from roughslip.compilation.source_hash import closure_hash
 from workflow.keys.environment_check import departures
 
 # The values of a scene are in the slice of a stage, and the classes of its sections only hold them.

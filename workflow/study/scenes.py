@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from roughslip import source_hash
+from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene import plan, strict_yaml
 from roughslip.scene.declarations import declarations

@@ -8,7 +8,7 @@ from itertools import chain, combinations_with_replacement
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError
 from roughslip.validation import finite, whole_at_least
 

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from ducc0 import fft
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 
 # A spectrum of more than MOST_COLUMNS columns is transformed in parts of about PART columns, which stay in the cache.
 # That saves a third of the time at 2048 x 2048 nodes, a quarter at 1024 x 1024, and nothing from 512 x 512 down.

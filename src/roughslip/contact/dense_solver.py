@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.contact.influence import Influence, gathered
 from roughslip.contact.kernels import relative_residual
 from roughslip.errors import ConvergenceError

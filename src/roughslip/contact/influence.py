@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 from ducc0 import fft
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.contact.convolution import convolution, fast_length
 from roughslip.contact.periodic import periodic_symbol
 from roughslip.errors import ParameterError, real

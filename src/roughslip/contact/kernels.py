@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 
 
 @compiled()

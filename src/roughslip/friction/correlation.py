@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.friction.resampling import FEWEST_REPLICATES, check_windows, require_scatter, resampled

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.probability import Translation

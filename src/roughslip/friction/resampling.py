@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.validation import reals
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import State
 
 HALVINGS = 52

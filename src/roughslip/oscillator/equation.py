@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
 from roughslip.oscillator.laws import CONTRACTED, FrictionLaw, excess_force, friction, friction_slope
 from roughslip.oscillator.path import Piece, mu_s_at, mu_s_slope

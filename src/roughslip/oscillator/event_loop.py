@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, completed, path_coordinate
 from roughslip.oscillator.path import Path, mu_s_at, piece_at
 from roughslip.oscillator.slip import (

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import CONTRACTED
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, acceleration, completed, path_coordinate
 from roughslip.oscillator.laws import CONTRACTED
 from roughslip.oscillator.path import Piece, mu_s_at

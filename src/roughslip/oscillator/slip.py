@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.oscillator.dense_output import lowest, stationary, value, velocity
 from roughslip.oscillator.equation import Coefficients, State, completed, friction_is_cut, path_coordinate
 from roughslip.oscillator.path import Path, Piece, largest_kink, mu_s_at, piece_at, reaches

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients
 from roughslip.oscillator.path import Path, Piece, mu_s_at, mu_s_curvature, piece_at, reaches
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughslip.compilation import compiled
+from roughslip.compilation.cache import compiled
 from roughslip.oscillator.dense_output import (
     Quintic,
     first_zero,

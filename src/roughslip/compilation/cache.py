@@ -23,11 +23,11 @@ from typing import IO, Any
 import numba
 from numba.core import caching
 
-from roughslip import source_hash
+from roughslip.compilation import source_hash
 
 __all__ = ["compiled"]
 
-_SOURCE = Path(__file__).resolve().parents[1]
+_SOURCE = Path(__file__).resolve().parents[2]
 _DAYS_KEPT = 30.0  # days that compiled functions of older code are kept
 _DIGEST_BYTES = hashlib.sha256().digest_size
 

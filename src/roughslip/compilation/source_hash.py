@@ -36,7 +36,7 @@ def cache_folder() -> Path:
 
     Of the project if the package runs from one, of the user, or below the working folder.
     """
-    project = Path(__file__).resolve().parents[2]
+    project = Path(__file__).resolve().parents[3]
     user = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or os.path.expanduser("~/.cache")
     folders = [Path(user) / "roughslip", Path.cwd() / ".cache"]
     if (project / "pyproject.toml").is_file():

@@ -138,15 +138,6 @@ def test_solves_are_added_until_the_error_is_as_asked_and_no_further():
     assert met >= 4
 
 
-@pytest.mark.slow
-def test_the_samples_are_those_of_one_design_in_its_order():
-    found = enrich(Surfaces(8), fitted, 0.03, least=64, most=2**13, seed=[0])
-    whole = Surfaces(8)(0, len(found.samples.pressure))
-    assert len(whole.pressure) > 64
-    for name in ("variables", "distance2", "pressure", "gap"):
-        np.testing.assert_array_equal(getattr(found.samples, name), getattr(whole, name))
-
-
 def test_too_few_surfaces_for_the_fit_are_doubled():
     def fussy(samples: Samples):
         if len(samples.pressure) < 100:

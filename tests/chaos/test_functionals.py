@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from roughslip.chaos.functionals import MIRRORED, NAMES, Stencil, local_functionals, orthonormal_directions, whitening
 from roughslip.errors import IllPosedError, ParameterError
@@ -69,14 +67,6 @@ def test_boxes_are_cut_at_the_border(shape):
     found = local_functionals(heights, STENCIL)
     np.testing.assert_allclose(found[NEAR], box_means(heights, *STENCIL.near), atol=1e-14)
     np.testing.assert_allclose(found[FAR], box_means(heights, *STENCIL.far), atol=1e-14)
-
-
-@settings(derandomize=True, max_examples=20, deadline=None)
-@given(st.integers(1, 6), st.integers(1, 6), st.floats(-3, 3), st.floats(-3, 3))
-def test_functionals_are_linear(nx, ny, a, b):
-    first, second = np.random.default_rng(3).standard_normal((2, nx, ny))
-    combined = a * local_functionals(first, STENCIL) + b * local_functionals(second, STENCIL)
-    np.testing.assert_allclose(local_functionals(a * first + b * second, STENCIL), combined, atol=1e-13)
 
 
 def test_strips_too_narrow_for_a_difference_have_none():

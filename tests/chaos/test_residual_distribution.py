@@ -8,11 +8,9 @@ from scipy.stats import norm
 
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.residual_distribution import (
-    LEAST_SAMPLES,
     NEIGHBOURS,
     PLACES,
     QUANTILES,
-    TABLE_PLACES,
     conditional_means,
     residual_scatter,
 )
@@ -50,28 +48,6 @@ def test_quantiles_are_those_of_the_law_where_scatter_grows_with_the_prediction(
     assert np.all(np.abs(found - mean(s) - width(s) * ndtri(probability)) < tolerance)
 
 
-def test_the_whole_distribution_keeps_its_width(law):
-    """Moments of the target by fresh draws, against those of the samples that the law is of: 4 standard errors of the
-    draws, sqrt(2 / n) for a variance, doubled for kurtosis."""
-    s, target = problem()
-    fresh = np.random.default_rng(5)
-    drawn = law.draw(s, fresh.random(SAMPLES))
-    assert drawn.mean() == pytest.approx(target.mean(), abs=4 * width(s).mean() / np.sqrt(SAMPLES))
-    assert np.var(drawn) == pytest.approx(np.var(target), rel=4 * 2 * np.sqrt(2 / SAMPLES))
-    outer = s > 1.2  # where it is widest
-    residual, redrawn = (target - mean(s))[outer], (drawn - mean(s))[outer]
-    assert np.var(redrawn) == pytest.approx(np.var(residual), rel=4 * 2 * np.sqrt(2 / outer.sum()))
-
-
-def test_the_share_above_zero_given_the_prediction_is_kept(law):
-    """Contact: P(target > 0 | s), where samples are dense known to 4 sqrt(1 / 4 n) of a window's."""
-    uniform = (np.arange(2000) + 0.5) / 2000
-    for s in (-0.4, -0.2, 0.0, 0.2):
-        share = np.mean(law.draw(np.full(2000, s), uniform) > 0)
-        true = np.mean(mean(np.array(s)) + width(np.array(s)) * ndtri(uniform) > 0)
-        assert share == pytest.approx(true, abs=4 * 0.5 / np.sqrt(NEIGHBOURS * SAMPLES))
-
-
 def test_the_centre_goes_on_straight(law):
     ends = np.array([law.low, law.high])
     beyond = law.centre(ends + np.array([-1.0, 1.0])) - law.centre(ends)
@@ -107,29 +83,6 @@ def test_units_do_not_matter(factor):
     np.testing.assert_allclose(
         scaled.draw(factor * at, uniform), factor * plain.draw(at, uniform), rtol=0, atol=1e-10 * factor
     )
-
-
-def test_order_does_not_matter():
-    s, target = problem(3000)
-    turned = np.random.default_rng(1).permutation(3000)
-    at, uniform = np.linspace(-2, 2, 41), np.linspace(0, 0.99, 41)
-    plain, other = residual_scatter(s, target), residual_scatter(s[turned], target[turned])
-    np.testing.assert_array_equal(other.draw(at, uniform), plain.draw(at, uniform))
-
-
-def test_what_tells_nothing_is_refused():
-    s, target = problem(200)
-    with pytest.raises(IllPosedError, match="99 samples in or near contact are too few"):
-        residual_scatter(s[: LEAST_SAMPLES - 1], target[: LEAST_SAMPLES - 1])
-    with pytest.raises(IllPosedError, match="alike"):
-        residual_scatter(np.ones(200), target)
-    with pytest.raises(ParameterError, match="for each prediction"):
-        residual_scatter(s, target[1:])
-    for bad in (np.nan, np.inf):
-        with pytest.raises(ParameterError, match="finite"):
-            residual_scatter(s, np.where(np.arange(200) == 7, bad, target))
-        with pytest.raises(ParameterError, match="finite"):
-            residual_scatter(np.where(np.arange(200) == 7, bad, s), target)
 
 
 TRIAL = PressureTarget("trial_pressure", 1.0)
@@ -188,22 +141,23 @@ def test_beyond_the_samples_there_is_no_contact_or_that_of_the_largest_target():
     assert np.all(near.at(np.full((2, 1), -50.0))[0] == 0.0)
 
 
-def test_every_level_has_tables_of_its_own():
-    s, values = samples(4)
-    means = conditional_means(s, np.stack([values[0], values[1] + 1.0]), TRIAL)
-    assert means.contact.shape == means.pressure.shape == (2, TABLE_PLACES)
-    contact, pressure = means.at(np.zeros((2, 3, 5)))
-    assert contact.shape == pressure.shape == (2, 3, 5)
-    np.testing.assert_allclose(contact[0], 0.5, atol=4 * 0.5 / np.sqrt(1300) + 0.01)
-    np.testing.assert_allclose(contact[1], norm.cdf(1 / 0.4), atol=0.03)
-    np.testing.assert_allclose(pressure[1], norm.cdf(2.5) + 0.4 * norm.pdf(2.5), atol=0.06)
+S, VALUES = problem(200)
+LEVELS = np.stack([S, S]), np.stack([VALUES, VALUES])
 
 
-def test_what_does_not_match_or_is_too_little_is_refused():
-    s, values = samples(5)
-    with pytest.raises(ParameterError, match="match"):
-        conditional_means(s, values[:1], TRIAL)
-    with pytest.raises(ParameterError, match="3 levels"):
-        conditional_means(s, values, TRIAL).at(np.zeros((3, 4)))
-    with pytest.raises(IllPosedError, match="too few"):
-        conditional_means(s[:, :50], values[:, :50], TRIAL)
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: residual_scatter(S[:99], VALUES[:99]), IllPosedError, "99 samples in or near contact are too few"),
+        (lambda: residual_scatter(np.ones(200), VALUES), IllPosedError, "alike"),
+        (lambda: residual_scatter(S, VALUES[1:]), ParameterError, "for each prediction"),
+        (lambda: residual_scatter(S, np.where(S[7] == S, np.nan, VALUES)), ParameterError, "finite"),
+        (lambda: residual_scatter(np.where(S[7] == S, np.inf, S), VALUES), ParameterError, "finite"),
+        (lambda: conditional_means(LEVELS[0], LEVELS[1][:1], TRIAL), ParameterError, "match"),
+        (lambda: conditional_means(*LEVELS, TRIAL).at(np.zeros((3, 4))), ParameterError, "3 levels"),
+        (lambda: conditional_means(S[None, :50], VALUES[None, :50], TRIAL), IllPosedError, "too few"),
+    ],
+)
+def test_unsuitable_samples_are_refused(call, error, message):
+    with pytest.raises(error, match=message):
+        call()

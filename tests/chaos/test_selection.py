@@ -156,21 +156,6 @@ def test_few_samples_are_asked_for_few_variables():
         fit_count(solved(5, count=20), GIVEN, None, 4, [TARGET])
 
 
-@pytest.mark.slow
-def test_candidates_that_are_refused_leave_the_others(monkeypatch):
-    fit = selection.fit_local
-
-    def fussy(samples, degree, target):
-        if samples.variables.shape[2] == 2:
-            raise IllPosedError("no")
-        return fit(samples, degree, target)
-
-    monkeypatch.setattr(selection, "fit_local", fussy)
-    chosen = fit_count(solved(2), GIVEN, None, DEGREE, [TARGET])
-    assert np.isnan(chosen.scores[0])
-    assert len(chosen.rotation) == 4
-
-
 RIDGE = np.array([0.5, -0.3, 0.2, 0.1, 0.4, 0.0, 0.6, -0.2, 0.2236])  # of unit length to four digits
 
 
@@ -205,27 +190,6 @@ def test_one_direction_of_a_regression_explains_more_than_all_given_variables():
     assert first.expansion.cross_validated < 0.02  # noise 0.05^2 of 1.2, and the sine above
     assert alone.expansion.cross_validated > 0.5  # four of nine components hold 0.39 of the direction's square
     np.testing.assert_allclose(first.samples.variables, samples.variables @ first.rotation.T, atol=1e-12)
-
-
-@pytest.mark.slow
-def test_directions_are_never_found_at_copies_of_the_surfaces_they_are_scored_at(monkeypatch):
-    once = solved(6, count=300)
-    again = np.random.default_rng(20).permutation(np.tile(np.arange(300), 2))
-    samples = Samples(once.variables[again], once.distance2, once.pressure[again], once.gap[again])
-    asked = []
-    offered = selection._offered
-
-    def noted(samples, given, whole, surfaces):
-        asked.append(surfaces)
-        return offered(samples, given, whole, surfaces)
-
-    monkeypatch.setattr(selection, "_offered", noted)
-    fit_count(samples, GIVEN, None, DEGREE, [TARGET])
-    halves = [surfaces for surfaces in asked if not isinstance(surfaces, slice)]
-    assert len(halves) >= 2
-    for first, second in zip(halves[::2], halves[1::2], strict=True):
-        assert len(first) + len(second) == 600
-        assert not set(again[first]) & set(again[second])
 
 
 def test_signs_are_kept_for_selected_variables_and_unknown_for_mixed_ones():

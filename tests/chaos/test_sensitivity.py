@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.hermite import multi_indices
 from roughslip.chaos.sensitivity import sensitivity, sensitivity_along, sensitivity_to_directions, share_of_modes
 from roughslip.errors import IllPosedError, ParameterError
 
@@ -26,17 +26,6 @@ def test_shares_do_not_depend_on_the_unit(scale):
     assert scaled.mean == pytest.approx(scale * found.mean, rel=1e-14)
 
 
-def test_a_constant_has_no_shares():
-    with pytest.raises(IllPosedError, match="constant"):
-        sensitivity(multi_indices(2, 1), np.array([3.0, 0.0, 0.0]))
-
-
-@pytest.mark.parametrize("c", [np.ones(4), np.array([1.0, np.nan, 0.0])])
-def test_coefficients_that_do_not_fit_are_refused(c):
-    with pytest.raises(ParameterError):
-        sensitivity(multi_indices(2, 1), c)
-
-
 def test_modes_behind_one_rotated_variable():
     """He_2((xi_1 + xi_2) / sqrt 2) / sqrt 2 = (He_2(xi_1) + He_2(xi_2)) / sqrt 8 + xi_1 xi_2 / sqrt 2: variances 1/4,
     1/4 and 1/2. The third mode is in no variable."""
@@ -56,34 +45,6 @@ def test_modes_are_the_variables_where_nothing_is_turned():
     np.testing.assert_allclose(turned.total, plain.total, atol=1e-12)
 
 
-@pytest.mark.slow
-def test_modes_of_a_turned_expansion_by_sampling():
-    """First order from the variance of means over the rest, by pick and freeze: 4e5 draws know a share to 0.005."""
-    rng = np.random.default_rng(5)
-    indices = multi_indices(2, 3)
-    directions = np.linalg.qr(rng.standard_normal((4, 2)))[0].T
-    coefficients_ = rng.standard_normal(len(indices))
-    found = sensitivity_to_directions(indices, coefficients_, directions)
-    xi, other = rng.standard_normal((2, 400_000, 4))
-
-    def target(x):
-        return hermite_basis(x @ directions.T, indices) @ coefficients_
-
-    y, mean = target(xi), coefficients_[0]
-    for mode in range(4):
-        frozen, fresh = other.copy(), xi.copy()
-        frozen[:, mode], fresh[:, mode] = xi[:, mode], other[:, mode]
-        first = np.mean((y - mean) * (target(frozen) - target(other))) / found.variance
-        total = 0.5 * np.mean((y - target(fresh)) ** 2) / found.variance
-        assert found.first[mode] == pytest.approx(first, abs=0.02)
-        assert found.total[mode] == pytest.approx(total, abs=0.02)
-
-
-def test_directions_that_are_not_orthonormal_are_refused():
-    with pytest.raises(ParameterError, match="orthonormal"):
-        sensitivity_to_directions(multi_indices(2, 1), np.ones(3), np.ones((2, 3)))
-
-
 def test_functions_of_one_direction_are_expansions_in_one_rotated_variable():
     """Node by node as the indices behind a rotated variable, of a cubic of mixed coefficients; all modes are all."""
     generator = np.random.default_rng(8)
@@ -101,16 +62,6 @@ def test_functions_of_one_direction_are_expansions_in_one_rotated_variable():
     np.testing.assert_allclose(share_of_modes(direction, np.eye(4)[:, [2, 2, 2]], 2), squares**2, rtol=1e-12)
 
 
-def test_directions_and_coefficients_must_be_such():
-    direction, coefficients = np.eye(3)[:, :2], np.ones((3, 2))
-    with pytest.raises(ParameterError, match="do not match"):
-        sensitivity_along(direction, coefficients[:, :1])
-    with pytest.raises(ParameterError, match="unit length"):
-        sensitivity_along(2 * direction, coefficients)
-    with pytest.raises(IllPosedError, match="constant"):
-        sensitivity_along(direction, np.array([[1.0, 1.0], [0.0, 1.0]]))
-
-
 def test_terms_that_are_not_there_have_the_coefficient_zero():
     """Turned, an expansion in a few terms is one of full degree."""
     complete, rng = multi_indices(3, 3), np.random.default_rng(6)
@@ -121,3 +72,23 @@ def test_terms_that_are_not_there_have_the_coefficient_zero():
     expected, found = (sensitivity_to_directions(*of, directions) for of in ((complete, c), (complete[few], c[few])))
     np.testing.assert_allclose(found.first, expected.first, atol=1e-12)
     np.testing.assert_allclose(found.total, expected.total, atol=1e-12)
+
+
+LINEAR, DIRECTIONS = multi_indices(2, 1), np.eye(3)[:, :2]
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: sensitivity(LINEAR, np.array([3.0, 0.0, 0.0])), IllPosedError, "constant"),
+        (lambda: sensitivity(LINEAR, np.ones(4)), ParameterError, "for each term"),
+        (lambda: sensitivity(LINEAR, np.array([1.0, np.nan, 0.0])), ParameterError, "finite"),
+        (lambda: sensitivity_to_directions(LINEAR, np.ones(3), np.ones((2, 3))), ParameterError, "orthonormal"),
+        (lambda: sensitivity_along(DIRECTIONS, np.ones((3, 1))), ParameterError, "do not match"),
+        (lambda: sensitivity_along(2 * DIRECTIONS, np.ones((3, 2))), ParameterError, "unit length"),
+        (lambda: sensitivity_along(DIRECTIONS, np.eye(3)[:, :1] * [1, 1]), IllPosedError, "constant"),
+    ],
+)
+def test_expansions_without_shares_are_refused(call, error, message):
+    with pytest.raises(error, match=message):
+        call()

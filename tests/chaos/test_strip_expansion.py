@@ -9,7 +9,6 @@ from scipy.ndimage import gaussian_filter
 from roughslip.chaos.functionals import HALF_TURN, MIRRORED, Stencil, local_functionals
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.strip import (
-    StripExpansion,
     fit_strip,
     on_all_rows,
     predictions_of_left_out_strips,
@@ -59,67 +58,6 @@ def test_a_cubic_target_is_recovered_on_other_strips_of_any_length(target):
         power = target.values(found, np.zeros_like(found))
         np.testing.assert_allclose(power, np.maximum(exact, 0.0), atol=1e-10 * np.abs(exact).max())
         assert 0.1 < np.mean(found > 0) < 0.9
-
-
-def test_quality_is_given_by_row_and_level():
-    _, quality = fitted(TARGETS[1])
-    assert set(quality) == {"leave_one_out", "condition_number", "effective_samples"}
-    for values in quality.values():
-        assert values.shape == (ROWS, 2)
-    assert np.all(quality["effective_samples"] < NODES)
-    _, unweighted = fitted(TARGETS[0])
-    np.testing.assert_allclose(unweighted["effective_samples"], NODES, rtol=1e-12)
-
-
-def test_unrelated_variance_is_seen_by_leave_one_out():
-    """A linear target with noise of its own variance: 1/2 is left unexplained, and residuals left out are larger by
-    1 / (1 - h), h = 9 / 2000 on the average. Shares of variance err by sqrt(2 / 2000)."""
-    target = TARGETS[0]
-    functionals = local_functionals(strip(2, 2000), STENCIL).transpose(1, 2, 0)
-    values = functionals[:, :, [0, 6]] / UNIT
-    noise = np.random.default_rng(3).standard_normal(values.shape) * values.std(axis=0)
-    _, quality = fit_strip(functionals, values + noise, 1, STENCIL, target)
-    np.testing.assert_allclose(quality["leave_one_out"], 0.5 / (1 - 9 / 2000), rtol=4 * np.sqrt(2 / 2000))
-
-
-def test_fields_that_do_not_belong_to_the_fit_are_refused():
-    expansion, _ = fitted(TARGETS[0])
-    with pytest.raises(ParameterError, match="3 rows"):
-        expansion.pressure(np.zeros((50, ROWS - 1)))
-    heights = strip(4, 50)
-    heights[7, 1] = np.nan
-    with pytest.raises(ParameterError, match="finite"):
-        expansion.pressure(heights)
-    with pytest.raises(ParameterError, match="match"):
-        fit_strip(np.zeros((9, 3, 8)), np.zeros((9, 2, 1)), 3, STENCIL, TARGETS[0])
-
-
-def test_what_cannot_be_fitted_says_where():
-    heights, target = strip(5, 400), TARGETS[1]
-    functionals = local_functionals(heights, STENCIL).transpose(1, 2, 0)
-    values = cubic(heights, target).transpose(1, 2, 0)
-    values[:, 1, 1] = -1.0
-    with pytest.raises(IllPosedError, match="row 1 of the strip, penetration 1: no sample is in contact"):
-        fit_strip(functionals, values, 3, STENCIL, target)
-    with pytest.raises(IllPosedError, match="row 0 of the strip, penetration 0: 100 samples"):
-        fit_strip(functionals[:100], values[:100], 3, STENCIL, target)
-
-
-def test_a_strip_of_one_row_is_too_narrow():
-    functionals = local_functionals(strip(6, 600)[:, :1], STENCIL).transpose(1, 2, 0)
-    with pytest.raises(IllPosedError, match="too narrow"):
-        fit_strip(functionals, np.ones((600, 1, 1)), 3, STENCIL, TARGETS[0])
-
-
-def test_pressure_follows_from_given_coefficients():
-    """One term, the constant: the same pressure everywhere; its negative: none."""
-    coefficients = np.array([4.0, -4.0])[None, None, :].repeat(ROWS, axis=0)
-    whiten = np.eye(8)[None].repeat(ROWS, axis=0)
-    targets = (PressureTarget("trial_pressure", 1.0), PressureTarget("squared_pressure", 1.0, 3.0))  # p^2 + 3 p = 4
-    for target, expected in zip(targets, (4.0, 1.0), strict=True):
-        expansion = StripExpansion(np.zeros((1, 8), dtype=np.int64), whiten, coefficients, STENCIL, target)
-        found = expansion.pressure(strip(7, 20))
-        assert np.array_equal(found, np.stack([np.full((20, ROWS), expected), np.zeros((20, ROWS))]))
 
 
 def test_a_strip_turned_by_half_a_turn_is_predicted_the_same():
@@ -185,3 +123,35 @@ def test_of_strips_alike_in_a_mirror_along_them_half_of_the_odd_is_not_fitted():
     rounding = 1e-10 * np.abs(exact).max()
     np.testing.assert_allclose(found, exact, rtol=0, atol=rounding)
     np.testing.assert_allclose(fit.predicted(other[::-1])[:, ::-1], found, rtol=0, atol=rounding)
+
+
+FUNCTIONALS = local_functionals(strip(5, 400), STENCIL).transpose(1, 2, 0)
+OUT = np.ones((400, ROWS, 2)) * [1.0, -1.0]
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: fitted(TARGETS[0])[0].pressure(np.zeros((50, ROWS - 1))), ParameterError, "3 rows"),
+        (lambda: fitted(TARGETS[0])[0].pressure(np.full((50, ROWS), np.nan)), ParameterError, "finite"),
+        (lambda: fit_strip(np.zeros((9, 3, 8)), np.zeros((9, 2, 1)), 3, STENCIL, TARGETS[0]), ParameterError, "match"),
+        (
+            lambda: fit_strip(FUNCTIONALS, OUT + FUNCTIONALS[..., :1] * [1e6, 0], 3, STENCIL, TARGETS[1]),
+            IllPosedError,
+            "row 0 of the strip, penetration 1: no sample is in contact",
+        ),
+        (
+            lambda: fit_strip(FUNCTIONALS[:100], OUT[:100], 3, STENCIL, TARGETS[1]),
+            IllPosedError,
+            "row 0 of the strip, penetration 0: 100 samples",
+        ),
+        (
+            lambda: fit_strip(FUNCTIONALS[:, :1] * [1, 1, 0, 1, 0, 0, 1, 1], OUT[:, :1], 3, STENCIL, TARGETS[0]),
+            IllPosedError,
+            "too narrow",
+        ),
+    ],
+)
+def test_unsuitable_strips_are_refused_with_their_place(call, error, message):
+    with pytest.raises(error, match=message):
+        call()

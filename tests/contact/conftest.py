@@ -1,10 +1,12 @@
-"""Random surfaces, and an influence matrix written down a second time."""
+"""Random surfaces, the contact conditions, and an independent influence matrix."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
+from roughslip.contact.solve import ContactSolution
 from roughslip.grid import Grid
 
 
@@ -37,3 +39,22 @@ def textbook_matrix(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
 @pytest.fixture(scope="session")
 def dense_matrix() -> Callable[[Grid, float], np.ndarray]:
     return textbook_matrix
+
+
+def assert_contact_conditions(
+    solution: ContactSolution, displacement: np.ndarray, interference: np.ndarray, hardness: float = math.inf
+) -> None:
+    """All contact conditions, to the residual that the solution claims."""
+    allowed = solution.residual * np.linalg.norm(np.maximum(interference, 0)) + 1e-14 * np.abs(interference).max()
+    p, gap, plastic = solution.pressure, solution.gap, solution.plastic_displacement
+    assert np.all((p >= 0) & (p <= hardness))
+    assert np.all(gap >= -allowed)
+    assert np.all(plastic >= 0)
+    assert not np.any(plastic[p < hardness])
+    np.testing.assert_allclose(gap[p > 0], 0, atol=allowed)
+    np.testing.assert_allclose(gap, displacement - interference + plastic, rtol=0, atol=allowed)
+
+
+@pytest.fixture(scope="session")
+def contact_conditions() -> Callable[..., None]:
+    return assert_contact_conditions

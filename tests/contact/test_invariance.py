@@ -121,24 +121,3 @@ def test_order_of_planes(surface, hardness: float) -> None:
         np.testing.assert_allclose(single.plastic_displacement, solution.plastic_displacement, rtol=0, atol=allowed)
     assert {s.method for s in swept} >= {"fft", "none"}
     assert sweep(influence, heights, []) == []
-
-
-@pytest.mark.parametrize(("shape", "length"), SURFACES)
-@pytest.mark.parametrize("hardness", [math.inf, 0.3])
-def test_against_a_dense_linear_system(surface, dense_matrix, shape, length: float, hardness: float) -> None:
-    """The textbook's matrix, factorised on the nodes that bear neither zero nor H: the pressures there to 1e-10 of
-    the peak, and the signs everywhere else."""
-    grid = Grid(*shape, 1.0, 0.8)
-    interference = surface(shape, length, 7) + 0.5
-    solution = solve(Influence(grid, 1.0), interference, TOLERANCE, hardness_pa=hardness)
-    matrix, load, pressure = dense_matrix(grid, 1.0), interference.ravel(), solution.pressure.ravel()
-    capped = pressure == hardness
-    elastic = (pressure > 0) & ~capped
-    exact = np.where(capped, pressure, 0.0)
-    exact[elastic] = np.linalg.solve(matrix[np.ix_(elastic, elastic)], (load - matrix @ exact)[elastic])
-    np.testing.assert_allclose(pressure, exact, rtol=0, atol=1e-10 * exact.max())
-    misfit = matrix @ exact - load
-    assert capped.any() == math.isfinite(hardness)
-    assert np.all((exact > 0) & (exact <= hardness) | (misfit >= 0))
-    assert np.all(misfit[capped] <= 0)
-    np.testing.assert_allclose(solution.gap.ravel(), np.where(capped, 0, misfit), rtol=0, atol=1e-10)

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from roughslip.contact.closed_forms import HertzSphere, rigid_plastic_force_n
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import ContactSolution, solve, solve_load
-from roughslip.errors import ParameterError
+from roughslip.contact.solve import solve, solve_load
 from roughslip.grid import Grid
 
 TOLERANCE = 1e-12
@@ -29,20 +28,6 @@ def gauss_seidel(matrix: np.ndarray, load: np.ndarray, hardness: float) -> np.nd
     raise AssertionError("Gauss-Seidel converges on a positive definite matrix")
 
 
-def assert_contact_conditions(
-    solution: ContactSolution, displacement: np.ndarray, interference, hardness: float
-) -> None:
-    """All of the conditions at the head of this file, to the residual that the solution claims."""
-    allowed = solution.residual * np.linalg.norm(np.maximum(interference, 0)) + 1e-14 * np.abs(interference).max()
-    p, gap, plastic = solution.pressure, solution.gap, solution.plastic_displacement
-    assert np.all((p >= 0) & (p <= hardness))
-    assert np.all(gap >= -allowed)
-    assert np.all(plastic >= 0)
-    assert not np.any(plastic[p < hardness])
-    np.testing.assert_allclose(gap[p > 0], 0, atol=allowed)
-    np.testing.assert_allclose(gap, displacement - interference + plastic, rtol=0, atol=allowed)
-
-
 @settings(derandomize=True, deadline=None, max_examples=40)
 @given(
     shape=st.tuples(st.integers(1, 7), st.integers(1, 7)),
@@ -51,7 +36,9 @@ def assert_contact_conditions(
     softness=st.floats(-2, 1),
     seed=st.integers(0, 2**32 - 1),
 )
-def test_against_gauss_seidel(dense_matrix, shape, aspect: float, level: float, softness: float, seed: int) -> None:
+def test_against_gauss_seidel(
+    dense_matrix, contact_conditions, shape, aspect: float, level: float, softness: float, seed: int
+) -> None:
     """From caps that no node reaches to caps that all reach. Pressures to the condition of B (100) times the
     residual."""
     grid = Grid(*shape, 1.0, aspect)
@@ -61,27 +48,27 @@ def test_against_gauss_seidel(dense_matrix, shape, aspect: float, level: float, 
     solution = solve(influence, interference, TOLERANCE, hardness_pa=hardness)
     plain = gauss_seidel(dense_matrix(grid, 1.0), interference.ravel(), hardness).reshape(shape)
     np.testing.assert_allclose(solution.pressure, plain, rtol=0, atol=100 * TOLERANCE * hardness + 1e-10 * plain.max())
-    assert_contact_conditions(solution, influence.apply(solution.pressure), interference, hardness)
+    contact_conditions(solution, influence.apply(solution.pressure), interference, hardness)
 
 
 @pytest.mark.parametrize("hardness", [1e-3, 0.05, 0.15, 0.3, math.inf])
 @pytest.mark.parametrize("plane", [-3.0, 0.0, 1.5])
-def test_conditions_on_a_rough_square(surface, hardness: float, plane: float) -> None:
+def test_conditions_on_a_rough_square(surface, contact_conditions, hardness: float, plane: float) -> None:
     influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
     interference = surface((48, 40), 5.0, 1) - plane
     solution = solve(influence, interference, hardness_pa=hardness)
     assert solution.residual <= 1e-10
-    assert_contact_conditions(solution, influence.apply(solution.pressure), interference, hardness)
+    contact_conditions(solution, influence.apply(solution.pressure), interference, hardness)
 
 
 @pytest.mark.parametrize("hardness", [0.05, 0.3])
-def test_conditions_on_a_periodic_cell(surface, hardness: float) -> None:
+def test_conditions_on_a_periodic_cell(surface, contact_conditions, hardness: float) -> None:
     influence = Influence(Grid(32, 24, 1.0, 0.8), 1.0, periodic=True)
     heights = surface((32, 24), 4.0, 2)
     solution = solve_load(influence, heights, 0.04, hardness_pa=hardness)
     assert solution.mean_pressure == pytest.approx(0.04, rel=1e-8)
     assert np.any(solution.plastic_displacement)
-    assert_contact_conditions(solution, influence.apply(solution.pressure), heights - solution.plane, hardness)
+    contact_conditions(solution, influence.apply(solution.pressure), heights - solution.plane, hardness)
 
 
 @pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
@@ -173,21 +160,3 @@ def test_force_is_the_derivative_of_the_work(surface) -> None:
         for s in (less, more)
     ]
     assert works[1] - works[0] == pytest.approx((less.pressure.sum() + more.pressure.sum()) / 2 * step, rel=1e-4)
-
-
-@pytest.mark.parametrize("hardness", [0.0, -1.0, math.nan])
-def test_refuses_hardness(hardness: float) -> None:
-    influence = Influence(Grid(4, 3, 1.0, 1.0), 1.0)
-    with pytest.raises(ParameterError, match="hardness"):
-        solve(influence, np.ones((4, 3)), hardness_pa=hardness)
-    with pytest.raises(ParameterError, match="hardness"):
-        solve_load(influence, np.ones((4, 3)), 0.5, hardness_pa=hardness)
-
-
-@pytest.mark.parametrize("periodic", [False, True])
-def test_refuses_a_load_beyond_the_hardness(periodic: bool) -> None:
-    """At p = H the whole surface yields and any plane will do."""
-    influence = Influence(Grid(4, 3, 1.0, 1.0), 1.0, periodic=periodic)
-    for load in (1.0, 1.1):
-        with pytest.raises(ParameterError, match="hardness"):
-            solve_load(influence, np.ones((4, 3)), load, hardness_pa=1.0)

@@ -111,7 +111,15 @@ def test_bad_netcdf_maps(tmp_path, heights):
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("1 2\n3 four\n", "not a matrix of numbers"), ("1 2\n3\n", "not a matrix"), ("1 2 3\n" * 3, "at least 32")],
+    [
+        ("", "empty; export it again"),
+        ("# no numbers\n\n", "empty; a matrix has a row of numbers"),
+        ("1 2\n3 four\n", "not a matrix of numbers"),
+        ("1 2\n3\n", "not a matrix"),
+        ("1 2 3\n" * 3, "at least 32"),
+        ("1 2 3\n", "3 x 1 points"),
+        ("1\n2\n3\n", "1 x 3 points"),
+    ],
 )
 def test_bad_matrices(tmp_path, text, words):
     path = tmp_path / "bad.txt"
@@ -130,6 +138,7 @@ def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
     monkeypatch.setattr(limits, "MOST_BYTES", 1000)
     check_refused(path, "MB are read", spacing=(DX, DY), unit="nm")
     check_refused(tmp_path / "absent.al3d", "no such file")
+    check_refused(tmp_path, "no such file")
 
 
 def test_an_archive_is_not_unpacked_beyond_the_limit(tmp_path, monkeypatch):

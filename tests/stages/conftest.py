@@ -24,7 +24,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def run(folder: Path) -> Callable[..., store.Result]:
     """run(stage, configuration, **arguments) is the result, which stays in the module's folder by the stage's name;
-    run.skipped is what the last stage counted as not computed."""
+    run.did and run.skipped are the work that the last stage counted, done and not computed."""
 
     def run_stage(stage: ModuleType, configuration: dict, name: str = "", **arguments: object) -> store.Result:
         stem = name or stage.__name__.rpartition(".")[2]
@@ -33,7 +33,7 @@ def run(folder: Path) -> Callable[..., store.Result]:
         key = store.Key(configuration, "code")
         usage = Usage(folder / f"{stem}.json", stem)
         stage.work(Job(key, Namespace(**{**defaults, **arguments}), usage))
-        run_stage.skipped = usage.skipped
+        run_stage.did, run_stage.skipped = usage.record()["did"], usage.skipped
         return store.read(output)
 
     return run_stage

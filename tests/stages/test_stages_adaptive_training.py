@@ -1,20 +1,12 @@
 """Training solves of the square that are found while running: what is solved and written."""
 
-import argparse
-import json
-
 import numpy as np
 import pytest
 
-from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.errors import ConvergenceError
-from roughslip.scene.types import scene_of
 from roughslip.stages import adaptive_training, contact_square, karhunen_loeve
-from roughslip.stages import design as design_stage
 from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN
-from roughslip.stages.runtime.command import Job
-from roughslip.stages.runtime.usage import Usage
 
 SCENE = {
     "seed": 7,
@@ -33,34 +25,29 @@ SCENE = {
 }
 
 
+@pytest.fixture(scope="module")
+def modes(run):
+    return run(karhunen_loeve, SCENE, "modes").path
+
+
 @pytest.fixture
-def run(tmp_path):
-    """Runs a stage on the scene, with changes of its expansion, and reads its result and the record of its cost."""
-
-    def run_stage(stage, result, expansion=(), **files):
-        path, record = tmp_path / result, tmp_path / "usage.json"
-        arguments = argparse.Namespace(output=path, scan=None, surface=tmp_path / "modes.nc", **files)
-        scene = SCENE | {"expansion": SCENE["expansion"] | dict(expansion)}
-        with Usage(record, "stage") as usage:
-            stage.work(Job(store.Key(scene, "code"), arguments, usage))
-        return store.read(path), json.loads(record.read_text())["did"]
-
-    run_stage(karhunen_loeve, "modes.nc")
-    return run_stage
+def train(run, modes):
+    """Runs the stage with these changes of its expansion; the counts of its work are in run.did."""
+    return lambda **expansion: run(
+        adaptive_training, SCENE | {"expansion": SCENE["expansion"] | expansion}, surface=modes
+    )
 
 
 @pytest.mark.slow
-def test_solves_are_those_of_a_design_with_as_many_samples(run, tmp_path):
+def test_solves_are_those_of_a_design_with_as_many_samples(run, train, modes, stored):
     """Bit for bit, with the design, in the variables that stage chaos_square reads."""
-    found, did = run(adaptive_training, "training.nc", {"cdf_error": 0.008})
+    found, did = train(cdf_error=0.008), run.did
     count = len(found["pressure"])
     assert count > adaptive_training.LEAST
     xi = design("sobol", [7, STREAM_EXPANSION_DESIGN], count, 64)
     np.testing.assert_array_equal(found["xi"], xi)
-    given = store.Variable(("sample", "mode"), xi, "1", "variables")
-    store.write(tmp_path / "design.nc", {"expansion": given}, store.Key({}, "code"))
-    batch = {"designs": tmp_path / "design.nc", "design": "expansion", "first": 0, "last": count}
-    known, _ = run(contact_square, "batch.nc", **batch)
+    given = stored("design.nc", expansion=(("sample", "mode"), xi))
+    known = run(contact_square, SCENE, surface=modes, designs=given, design="expansion", first=0, last=count)
     for name in known:
         np.testing.assert_array_equal(found[name], known[name])
         assert found.variable(name).dimensions == known.variable(name).dimensions
@@ -72,17 +59,17 @@ def test_solves_are_those_of_a_design_with_as_many_samples(run, tmp_path):
     assert adaptive_training.LEAST * 2 ** (did["fits"] - 1) == count
 
 
-def test_more_is_not_solved_than_what_is_asked_takes(run):
-    found, did = run(adaptive_training, "training.nc", {"cdf_error": 0.2, "design": "monte_carlo"})
-    assert did["solves"] == len(found["pressure"]) == adaptive_training.LEAST
+def test_more_is_not_solved_than_what_is_asked_takes(run, train):
+    found = train(cdf_error=0.2, design="monte_carlo")
+    assert run.did["solves"] == len(found["pressure"]) == adaptive_training.LEAST
     np.testing.assert_array_equal(found["xi"], design("monte_carlo", [7, STREAM_EXPANSION_DESIGN], 128, 64))
 
 
 @pytest.mark.slow
-def test_the_most_ends_in_an_error_that_says_what_was_reached(run, monkeypatch):
+def test_the_most_ends_in_an_error_that_says_what_was_reached(train, monkeypatch):
     monkeypatch.setattr(adaptive_training, "MOST", 128)
     with pytest.raises(ConvergenceError, match=r"128 surfaces do not give the distribution to within 0\.001"):
-        run(adaptive_training, "training.nc", {"cdf_error": 0.001})
+        train(cdf_error=0.001)
 
 
 def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold():
@@ -91,8 +78,3 @@ def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold(
     assert adaptive_training.numbers(165, 165, 16, 101) == (256, 2**14)
     assert adaptive_training.numbers(715, 715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
     assert adaptive_training.numbers(165, 165, 16, 50_000) == (256, 2**10)  # 2000
-
-
-def test_the_design_of_these_solves_is_not_drawn_whole(run):
-    scene = SCENE | {"square": SCENE["square"] | {"latin_hypercube_samples": 4000}}
-    assert design_stage.samples_of(scene_of(scene), 64) == {"latin_hypercube": 4000}

@@ -52,22 +52,9 @@ def test_seconds_and_counts_add_up_and_memory_is_that_of_the_largest_job():
     assert everything["did"] == {"convolutions": 40, "solves": 7, "windows": 10}
 
 
-def test_a_platform_that_does_not_tell_its_memory():
-    known, mixed, unknown, everything = total(
-        [
-            record("a", 1.0, 1.0, 5.0),
-            record("b", 1.0, 1.0, None),
-            record("b", 1.0, 1.0, 7.0),
-            record("c", 1.0, 1.0, None),
-        ],
-        {},
-    )
-    assert [row["peak_memory_mib"] for row in (known, mixed, unknown, everything)] == [5.0, 7.0, None, 7.0]
-
-
-def test_a_job_too_short_for_the_clock():
-    (row, _) = total([record("a", 0.0, 0.0, 1.0)], {})
-    assert row["core_share"] == 0.0
+def test_a_job_too_short_for_the_clock_on_a_platform_that_measures_no_memory():
+    (row, _) = total([record("a", 0.0, 0.0, None)], {})
+    assert (row["core_share"], row["peak_memory_mib"]) == (0.0, None)
 
 
 def test_what_was_not_computed_adds_up_and_stages_that_did_not_run_stand_in_the_last_row():

@@ -113,11 +113,6 @@ def test_heights_around_a_node_are_those_at_offsets_from_it():
         np.testing.assert_array_equal(found[node], expected)
 
 
-def test_on_a_coarse_mesh_they_are_the_neighbours():
-    _, surface, grid, modes, places = asked(2, length=0.1, nodes=10, count=100)
-    assert heights_around(surface, grid, modes, places).shape == (4, 25, 100)
-
-
 def test_raw_modes_lead_and_train_at_the_centre_alone():
     found, *_ = asked(5, rotation="none")
     np.testing.assert_array_equal(found.directions, np.eye(60)[None, :5])

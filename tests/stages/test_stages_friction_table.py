@@ -1,26 +1,21 @@
 """The table of friction statistics and summary.csv."""
 
-import csv
-import io
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from roughslip.friction.resampling import strip_weights
-from roughslip.friction.statistics import Combined, combine
+from roughslip.friction.statistics import Combined
 from roughslip.probability import Estimate
 from roughslip.scene.types import scene_of
-from roughslip.stages.friction import combined_at, describe
+from roughslip.stages.friction import describe
 from roughslip.stages.result_tables.friction_table import (
     COMBINED,
     SOURCES,
     TITLES,
     TRENDS,
-    histogram,
     quantiles,
-    stored,
-    summary,
     table_variables,
 )
 
@@ -32,32 +27,6 @@ def estimate(value, replicates=None):
     value = np.asarray(value, dtype=float)
     spread = np.zeros((*value.shape, 40)) if replicates is None else replicates
     return Estimate(value, value - 0.1, value + 0.1, spread)
-
-
-@pytest.mark.parametrize(
-    ("dimensions", "values", "shape"),
-    [
-        ((), [1.5], ()),
-        (("level",), [1.0, 2.0, 3.0], (3,)),
-        (("source", "level"), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], (2, 3)),
-        (("source", "level", "lag"), [np.arange(4.0) + 10 * k for k in range(6)], (2, 3, 4)),
-    ],
-)
-def test_estimates_stack_along_source_then_level(dimensions, values, shape):
-    found = stored("mean", dimensions, [estimate(value) for value in values])
-    assert list(found) == ["mean", "mean_low", "mean_high"]
-    expected = np.array(values).reshape(shape)
-    for name, shift in (("mean", 0.0), ("mean_low", -0.1), ("mean_high", 0.1)):
-        assert found[name].dimensions == dimensions
-        np.testing.assert_allclose(found[name].values, expected + shift)
-    assert found["mean"].long_name == TITLES["mean"]
-    assert "upper" in found["mean_high"].long_name
-
-
-def test_lengths_are_in_metres_and_what_has_no_title_gets_its_name():
-    assert stored("length_integral", (), [estimate(1.0)])["length_integral"].units == "m"
-    assert stored("misfit_triangle", (), [estimate(1.0)])["misfit_triangle"].units == "1"
-    assert stored("of_mine", (), [estimate(1.0)])["of_mine"].long_name == "of mine"
 
 
 @pytest.fixture(scope="module")
@@ -109,23 +78,6 @@ def test_one_level_has_no_trend(table):
     assert "combined_mean" in variables
 
 
-def test_summary_has_a_row_a_penetration_with_units_in_the_names(table):
-    percentiles = np.array([10.0, 50.0, 90.0])
-    variables = table_variables(table, combined(3), percentiles, SCENE.strip)
-    rows = list(csv.DictReader(io.StringIO(summary(variables, percentiles))))
-    assert [float(row["percentile"]) for row in rows] == [10.0, 50.0, 90.0]
-    for level, row in enumerate(rows):
-        assert None not in row
-        assert None not in row.values()
-        assert row["beta_at_bound"] == str(variables["beta_at_bound"].values[0, level])
-        for name, column in (
-            ("combined_std", "combined_std"),
-            ("length_least_squares_low", "length_least_squares_low_m"),
-        ):
-            value = variables[name].values
-            assert float(row[column]) == pytest.approx(value[level] if value.ndim == 1 else value[0, level], rel=1e-5)
-
-
 def test_quantiles_are_those_of_the_valid_windows():
     mu, valid = np.arange(20.0).reshape(4, 5), np.ones((4, 5), dtype=bool)
     valid[3, 4] = False
@@ -133,29 +85,3 @@ def test_quantiles_are_those_of_the_valid_windows():
     probability, values = found["quantile_probability"].values, found["quantile"].values
     assert (probability[0], probability[-1], len(probability)) == (0.0, 1.0, 1001)
     np.testing.assert_allclose(values, 18 * probability, atol=1e-12)  # of 0, 1, ..., 18, equally likely
-
-
-def test_histogram_is_a_density_of_the_valid_windows():
-    mu = np.array([[0.1, 0.2, 9.0], [0.3, 0.3, 0.4]])
-    valid = np.array([[True, True, False], [True, True, True]])
-    found = histogram(mu, valid)
-    edges = found["histogram_edge"].values
-    assert (edges[0], edges[-1]) == (0.1, 0.4)
-    assert np.sum(found["histogram"].values * np.diff(edges)) == pytest.approx(1.0)
-
-
-def test_strips_that_were_solved_are_the_control_and_only_the_others_are_new():
-    rng = np.random.default_rng(2)
-    solved = 0.3 + 0.01 * rng.standard_normal((2, 6, 9))
-    cheap = np.concatenate(
-        [solved + 0.002 * rng.standard_normal(solved.shape), 0.3 + 0.01 * rng.standard_normal((2, 14, 9))], axis=1
-    )
-    mu = {
-        name: (values, np.ones(values.shape, dtype=bool)) for name, values in (("solved", solved), ("expansion", cheap))
-    }
-    weights = {"solved": strip_weights(6, 50, rng), "control": strip_weights(14, 50, rng)}
-    found = combined_at(mu, 1, 6, weights)
-    valid = [np.ones((strips, 9), dtype=bool) for strips in (6, 6, 14)]
-    parts = zip((solved[1], cheap[1, :6], cheap[1, 6:]), valid, strict=True)
-    expected = combine(*parts, weights["solved"], weights["control"])
-    assert (found.mean.value, found.std.value) == (expected.mean.value, expected.std.value)

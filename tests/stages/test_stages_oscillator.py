@@ -109,16 +109,6 @@ def test_without_numbers_and_without_a_file_there_is_no_friction():
         friction_numbers(scene_of({"friction": {"mean_at_median": 0.3}}), None)
 
 
-def test_the_paper_s_oscillator_and_law():
-    belt, law = (
-        mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR})),
-        mass_on_belt.law(scene_of({"oscillator": OSCILLATOR}), 0.3),
-    )
-    assert (pytest.approx(0.003), pytest.approx(2500 / 316**2)) == (belt.V, belt.F)
-    v = np.linspace(0.0, 2.0, 9)
-    np.testing.assert_allclose(law.mu(v), 0.3 / (1 + 1.42 * v) + 0.1 + 0.01 * v**2)
-
-
 def test_a_path_is_longer_than_the_belt_travels():
     belt = mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR}))
     travel = 0.948 * 100 * 2 * np.pi / 316

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import sys
 
@@ -12,8 +11,7 @@ from scipy.stats import skew
 
 from roughslip import store
 from roughslip.grid import Grid
-from roughslip.scan.instrument_file import write_x3p
-from roughslip.scan.topography import Topography, topography
+from roughslip.scan.topography import topography
 from roughslip.stages import scan, synthetic_surfaces
 from roughslip.stages.from_scene import geometry, scan_model
 from roughslip.stages.runtime import command
@@ -97,21 +95,6 @@ def test_the_model_of_a_scan_is_its_covariance(scanned):
     assert model.lengths_m == pytest.approx((8e-6, 5e-6), rel=0.25)
 
 
-def test_the_measured_model_of_a_scan_is_its_correlation(run, scanned, heights):
-    measured = {"roughness": {"scan": CONFIGURATION["roughness"]["scan"] | {"covariance": "measured"}}}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scan, "read_scan", lambda *_: topography(heights, DX, DY, "scan"))
-        found = run(scan, measured, "measured")
-    model = scan_model.restored(found)
-    sq = float(scanned["rms_height"])
-    assert model.rms_height_m == pytest.approx(sq)
-    assert model.lengths_m == (found["length_x"], found["length_y"])
-    i0, j0 = (len(found[name]) // 2 for name in ("lag_x", "lag_y"))
-    for i, j in ((0, 0), (3, 0), (0, 2)):
-        expected = sq**2 * found["correlation"][i0 + i, j0 + j]
-        assert model.covariance(np.array(i * DX), j * DY) == pytest.approx(expected, abs=0.05 * sq**2)
-
-
 def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
     """Each by its number; the first is drawn."""
     model, found = scan_model.restored(scanned), copies
@@ -136,10 +119,6 @@ def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
     np.testing.assert_array_equal(found["map"], scanned["map"])
     np.testing.assert_array_equal(found["length_x_high"], scanned["length_x_high"])
 
-
-instruments = pytest.mark.skipif(
-    importlib.util.find_spec("SurfaceTopography") is None, reason="needs SurfaceTopography (the extra `scans`)"
-)
 
 N, STEP = 96, 1e-6
 STATED = {"spacing_x_m": STEP, "spacing_y_m": STEP, "height_unit": "nm"}
@@ -190,22 +169,6 @@ def matrix(path, field):
     return path
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda z: np.full_like(z, np.nan), "no point has a height"),
-        (lambda z: z[:, :1], "96 x 1 points with heights; a scan needs at least 32 on each axis"),
-        (lambda z: z[:1], "1 x 96 points with heights"),
-        (lambda z: np.full_like(z, 3e-7), "all heights are equal"),
-        (lambda z: np.where(np.random.default_rng(2).random(z.shape) < 0.3, np.nan, z), "may be missing"),
-    ],
-    ids=["all missing", "one row", "one column", "constant", "holes"],
-)
-def test_heights_that_are_no_scan(check_refused, tmp_path, field, change, words):
-    path = matrix(tmp_path / "bad.txt", change(field))
-    assert check_refused(path, words, **STATED).startswith(f"scan: {path}: ")
-
-
 def test_a_rim_without_heights_is_cut_off(run_command, tmp_path, field):
     """Five rows and three columns; the statistics are those of what is left, a hole in it filled."""
     ragged = field.copy()
@@ -217,44 +180,6 @@ def test_a_rim_without_heights_is_cut_off(run_command, tmp_path, field):
     inside = field[5:, :-3]
     assert found["rms_height"] == pytest.approx(np.std(inside), rel=0.05)  # a plane and two points less
     assert np.isfinite(found["map"]).all()
-
-
-def test_files_that_are_no_text_of_heights(check_refused, tmp_path, field):
-    empty = tmp_path / "empty.txt"
-    empty.write_bytes(b"")
-    check_refused(empty, "empty; export it again", **STATED)
-    empty.write_text("# no numbers\n\n")
-    check_refused(empty, "empty; a matrix has a row of numbers", **STATED)
-    cut = matrix(tmp_path / "cut.txt", field)
-    cut.write_bytes(cut.read_bytes()[:30001])
-    check_refused(cut, "not a matrix of numbers", **STATED)
-    check_refused(tmp_path / "absent.x3p", "no such file")
-    check_refused(tmp_path, "no such file")
-    check_refused(
-        matrix(tmp_path / "volt.txt", field),
-        "'V', an unknown unit; allowed are m,",
-        **{**STATED, "height_unit": "V"},
-    )
-
-
-@instruments
-def test_files_of_instruments(check_refused, tmp_path, field):
-    foreign = tmp_path / "scan.foo"
-    foreign.write_bytes(b"hello " * 99)
-    check_refused(foreign, "unknown format, or damaged")
-    bare = matrix(tmp_path / "bare.txt", field)
-    check_refused(bare, "does not give its unit of heights; set roughness.scan.height_unit")
-    header = f"# Width: {N} um\n# Height: {N} um\n"
-    volts = tmp_path / "volts.txt"
-    volts.write_text(f"{header}# Value units: V\n{bare.read_text()}")
-    check_refused(volts, "heights in m, mm, ")
-    cut = tmp_path / "cut.txt"
-    cut.write_text(f"{header}# Value units: nm\n{bare.read_text()[:30001]}")
-    check_refused(cut, "no matrix of heights")
-    whole = tmp_path / "scan.x3p"
-    write_x3p(whole, Topography(field, STEP, STEP, np.zeros(field.shape, dtype=bool)))
-    whole.write_bytes(whole.read_bytes()[:5000])
-    check_refused(whole, "truncated or damaged archive")
 
 
 def test_a_law_that_the_heights_do_not_have(check_refused, tmp_path, field):

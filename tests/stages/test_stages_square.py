@@ -1,21 +1,17 @@
 """The stages of the square against closed forms: modes by number and by share, designs, contact at the centre."""
 
-import argparse
 import math
 
 import numpy as np
 import pytest
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri
 
-from roughslip import store
 from roughslip.chaos.designs import latin_hypercube, monte_carlo
 from roughslip.errors import IllPosedError, InputError
 from roughslip.scene.types import scene_of
 from roughslip.stages import contact_square, design, karhunen_loeve
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN, STREAM_LATIN_HYPERCUBE
-from roughslip.stages.runtime.command import Job
-from roughslip.stages.runtime.usage import Usage
 
 SQ = 2e-7
 CONFIGURATION = {
@@ -53,27 +49,6 @@ def test_all_modes_together_are_the_covariance(run):
     np.testing.assert_allclose(found["eigenvalue"], np.sum(modes**2, axis=(1, 2)), rtol=0, atol=1e-12 * 36 * SQ**2)
     assert np.all(np.diff(found["eigenvalue"]) <= 1e-12 * 36 * SQ**2)
     assert found["eigenvalue"].sum() == pytest.approx(36 * SQ**2)
-
-
-def test_fewer_modes_carry_their_share(run):
-    fewer = CONFIGURATION | {"square": CONFIGURATION["square"] | {"modes": 5}}
-    all_of_them, found = run(karhunen_loeve, CONFIGURATION, "all"), run(karhunen_loeve, fewer)
-    assert found["modes"].shape == (5, 6, 6)
-    np.testing.assert_allclose(found["eigenvalue"], all_of_them["eigenvalue"][:5], rtol=1e-10)
-    assert found["captured_variance"] == pytest.approx(all_of_them["eigenvalue"][:5].sum() / (36 * SQ**2))
-
-
-def test_designs_have_one_sample_a_stratum_and_nothing_in_common(run):
-    scene = CONFIGURATION | {"square": CONFIGURATION["square"] | {"latin_hypercube_samples": 60}}
-    modes = run(karhunen_loeve, CONFIGURATION, "modes").path
-    found = run(design, scene, surface=modes)
-    for name, count in (("latin_hypercube", 60), ("expansion", 40)):
-        assert found[name].shape == (count, 36)
-        strata = np.floor(count * ndtr(found[name])).astype(int)
-        np.testing.assert_array_equal(np.sort(strata, axis=0), np.arange(count)[:, None] * np.ones(36, int))
-    same = run(design, CONFIGURATION, "same", surface=modes)  # of equal size: only the streams differ
-    assert not np.any(same["latin_hypercube"] == same["expansion"])
-    np.testing.assert_array_equal(same["expansion"], found["expansion"])
 
 
 # The four central nodes of 6 x 6, the centre first; each is lifted alone by a mode of its own, and nothing else is.
@@ -140,76 +115,55 @@ RESOLVED = {"covariance": "gaussian", "rms_height_m": RMS, "correlation_length_m
 WHITE = RESOLVED | {"correlation_length_m": 1e-3}
 
 
-@pytest.fixture
-def run_new(tmp_path):
-    """Runs a stage on a slice of the scene, and reads what it wrote."""
-
-    def run_stage(stage, configuration, **files):
-        path = tmp_path / "result.nc"
-        arguments = argparse.Namespace(output=path, **({"scan": None} | files))
-        stage.work(Job(store.Key(configuration, "code"), arguments, Usage(tmp_path / "usage.json", "stage")))
-        return store.read(path)
-
-    return run_stage
+def modes_of(run, roughness, nodes, **truncation):
+    return run(karhunen_loeve, {"roughness": roughness, "square": {"edge_m": 1.0, "nodes": nodes, **truncation}})
 
 
-def modes_of(run_new, roughness, nodes, **truncation):
-    return run_new(karhunen_loeve, {"roughness": roughness, "square": {"edge_m": 1.0, "nodes": nodes, **truncation}})
-
-
-def test_a_share_takes_the_fewest_modes_that_carry_it(run_new):
-    found = modes_of(run_new, RESOLVED, 32, variance_share=0.95)
+def test_a_share_takes_the_fewest_modes_that_carry_it(run):
+    found = modes_of(run, RESOLVED, 32, variance_share=0.95)
     assert found["captured_variance"] >= 0.95
     assert found["captured_variance"] - found["eigenvalue"][-1] / (32**2 * RMS**2) < 0.95
-    same = modes_of(run_new, RESOLVED, 32, modes=len(found["eigenvalue"]))
+    same = modes_of(run, RESOLVED, 32, modes=len(found["eigenvalue"]))
     for name in same:
         np.testing.assert_array_equal(found[name], same[name])
 
 
-def test_what_the_modes_carry_is_told_in_the_mean_at_the_centre_and_at_the_corner(run_new):
+def test_what_the_modes_carry_is_told_in_the_mean_at_the_centre_and_at_the_corner(run):
     """The study's 101 modes on its 64 nodes; each share is also that of the stored variance."""
-    found = modes_of(run_new, RESOLVED, 64, modes=101)
+    found = modes_of(run, RESOLVED, 64, modes=101)
     shares = [float(found[f"captured_{where}"]) for where in ("variance", "at_centre", "at_corner")]
     np.testing.assert_allclose(shares, [0.950, 0.957, 0.718], atol=0.002)
     variance = found["variance"] / RMS**2
     np.testing.assert_allclose(shares, [variance.mean(), variance[32, 32], variance[0, 0]], rtol=1e-12)
-    stored = [found.variable(f"captured_{where}") for where in ("variance", "at_centre", "at_corner")]
-    assert {variable.units for variable in stored} == {"1"}
-    assert [variable.long_name.rpartition(", ")[2] for variable in stored] == [
-        "in the mean over the mesh",
-        "at the centre",
-        "at the corner",
-    ]
 
 
-def test_a_share_of_independent_heights_is_refused_and_an_order_is_not(run_new):
+def test_a_share_of_independent_heights_is_refused_and_an_order_is_not(run):
     """All modes are alike: 95 of 100 for 0.95, and a quarter of them for 0.25, which is the limit."""
     with pytest.raises(IllPosedError) as caught:
-        modes_of(run_new, WHITE, 10, variance_share=0.95)
+        modes_of(run, WHITE, 10, variance_share=0.95)
     assert "\n" not in str(caught.value)
     for said in ("95 of 100 modes", "lower square.variance_share", "square.modes", "strips of Figure 3 are embedded"):
         assert said in str(caught.value)
-    assert len(modes_of(run_new, WHITE, 10, variance_share=0.25)["eigenvalue"]) == 25
+    assert len(modes_of(run, WHITE, 10, variance_share=0.25)["eigenvalue"]) == 25
     with pytest.raises(IllPosedError, match="26 of 100 modes"):
-        modes_of(run_new, WHITE, 10, variance_share=0.26)
-    whole = modes_of(run_new, WHITE, 10, modes=100)
+        modes_of(run, WHITE, 10, variance_share=0.26)
+    whole = modes_of(run, WHITE, 10, modes=100)
     np.testing.assert_array_equal(whole["captured_at_corner"], 1.0)
 
 
-def test_a_number_of_modes_predicted_too_low_is_told_in_the_same_way(run_new):
+def test_a_number_of_modes_predicted_too_low_is_told_in_the_same_way(run):
     """Of 34 x 34 nodes a quarter carries 0.8730 of this field (LAPACK on the matrix), and 0.8754 by its spectrum."""
     cusp = RESOLVED | {"covariance": "exponential", "correlation_length_m": 4 / 34}
     with pytest.raises(IllPosedError, match=r"more than a quarter of the 1156 modes.*lower square\.variance_share"):
-        modes_of(run_new, cusp, 34, variance_share=0.8745)
+        modes_of(run, cusp, 34, variance_share=0.8745)
 
 
 DESIGNS = {"seed": 7, "square": {"latin_hypercube_samples": 4000}, "expansion": {"samples": 200}}
 
 
-def test_designs_have_a_variable_a_mode(run_new, tmp_path):
-    modes_of(run_new, RESOLVED, 8, modes=11)
-    (tmp_path / "result.nc").rename(tmp_path / "modes.nc")
-    found = run_new(design, DESIGNS, surface=tmp_path / "modes.nc")
+def test_designs_have_a_variable_a_mode(run):
+    modes = modes_of(run, RESOLVED, 8, modes=11)
+    found = run(design, DESIGNS, surface=modes.path)
     for name, samples, stream in (
         ("latin_hypercube", 4000, STREAM_LATIN_HYPERCUBE),
         ("expansion", 200, STREAM_EXPANSION_DESIGN),

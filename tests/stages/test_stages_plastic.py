@@ -12,7 +12,7 @@ from roughslip.contact.solve import solve
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
-from roughslip.stages import chaos_strip, contact_square, contact_strip, expansion_strip
+from roughslip.stages import chaos_strip, contact_strip, expansion_strip
 from roughslip.stages.from_scene import elastic, expansion, geometry
 from roughslip.stages.from_scene.surface_model import surface_model
 from roughslip.surface.embedding import embed
@@ -39,9 +39,6 @@ CONFIGURATION = {
     "numerics": {"contact_tolerance": TOLERANCE},
 }
 MODULUS = 2.1e11 / (1 - 0.3**2)
-PLANE = SQ * float(ndtri(0.8))  # of the square: 20 % of the heights lie above
-CELL = 1e-5
-DIAGONAL = 4 * CELL * math.log(1 + math.sqrt(2)) / math.pi / MODULUS  # of a square cell of 10 um under its own load
 
 
 def changed(**sections: dict) -> dict:
@@ -50,31 +47,6 @@ def changed(**sections: dict) -> dict:
     for section, values in sections.items():
         new[section] |= values
     return new
-
-
-def test_a_cell_alone_bears_its_hardness_and_sinks_by_the_rest(run, stored):
-    """Below H a cell bears u / B_00; above it H, and the gap is below zero by u - H B_00, the plastic displacement."""
-    modes = np.zeros((36, 6, 6))
-    modes[0, 3, 3] = SQ
-    heights = np.array([0.5, 2.0, 3.0, 4.0, 6.0])
-    xi = np.zeros((5, 36))
-    xi[:, 0] = heights
-    interference = heights * SQ - PLANE
-    hardness = 0.5 * (interference[1] + interference[2]) / DIAGONAL  # the third height is the first that yields
-    surface = stored("modes.nc", modes=(("mode", "x", "y"), modes))
-    design = stored("design.nc", expansion=(("sample", "mode"), xi))
-    found = run(
-        contact_square, changed(material={"hardness_pa": hardness}), surface=surface, designs=design,
-        design="expansion", first=0, last=5,
-    )  # fmt: skip
-    np.testing.assert_allclose(
-        found["pressure"][:, 0], np.clip(interference / DIAGONAL, 0.0, hardness), rtol=10 * TOLERANCE
-    )
-    assert np.all(found["pressure"][2:, 0] == hardness)
-    np.testing.assert_allclose(
-        found["gap"][[0, 2, 3, 4], 0], hardness * DIAGONAL * np.array([0, 1, 1, 1]) - interference[[0, 2, 3, 4]],
-        rtol=1e-9,
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,9 @@ from matplotlib.figure import Figure
 from numba import njit
 
 from roughslip import store
-from roughslip.errors import ConvergenceError, InputError, ParameterError, StoreError
+from roughslip.errors import ConvergenceError, InputError, ParameterError
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime import command
-from roughslip.stages.runtime import usage as module
 from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.drawing import draw_and_save
 from roughslip.stages.runtime.usage import Usage, peak_memory_mib
@@ -101,24 +100,6 @@ def test_a_stage_gets_its_slice_and_its_arguments_and_leaves_its_record(run):
     assert (record["stage"], record["did"]) == ("contact", {"solves": 3})
 
 
-def test_a_damaged_input_is_named_with_what_rebuilds_it(tmp_path):
-    """A whole command in a process of its own."""
-    (tmp_path / "key.json").write_text('{"configuration": {}, "code": "abc"}', encoding="utf-8")
-    (tmp_path / "record.json").write_text('{"stage": "con', encoding="utf-8")
-    arguments = [f"--{name}={tmp_path / name}.json" for name in ("key", "output", "usage")]
-    found = subprocess.run(
-        [sys.executable, "-m", "roughslip.stages.costs", *arguments, "--records", str(tmp_path / "record.json")],
-        env={**os.environ, "PYTHONPATH": str(SOURCE)},
-        capture_output=True,
-        text=True,
-    )
-    assert found.returncode == 1
-    (line,) = found.stderr.splitlines()
-    assert line.startswith(f"costs: {tmp_path / 'record.json'}: missing or not JSON")
-    assert "rebuild it with:" in line
-    assert not (tmp_path / "output.json").exists()
-
-
 KEY = store.Key({"description": "Mine"}, "abc")
 
 
@@ -150,11 +131,6 @@ def test_two_pictures_and_the_numbers_in_them(job):
     assert list(stored) == ["drawn"]
     assert (stored.variable("drawn").units, list(stored["drawn"])) == ("Pa", [0.0, 1.0, 2.0])
     assert json.loads(stored.attributes["configuration"]) == KEY.configuration
-
-
-def test_a_variable_that_the_result_lacks_is_named(job):
-    with pytest.raises(StoreError, match="holds no variable 'missing'"):
-        draw_and_save(job, draw, ["drawn", "missing"])
 
 
 def spend(cpu_seconds: float) -> None:
@@ -202,17 +178,6 @@ def test_compiling_is_not_core(tmp_path):
     spent = time.process_time() - start
     assert spent > 0.3, "compiling this took some 0.7 s when the test was written"
     assert 0.05 <= usage.core_cpu_seconds < 0.05 + 0.2 * (spent - 0.05)  # nested compilations are not taken off twice
-
-
-def test_progress_is_a_line_every_few_seconds_and_one_at_the_end(tmp_path, capsys, monkeypatch):
-    usage = Usage(tmp_path / "usage.json", "contact")
-    for done in range(1, 101):
-        usage.progress(done, 100)
-    assert [line.split(" after ")[0] for line in capsys.readouterr().err.splitlines()] == ["contact: 100 of 100"]
-    monkeypatch.setattr(module, "_LINES_APART", 0.0)
-    usage.progress(1, 100)
-    usage.progress(2, 100)
-    assert len(capsys.readouterr().err.splitlines()) == 2
 
 
 @pytest.mark.skipif(sys.platform not in ("linux", "darwin"), reason="no peak memory on this platform")

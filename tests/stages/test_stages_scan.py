@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import sys
-
 import numpy as np
 import pytest
 from scipy.stats import skew
 
-from roughslip import store
+from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scan.topography import topography
 from roughslip.stages import scan, synthetic_surfaces
 from roughslip.stages.from_scene import geometry, scan_model
-from roughslip.stages.runtime import command
-from roughslip.stages.runtime.command import execute
 from roughslip.surface.embedding import embed
 from roughslip.surface.model import gaussian_model
 from roughslip.surface.models import covariance_of
@@ -132,49 +127,23 @@ def field():
 
 
 @pytest.fixture
-def run_command(tmp_path, monkeypatch):
-    monkeypatch.setattr(command, "die_with_parent", lambda: None)
+def scan_of(run, tmp_path):
+    """What the stage makes of these heights, which it reads from a file of text."""
 
-    def run_command(file, **wanted):
-        key = tmp_path / "key.json"
-        configuration = {"roughness": {"scan": {**MODELS, **wanted}}}
-        key.write_text(json.dumps({"configuration": configuration, "code": "abc"}), encoding="utf-8")
-        output = tmp_path / "out.nc"
-        files = ["--key", key, "--scan", file, "--output", output, "--usage", tmp_path / "usage.json"]
-        monkeypatch.setattr(sys, "argv", ["scan", *map(str, files)])
-        execute(scan.STAGE, scan.work)
-        return store.read(output)
+    def work(heights, **wanted):
+        path = tmp_path / "scan.txt"
+        np.savetxt(path, 1e9 * heights.T, fmt="%.6g")
+        return run(scan, {"roughness": {"scan": {**MODELS, **STATED, **wanted}}}, "file", scan=path)
 
-    return run_command
+    return work
 
 
-@pytest.fixture
-def check_refused(run_command, capsys, tmp_path, recwarn):
-    def check_refused(file, words, **wanted):
-        with pytest.raises(SystemExit) as stop:
-            run_command(file, **wanted)
-        assert stop.value.code == 1
-        (line,) = capsys.readouterr().err.splitlines()
-        assert line.startswith("scan: ")
-        assert words in line
-        assert not (tmp_path / "out.nc").exists()
-        assert [str(one.message) for one in recwarn if issubclass(one.category, UserWarning)] == []
-        return line
-
-    return check_refused
-
-
-def matrix(path, field):
-    np.savetxt(path, 1e9 * field.T, fmt="%.6g")
-    return path
-
-
-def test_a_rim_without_heights_is_cut_off(run_command, tmp_path, field):
+def test_a_rim_without_heights_is_cut_off(scan_of, field):
     """Five rows and three columns; the statistics are those of what is left, a hole in it filled."""
     ragged = field.copy()
     ragged[:5], ragged[:, -3:] = np.nan, np.nan
     ragged[40:42, 50] = np.nan
-    found = run_command(matrix(tmp_path / "rim.txt", ragged), **STATED)
+    found = scan_of(ragged)
     assert list(found["points"]) == [N - 5, N - 3]
     assert found["missing"] == pytest.approx(2 / (N - 5) / (N - 3))
     inside = field[5:, :-3]
@@ -182,34 +151,28 @@ def test_a_rim_without_heights_is_cut_off(run_command, tmp_path, field):
     assert np.isfinite(found["map"]).all()
 
 
-def test_a_law_that_the_heights_do_not_have(check_refused, tmp_path, field):
-    """Cubed heights have long tails on both sides: excess kurtosis some 30, which no beta law of small skewness has."""
-    path = matrix(tmp_path / "tails.txt", field**3 / np.std(field) ** 2)
-    line = check_refused(path, "nearest", **{**STATED, "marginal": "beta"})
-    assert "use an empirical distribution" in line
+def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, field):
+    """Cubed heights have long tails on both sides: excess kurtosis some 30, and no beta of small skewness has that."""
+    with pytest.raises(IllPosedError, match=r"nearest.*use an empirical distribution"):
+        scan_of(field**3 / np.std(field) ** 2, marginal="beta")
 
 
-def test_a_model_that_cannot_be_fitted_is_told_once(check_refused, tmp_path):
+def test_heights_that_no_covariance_fits_are_refused_with_every_kind_that_was_tried(scan_of):
     """Heights independent from point to point: no lag has a correlation above 0.3 for any kind."""
-    noise = 1e-7 * np.random.default_rng(42).standard_normal((N, N))
-    line = check_refused(
-        matrix(tmp_path / "noise.txt", noise), "take the measured one", **{**STATED, "covariance": "best"}
-    )
-    assert line.count("give shorter lags") == 1
-    assert "gaussian, exponential, separable_exponential, matern, self_affine: fewer than 3 lags" in line
+    kinds = "gaussian, exponential, separable_exponential, matern, self_affine: fewer than 3 lags"
+    with pytest.raises(IllPosedError, match="take the measured one") as caught:
+        scan_of(1e-7 * np.random.default_rng(42).standard_normal((N, N)), covariance="best")
+    assert kinds in str(caught.value)
 
 
-def test_the_log_says_what_a_model_misses(run_command, capsys, tmp_path, field):
-    run_command(matrix(tmp_path / "scan.txt", field), **STATED)
+def test_the_log_says_what_a_model_misses(scan_of, capsys, field):
+    scan_of(field)
     assert "misses" not in capsys.readouterr().err
     x = np.arange(N) / N
-    waves = field + 8e-8 * np.sin(2 * np.pi * (5 * x[:, None] + 4 * x))  # no exponential falls as they do
-    run_command(matrix(tmp_path / "waves.txt", waves), **STATED)
+    scan_of(field + 8e-8 * np.sin(2 * np.pi * (5 * x[:, None] + 4 * x)))  # no exponential falls as the waves do
     said = capsys.readouterr().err
     assert "exponential misses the autocorrelation by" in said
     assert "exponential misses the 1/e length along x" in said
-    long = embed(covariance_of("exponential", 1e-7, 1.6e-5), Grid(256, 256, STEP, STEP)).sample(
-        np.random.default_rng(43)
-    )
-    run_command(matrix(tmp_path / "long.txt", long), **{**STATED, "covariance": "gaussian"})
+    long = embed(covariance_of("exponential", 1e-7, 1.6e-5), Grid(256, 256, STEP, STEP))
+    scan_of(long.sample(np.random.default_rng(43)), covariance="gaussian")
     assert "gaussian misses the spectrum by" in capsys.readouterr().err  # it has no short waves

@@ -92,6 +92,12 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
     for sample, (mode, height) in lifts.items():
         alone(found, sample - 1, height * SQ, mode)
     assert np.all(found["residual"] <= 1e-10)
+    # where the cells yield above 3.5 Sq they bear H, and the gap is below zero by the plastic displacement
+    material = CONFIGURATION["material"] | {"hardness_pa": (3.5 * SQ - PLANE) / DIAGONAL}
+    yields = run(contact_square, CONFIGURATION | {"material": material}, "yields", **arguments)
+    np.testing.assert_allclose(yields["pressure"], np.minimum(found["pressure"], material["hardness_pa"]), rtol=1e-9)
+    below = [yields["gap"][row, row] for row in range(4)]
+    np.testing.assert_allclose(below, SQ * np.array([0.0, 0.0, -0.5, -1.5]), rtol=1e-9, atol=1e-9 * SQ)
     assert found.attributes["first"] == 1
     assert found.attributes["design"] == "latin_hypercube"
 

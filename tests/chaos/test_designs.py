@@ -45,8 +45,9 @@ def test_variables_are_paired_at_random():
 
 
 def test_mean_of_an_additive_function_keeps_only_the_variance_within_strata():
-    """Var = (variables / n^2) sum of the variances of a normal cut to each stratum (a, b), which are
-    1 + n (a phi(a) - b phi(b)) - (n (phi(a) - phi(b)))^2. A variance of R nearly normal means errs by sqrt(2 / R)."""
+    """Var = (variables / n^2) times the sum over the strata of the variance of a normal within (a, b).
+    This variance is 1 + n (a phi(a) - b phi(b)) - (n (phi(a) - phi(b)))^2.
+    A variance of R nearly normal means errs by sqrt(2 / R)."""
     n, variables, designs = 20, 3, 2000
     edges = ndtri(np.arange(n + 1) / n)
     density = norm.pdf(edges)
@@ -103,9 +104,7 @@ def test_places_at_the_ends_stay_finite(monkeypatch):
     assert np.allclose(xi, [ndtri(2.0**-31), -ndtri(2.0**-31)])
 
 
-@pytest.mark.slow
 def test_more_variables_or_samples_than_a_sobol_sequence_has_are_refused():
-    assert sobol(np.random.default_rng(0), 2, MOST_SOBOL_VARIABLES).shape == (2, MOST_SOBOL_VARIABLES)
     with pytest.raises(ParameterError, match="take another design"):
         sobol(np.random.default_rng(0), 2, MOST_SOBOL_VARIABLES + 1)
     with pytest.raises(ParameterError, match="samples"):

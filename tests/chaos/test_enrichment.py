@@ -98,14 +98,6 @@ def test_a_calibrated_prediction_is_not_seen_to_be_off():
     assert abs(seen[:, 0].mean()) < 4 * seen[:, 0].std() / np.sqrt(GROUPS - 1)
 
 
-def test_predictions_are_judged_at_the_centre_alone():
-    samples = Surfaces(13)(0, 200)
-    other = Samples(samples.variables, NODES, samples.pressure * [1, 1, 0], samples.gap)
-    expansion = fit(samples)
-    seen = [miscalibration(expansion, some, LEVELS) for some in (samples, other)]
-    np.testing.assert_array_equal(*seen)
-
-
 @pytest.mark.slow
 def test_nodes_unlike_the_centre_are_seen_as_bias():
     """A third of the samples has the response doubled: contact is as likely, large pressures are likelier. The bias
@@ -121,23 +113,6 @@ def test_nodes_unlike_the_centre_are_seen_as_bias():
     assert cdf_error(fit(alike), alike, np.random.default_rng(7)).bias < 0.002
 
 
-@pytest.mark.slow
-def test_solves_are_added_until_the_error_is_as_asked_and_no_further():
-    """Of 6 studies with 95 % each, fewer than 4 have a probability of 0.002."""
-    met, asked = 0, 0.04
-    for seed in range(6):
-        solve = Surfaces(200 + seed)
-        found = enrich(solve, fitted, asked, least=32, most=2**13, seed=[seed])
-        counts, errors = map(np.array, zip(*found.history, strict=True))
-        assert list(counts) == [32 * 2**step for step in range(len(counts))]
-        assert solve.asked == [(0, 32), *((count // 2, count) for count in counts[1:])]
-        assert len(found.samples.pressure) == counts[-1]
-        assert not np.any(errors[:-1] <= asked)
-        assert errors[-1] == found.error.total <= asked
-        met += true_error(found.expansion) <= asked
-    assert met >= 4
-
-
 def test_too_few_surfaces_for_the_fit_are_doubled():
     def fussy(samples: Samples):
         if len(samples.pressure) < 100:
@@ -147,6 +122,7 @@ def test_too_few_surfaces_for_the_fit_are_doubled():
     found = enrich(Surfaces(9), fussy, 0.2, least=32, most=1024, seed=[0])
     assert [count for count, _ in found.history] == [32, 64, 128]
     assert np.isnan([error for _, error in found.history]).tolist() == [True, True, False]
+    assert found.error.total == found.history[-1][1] <= 0.2
 
 
 def test_at_the_most_it_gives_up_with_the_error_reached_and_what_to_try():

@@ -8,7 +8,7 @@ from scipy.special import ndtr, ndtri
 
 from roughslip.chaos.field import GROUPS, draw_pressure, fit_field, left_out_index, mode_shares, normal_scores
 from roughslip.chaos.regression import factorised
-from roughslip.chaos.single_index import KNOTS, LEAST_SAMPLES, TAIL, Link, fit_link, hermite_moments, knots_for
+from roughslip.chaos.single_index import Link, fit_link, hermite_moments, knots_for
 from roughslip.errors import IllPosedError, ParameterError
 
 MODES, NODES = 6, 40
@@ -210,15 +210,6 @@ def link_problem(seed=0):
     index = generator.standard_normal((LINK_SAMPLES, LINK_NODES))
     latent = index - 0.3 + 0.4 * generator.standard_normal(index.shape)
     return index, np.stack([np.maximum(latent, 0.0), latent > 0])
-
-
-def test_as_many_samples_as_said_lie_beyond_the_last_knot():
-    knots = knots_for(1000)
-    assert len(knots) == KNOTS
-    assert len(knots_for(LEAST_SAMPLES)) == 4
-    np.testing.assert_allclose([ndtr(knots[0]), ndtr(-knots[-1])], TAIL / 1000)
-    with pytest.raises(IllPosedError, match=f"takes {LEAST_SAMPLES}"):
-        knots_for(LEAST_SAMPLES - 1)
 
 
 def test_means_of_hats_are_second_differences_of_the_mean_of_a_ramp():

@@ -64,17 +64,6 @@ def test_the_positive_part_of_a_normal_has_its_closed_form_coefficients(a):
     np.testing.assert_allclose(found, expected, atol=1e-14)
 
 
-def test_a_term_is_the_product_of_its_polynomials_at_each_sample_alone():
-    xi = np.random.default_rng(1).standard_normal((7, 3))
-    indices = multi_indices(3, 4)
-    values = hermite_polynomials(xi, 4)
-    found = hermite_basis(xi, indices)
-    for term, exponents in zip(found.T, indices, strict=True):
-        expected = np.prod([values[e, :, v] for v, e in enumerate(exponents)], axis=0)
-        np.testing.assert_allclose(term, expected, rtol=1e-15)  # the same factors, ones among them
-    assert np.array_equal(found[3:4], hermite_basis(xi[3:4], indices))
-
-
 def test_even_terms_keep_their_value_under_every_symmetry_and_the_others_do_not():
     """A symmetry that changes the sign of two of eight variables keeps the C(9, 3) = 84 cubics in the other six. It
     also keeps the three products of two of the two, with 1 or one of the six."""

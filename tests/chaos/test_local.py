@@ -79,16 +79,6 @@ def test_the_distribution_is_recovered(fitted, true, kind):
     assert np.max(np.abs(curves[0] - curves[1])) < 4 * 0.5 / np.sqrt(SURFACES)
 
 
-@pytest.mark.slow
-def test_the_mean_of_draws_scatters_by_a_fifth_of_that_of_independent_ones(fitted):
-    """20 standard deviations are known to 16 %; independent draws would scatter as their own deviation says."""
-    one = fitted["squared_pressure"]
-    drawn = np.array([one.draw(np.random.default_rng([9, n]), 2**14) for n in range(20)])
-    assert drawn.mean(axis=1).std(ddof=1) < 0.2 * drawn[0].std() / 2**7
-    longer = one.draw(np.random.default_rng([9, 0]), 2**14 + 30_000)
-    np.testing.assert_array_equal(longer[: 2**14], drawn[0])
-
-
 @pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])
 def test_predictions_of_left_out_surfaces_miss_the_scatter_and_no_more(fitted, kind):
     """The share of noise in the variance, and some 166 / (800 nodes at one to three independent each) more."""
@@ -284,8 +274,8 @@ def test_jackknife_deviations_of_a_mean_sum_to_its_variance():
 
 
 def test_terms_that_a_symmetry_forbids_are_left_out_as_if_every_surface_had_its_image():
-    """The second variable changes sign. The normal equations of surfaces with their images separate into those of even
-    terms, twice those of the surfaces alone, and those of odd terms with a right-hand side of zero."""
+    """The second variable changes sign. The normal equations of surfaces with their images separate into two
+    parts. Those of even terms are twice those of the surfaces alone. Those of odd terms have a right-hand side of 0."""
     whole = samples(TARGETS["trial_pressure"], seed=4, surfaces=200, variables=3)
     image = whole.variables * [1.0, -1.0, 1.0]
     twice = Samples(

@@ -56,10 +56,6 @@ def test_levels_are_quantiles_dense_in_both_tails():
     np.testing.assert_allclose(np.diff(np.log(probability[:count])), math.log(0.5 / lowest) / (count - 1), rtol=1e-9)
 
 
-def test_equal_levels_are_given_once():
-    assert np.array_equal(quantile_levels(np.array([0.0, 5.0, 5.0, 5.0])), [5.0])
-
-
 @pytest.mark.parametrize("digits", [None, 1, 0])
 @pytest.mark.parametrize("sizes", [(50, 50), (200, 31), (1, 1)])
 def test_kolmogorov_distance_with_and_without_ties(sizes, digits):

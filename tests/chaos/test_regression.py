@@ -81,20 +81,6 @@ def test_quality_of_a_mean_in_closed_form():
     assert fit.scatter == pytest.approx(target.std() * 12 / 11, rel=1e-13)
 
 
-def test_copies_of_a_sample_are_one_with_their_weights():
-    """Else a copy would predict its original, and leave-one-out would praise a fit that interpolates."""
-    basis, target, _ = noisy_problem()
-    times = np.random.default_rng(4).integers(1, 4, len(target))
-    weighted = least_squares(basis, target, times.astype(float))
-    repeated = least_squares(np.repeat(basis, times, axis=0), np.repeat(target, times))
-    for name in QUALITY:
-        np.testing.assert_allclose(getattr(repeated, name), getattr(weighted, name), rtol=1e-13, err_msg=name)
-    once, tiled = least_squares(basis, target), least_squares(np.tile(basis, (3, 1)), np.tile(target, 3))
-    for name in QUALITY:
-        np.testing.assert_allclose(getattr(tiled, name), getattr(once, name), rtol=1e-13, err_msg=name)
-    assert weighted.effective_samples == pytest.approx(times.sum() ** 2 / np.sum(times**2), rel=1e-14)
-
-
 def test_samples_at_one_point_are_left_out_together():
     """By refits without any sample of the point: what leave-one-out means where targets of a point scatter."""
     basis, target, _ = noisy_problem()
@@ -123,13 +109,6 @@ def test_leave_one_out_does_not_praise_a_fit_through_every_point(apart):
     fit = least_squares(hermite_basis(xi[:, None], multi_indices(1, 9)), np.abs(xi))
     assert fit.samples == 12
     assert fit.leave_one_out > 0.01
-
-
-def test_equal_targets_at_other_points_are_no_copies():
-    basis = noisy_problem()[0]
-    target = np.repeat([0.0, 1.0], 15)
-    assert least_squares(basis, target).samples == 30
-    assert least_squares(np.ones((30, 1)), target).samples == 30
 
 
 def test_a_weight_of_zero_leaves_a_sample_out():

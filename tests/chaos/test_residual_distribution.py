@@ -103,9 +103,9 @@ def samples(seed, scale=1.0):
 
 @pytest.mark.parametrize("target", [TRIAL, SQUARED], ids=lambda target: target.kind)
 def test_tables_are_the_expectations_of_a_normal_scatter_that_grows(target):
-    """P = Phi(s / sd), E[p] = int p(s + sd z) phi(z) dz, for the trial pressure s Phi + sd phi. Each law comes from 4 %
-    of the samples near s, 1300 of a span of 0.2, over which the deviation changes by 5 % at most: four standard errors
-    of a share and of a mean, and a hundredth for that and the 200 draws."""
+    """P = Phi(s / sd), E[p] = int p(s + sd z) phi(z) dz, for the trial pressure s Phi + sd phi. Each
+    distribution comes from 4 % of the samples near s: 1300 over a span of 0.2, where the deviation changes by 5 %.
+    Allowed are four standard errors of a share and of a mean, and 0.01 for that change and the 200 draws."""
     means = conditional_means(*samples(1), target)
     contact, pressure = means.at(np.tile(PLACES_SEEN, (2, 1)))
     for k, s in enumerate(PLACES_SEEN):

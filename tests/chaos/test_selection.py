@@ -231,9 +231,9 @@ ALONG = {
 
 @pytest.mark.parametrize("name", ALONG)
 def test_one_direction_is_found_to_within_its_noise(name):
-    """An entry of g or H across TRUE has a standard deviation of at most sqrt(3) sd(r) / sqrt(K): a mean of q_i q_j r
-    where r holds the same q. The sine of the angle is their norm over the six directions across, divided by the
-    strength, within twice its root mean square."""
+    """An entry of g or H across TRUE has a standard deviation of at most sqrt(3) sd(r) / sqrt(K). It is a mean of
+    q_i q_j r, where r holds the same q. The sine of the angle is their norm over the six directions across,
+    divided by the strength, within twice its root mean square."""
     response, strength = ALONG[name]
     u, q, noise = noisy_surfaces(1)
     r = response(u, q @ TRUE) + noise

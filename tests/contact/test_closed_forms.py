@@ -31,13 +31,16 @@ def axial_displacement(pressure, radius: float, modulus: float) -> float:
     return 2 * radius * integral / modulus
 
 
-def test_hertz_pressure_carries_the_force_and_lifts_the_axis_by_the_penetration() -> None:
-    a = SPHERE.contact_radius_m
-    force, _ = quad(lambda r: 2 * math.pi * r * float(SPHERE.pressure_pa(np.array(r))), 0, a)
-    assert force == pytest.approx(SPHERE.force_n, rel=1e-8)
-    lift = axial_displacement(SPHERE.pressure_pa, a, SPHERE.plane_strain_modulus_pa)
-    assert lift == pytest.approx(SPHERE.penetration_m, rel=1e-8)
-    assert np.all(SPHERE.pressure_pa(np.array([1.0, 1.5, 1e3]) * a) == 0)
+@pytest.mark.parametrize(("body", "radius"), [(SPHERE, SPHERE.contact_radius_m), (PUNCH, PUNCH.radius_m)])
+def test_pressure_carries_the_force_and_lifts_the_axis_by_the_penetration(body, radius: float) -> None:
+    """With r = a sin t the pressure of a punch rises as 1 / cos t, and r dr is a^2 sin t cos t dt."""
+    force, _ = quad(
+        lambda t: math.sin(t) * math.cos(t) * float(body.pressure_pa(np.array(radius * math.sin(t)))), 0, math.pi / 2
+    )
+    assert 2 * math.pi * radius**2 * force == pytest.approx(body.force_n, rel=1e-8)
+    lift = axial_displacement(body.pressure_pa, radius, body.plane_strain_modulus_pa)
+    assert lift == pytest.approx(body.penetration_m, rel=1e-8)
+    assert np.all(body.pressure_pa(np.array([1.0, 1.5, 1e3]) * radius) == 0)
 
 
 def test_hertz_by_force_and_at_yield() -> None:
@@ -57,19 +60,6 @@ def test_hertz_energy_is_the_integral_of_the_force() -> None:
         return math.pi * r * float(SPHERE.pressure_pa(np.array(r))) * lift
 
     assert quad(density, 0, SPHERE.contact_radius_m)[0] == pytest.approx(energy, rel=1e-8)
-
-
-def test_punch_pressure_carries_the_force_and_lifts_the_axis_by_the_penetration() -> None:
-    """With r = a sin t the pressure falls as 1 / cos t and r dr as sin t cos t."""
-    a = PUNCH.radius_m
-    force, _ = quad(
-        lambda t: 2 * math.pi * a**2 * math.sin(t) * math.cos(t) * float(PUNCH.pressure_pa(np.array(a * math.sin(t)))),
-        0, math.pi / 2,
-    )  # fmt: skip
-    assert force == pytest.approx(PUNCH.force_n, rel=1e-8)
-    lift = axial_displacement(PUNCH.pressure_pa, a, PUNCH.plane_strain_modulus_pa)
-    assert lift == pytest.approx(PUNCH.penetration_m, rel=1e-8)
-    assert np.all(PUNCH.pressure_pa(np.array([1.0, 2.0]) * a) == 0)
 
 
 def test_square_punch_between_circles() -> None:
@@ -162,8 +152,5 @@ def test_refuses_parameters(bad: float) -> None:
                 problem(*values)
     with pytest.raises(ParameterError, match="positive and finite"):
         SineWave(1.0, 1.0, 1.0, bad)
-
-
-def test_refuses_sine_wave_beyond_full_contact() -> None:
     with pytest.raises(ParameterError, match="full contact"):
         sine_wave(1.001)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.ndimage import convolve
 
 from roughslip.contact import conjugate_gradients, dense_solver, kernels, nested
 from roughslip.contact.conjugate_gradients import Problem, Solution
@@ -46,15 +45,6 @@ def test_any_cells_any_depth(surface, aspect: float, penetration: float) -> None
     assert ours.products <= (50 if aspect == 1 else 100)
 
 
-def test_reaches_rounding(surface) -> None:
-    """Restarted from a fresh gap, the recurrence of the gap does not set a floor."""
-    influence = Influence(Grid(48, 48, 1.0, 1.0), 1.0)
-    interference = surface((48, 48), 5.0, 5)
-    ours = found(influence, interference, 3e-15)
-    assert relative_residual(ours.gap, ours.pressure, influence.diagonal, interference) <= 3e-15
-    assert ours.products <= 70
-
-
 def test_loose_tolerance_leaves_no_stragglers(surface) -> None:
     """No node is both pressed and, by B_00 p < gap, on its way out: it would count as contact area."""
     influence = Influence(Grid(40, 24, 1.0, 1.0), 1.0)
@@ -92,18 +82,6 @@ def test_overflow_is_a_typed_error() -> None:
         found(influence, np.full((4, 4), 1e200), 1e-10)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (2, 3), (3, 2), (9, 8)])
-def test_stencil_product(shape: tuple[int, int]) -> None:
-    rng = np.random.default_rng(8)
-    stencil, field = rng.standard_normal((7, 7)), rng.standard_normal(shape)
-    stencil += stencil[::-1]
-    stencil += stencil[:, ::-1]  # even on both axes, as every influence is
-    nodes, ours = rng.random(shape) < 0.7, rng.standard_normal(shape)
-    expected = np.where(nodes, convolve(field, stencil, mode="constant"), 0.0)
-    kernels.stencil_product(stencil, field, nodes, ours)
-    np.testing.assert_allclose(ours, expected, atol=1e-13)
-
-
 @settings(derandomize=True, deadline=None, max_examples=200)
 @given(
     seed=st.integers(0, 2**32 - 1),
@@ -126,15 +104,6 @@ def test_shift_meets_the_sum(seed: int, share: float, cap: float, everywhere: bo
     assert met == moved.any()
     if met:
         assert np.clip(trial + shift * moved, 0, cap).sum() == pytest.approx(force, rel=1e-12)
-
-
-def test_shift_that_cannot_meet_the_sum() -> None:
-    """Two nodes at the cap cannot carry three times the cap."""
-    pressure, free = np.array([[0.5, 0.7, 0.0]]), np.array([[True, True, False]])
-    assert not kernels.shift_to_sum(pressure, 0.0, pressure, 1.0, 2.5, free, False)[1]
-    shift, met = kernels.shift_to_sum(pressure, 0.0, pressure, 1.0, 2.5, free, True)
-    assert met
-    assert shift == pytest.approx(0.5)
 
 
 def test_each_way_of_missing_the_conditions() -> None:
@@ -168,15 +137,6 @@ def test_start_saves_products(surface, shape: tuple[int, int], periodic: bool, l
     np.testing.assert_allclose(warm.pressure, cold.pressure, rtol=0, atol=1e-8 * cold.pressure.max())
     if not loaded:
         assert not guess[problem.interference <= 0].any()
-
-
-def test_nothing_to_start_from(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A small mesh, and a summit that the means of the coarser mesh lose."""
-    monkeypatch.setattr(nested, "COARSEST", 16)
-    spike = np.full((40, 40), -1.0)
-    spike[7, 9] = 0.5
-    assert nested.guess(Problem(Influence(Grid(40, 40, 1.0, 1.0), 1.0), spike)) is None
-    assert nested.guess(Problem(Influence(Grid(4, 4, 1.0, 1.0), 1.0), np.ones((4, 4)))) is None
 
 
 def test_coarser_meshes_keep_cells_near_square() -> None:

@@ -148,15 +148,17 @@ def test_loaded_again_the_residual_surface_is_elastic(surface, shape, length: fl
     )  # fmt: skip
 
 
-def test_force_is_the_derivative_of_the_work(surface) -> None:
+@pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
+@pytest.mark.parametrize("hardness", [0.2, math.inf])
+def test_force_is_the_derivative_of_the_work(surface, shape, length: float, hardness: float) -> None:
     """Loading takes the elastic and plastic work W = 1/2 sum p B p + H sum u_plastic, if no yielded node unloads. So
     dW = F d(penetration), by the trapezoidal rule up to the square of the step."""
-    influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
-    heights, hardness, step = surface((48, 40), 5.0, 6), 0.2, 2e-3
+    influence, step = Influence(Grid(*shape, 1.0, 0.8), 1.0), 2e-3
+    heights = surface(shape, length, 6)
     less, more = (solve(influence, heights + d, TOLERANCE, hardness_pa=hardness) for d in (0.0, step))
     assert np.all(more.plastic_displacement >= less.plastic_displacement)
     works = [
-        0.5 * np.sum(s.pressure * influence.apply(s.pressure)) + hardness * s.plastic_displacement.sum()
+        0.5 * np.sum(s.pressure * influence.apply(s.pressure)) + np.sum(s.pressure * s.plastic_displacement)
         for s in (less, more)
     ]
     assert works[1] - works[0] == pytest.approx((less.pressure.sum() + more.pressure.sum()) / 2 * step, rel=1e-4)

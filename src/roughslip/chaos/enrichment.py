@@ -3,8 +3,8 @@
 The error is that of the whole distribution, sup |F_expansion(p) - F(p)| over p >= 0; p = 0 gives the probability of
 contact. Two parts are estimated from the training surfaces, each as a 95 % quantile over the scatter of the surfaces:
 
-    scatter   sup |sum_g v_g d_g(p)|, with v_g normal and d_g the change of F when group g of the surfaces is left out
-    bias      sup |C(p)| minus the same quantile of its noise, where it is positive
+    - scatter: sup |sum_g v_g d_g(p)|, with v_g normal and d_g the change of F when group g of the surfaces is left out
+    - bias: sup |C(p)| minus the same quantile of its noise, where it is positive
 
     C(p) = mean over surfaces of [indicator(pressure <= p) - P(pressure <= p)],
 

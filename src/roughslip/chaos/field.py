@@ -19,10 +19,10 @@ ranks and indices still depend on it, a bias of order 1 / K^2 that 200 repetitio
 Share of Var p missed at left-out surfaces, percentile 50, on the resolved square (2000 surfaces) and on the paper's
 10 x 10 nodes (1000 surfaces):
 
-    the paper's basis in 8 leading modes                        0.97    0.89
-    the same with all modes added                               0.12    0.040
-    this expansion                                              0.12    0.034
-    local functionals, with a factorisation for each node       0.034   0.019
+    | the paper's basis in 8 leading modes                  | 0.97  | 0.89  |
+    | the same with all modes added                         | 0.12  | 0.040 |
+    | this expansion                                        | 0.12  | 0.034 |
+    | local functionals, with a factorisation for each node | 0.034 | 0.019 |
 """
 
 from __future__ import annotations
@@ -145,9 +145,9 @@ def left_out_index(factor: Factor, basis: np.ndarray, scores: np.ndarray) -> tup
 
     Returns direction : (M, nodes), index : (K, nodes). Raises IllPosedError where a slope vanishes.
 
-    Method: without sample k the coefficients are c - v_k e_k / (1 - l_k), with v_k = (X'X)^-1 x_k, residual e_k and
-    leverage l_k (Cook and Weisberg, Residuals and Influence, 1982, eq. 2.2.5). Products with v and c are shared by all
-    nodes.
+    Method: without sample k the coefficients are c - v_k e_k / (1 - l_k), with residual e_k and leverage l_k.
+    Here v_k = (X'X)^-1 x_k (Cook and Weisberg, Residuals and Influence, 1982, eq. 2.2.5). Products with v and c are
+    shared by all nodes.
     """
     dual = scipy.linalg.solve_triangular(factor.r, factor.q.T, check_finite=False) / factor.norms[:, None]
     coefficients = dual @ scores

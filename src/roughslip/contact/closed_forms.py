@@ -156,8 +156,11 @@ class SineWave(_Problem):
     def plane_m(self) -> float:
         """Height of the plane over the mean plane of the loaded surface, D (1 - s + s ln s).
 
-        In full contact it stands at 0. A further load dp moves it like a row of flat punches, by
-        d(plane) = (2 l / (pi E*)) ln sin(pi b / l) dp, from the logarithmic capacity of an arc.
+        In full contact it stands at 0. A further load dp moves it like a row of flat punches::
+
+            d(plane) = (2 l / (pi E*)) ln sin(pi b / l) dp
+
+        This follows from the logarithmic capacity of an arc.
         """
         return self.amplitude_m * (1 - self.load + self.load * math.log(self.load))
 

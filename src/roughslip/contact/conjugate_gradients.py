@@ -2,11 +2,11 @@
 
 One iteration, with the gap w = B p - u_bar + plane and the nodes F that may move ("free"):
 
-    misfit       r = -w on F, zero elsewhere
-    precondition s = M r on F, M the stencil that approximates the inverse of B
-    direction    d = s + beta d on F,  beta = -(s' B d) / (d' B d), not negative
-    line search  alpha = (r' d) / (d' B d)
-    project      p <- clip(p + alpha d, 0, cap),  w <- w + alpha B d + B (what the clip changed)
+    - misfit: r = -w on F, zero elsewhere
+    - preconditioning: s = M r on F, with M the stencil that approximates the inverse of B
+    - direction: d = s + beta d on F, with beta = -(s' B d) / (d' B d), not negative
+    - line search: alpha = (r' d) / (d' B d)
+    - projection: p <- clip(p + alpha d, 0, cap), w <- w + alpha B d + B (what the clip changed)
 
 With a given force, s and d have zero sum, and a common shift of the free pressures restores the sum after the clip.
 """

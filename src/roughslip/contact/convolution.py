@@ -78,10 +78,10 @@ class Convolution:
 class NarrowConvolution:
     """The same product on a mesh of few columns, by transforms along it and sums across.
 
-    Transformed along the first axis, B is a symmetric Toeplitz matrix t_|a-b| for every wave number. With
-    a' = ny - 1 - a, it acts on the even part p_a + p_a' of a field as t_|a-b| + t_(a'-b), and on the odd part
-    p_a - p_a' as t_|a-b| - t_(a'-b). That takes ny^2 / 2 products per wave number, and no transforms across a torus
-    of twice the columns.
+    Transformed along the first axis, B is a symmetric Toeplitz matrix t_|a-b| for every wave number. Let
+    a' = ny - 1 - a. On the even part p_a + p_a' of a field, B acts as t_|a-b| + t_(a'-b). On the odd part p_a - p_a',
+    B acts as t_|a-b| - t_(a'-b). This takes ny^2 / 2 products per wave number. No transforms across a torus of twice
+    the columns are needed.
     """
 
     def __init__(self, symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int]) -> None:

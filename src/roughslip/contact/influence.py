@@ -89,9 +89,9 @@ def love_coefficients(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
 def _opposite_edges(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.ndarray:
     """The two edges at x' = -dx/2 and dx/2, each of length dy, of a cell seen from (x, y) >= 0.
 
-    With a = dx/2, (x + a) T_far - (x - a) T_near is written as a (T_far + T_near) - x (T_near - T_far), and the
-    difference of the artanh as one artanh. Far away the plain form would lose a factor x/dx of the accuracy. The sum
-    over the four corners would lose r^2 / (dx dy).
+    With a = dx/2, (x + a) T_far - (x - a) T_near is computed as a (T_far + T_near) - x (T_near - T_far).
+    The difference of the artanh is written as one artanh. Far away the plain form would lose a factor x/dx
+    of the accuracy. The sum over the four corners would lose r^2 / (dx dy).
     """
     a, b = dx / 2, dy / 2
     far = np.hypot(x + a, y + b), np.hypot(x + a, y - b)

@@ -79,7 +79,9 @@ def solve(
 ) -> ContactSolution:
     """Solve the contact of a surface with a plane at a given height.
 
-    Find 0 <= p <= H and u_plastic >= 0 such that gap = B p + u_plastic - u_bar >= 0, p gap = 0, (H - p) u_plastic = 0.
+    Find 0 <= p <= H and u_plastic >= 0 such that::
+
+        gap = B p + u_plastic - u_bar >= 0,    p gap = 0,    (H - p) u_plastic = 0.
 
     influence : B of the mesh, a free half-space
     interference : (nx, ny) [m] u_bar, height of the surface over the plane

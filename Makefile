@@ -23,7 +23,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify faults fuzz cluster reference clean
+.PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify schema faults fuzz cluster reference clean
 
 # If the home folder cannot be written to, caches of libraries go into the project.
 ifneq ($(shell test -w "$$HOME" && echo yes),yes)
@@ -67,6 +67,9 @@ verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and 
 
 faults: $(VENV)/run.stamp ## kill runs, fill the disk, damage results, 200 times; each time one new run must mend it
 	$(RUN) workflow.faults --count $(or $(COUNT),200) --seed $(or $(SEED),1)
+
+schema: $(VENV)/run.stamp ## write config/scene.schema.json after a change of the scene types
+	$(RUN) roughslip.scene.schema
 
 fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a line a mistake
 	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_plans.py::test_each_random_scene_that_is_accepted_is_planned

@@ -54,8 +54,10 @@ def test_without_errors_the_parameters_come_back(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_independent_errors_scatter_the_parameters_as_said(kind):
-    """Ten tables: the sum of squared pulls of each parameter is chi-square of 10 degrees, between 0.6 and 39 but for
-    2e-5 a side, which 17 parameters make 1e-3 of the family."""
+    """Ten tables: the sum of squared pulls of each parameter is chi-square of 10 degrees.
+
+    It lies between 0.6 and 39 but for 2e-5 a side, which 17 parameters make 1e-3 of the family.
+    """
     truth = TRUTHS[kind]
     fits = [
         fit_covariance(

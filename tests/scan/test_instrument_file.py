@@ -152,7 +152,7 @@ def test_an_archive_is_not_unpacked_beyond_the_limit(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
 def test_an_archive_that_hides_its_size_is_refused(tmp_path, method):
-    """Python unpacks all that bzip2 and LZMA hold, whatever size the archive states."""
+    """Python unpacks all that bzip2 and LZMA hold, for any size that the archive states."""
     path = tmp_path / "bomb.x3p"
     with zipfile.ZipFile(path, "w", method) as archive:
         archive.writestr("main.xml", bytes(10**6))

@@ -104,8 +104,10 @@ def test_numbers_of_twins_lie_within_the_intervals_of_the_scan(described):
 
 
 def test_curves_of_twins_lie_within_the_intervals_of_the_scan(described):
-    """The mean of the twins, which scatters by a quarter of one: the autocorrelation above 1/e, and the spectrum to
-    a quarter of the highest wavenumber, where a fitted model still follows it. One point in ten may lie outside."""
+    """The mean of the twins scatters by a quarter of one. Compared: the autocorrelation above 1/e, and the spectrum.
+
+    A fitted model follows the spectrum to a quarter of the highest wavenumber. One point in ten may lie outside.
+    """
     found, twins = described
     table, power = found.autocorrelation.correlation, found.spectrum.power
     near = table.value > math.exp(-1)

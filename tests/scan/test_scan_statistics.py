@@ -237,7 +237,7 @@ def test_fractal_dimension_of_self_affine_surfaces(hurst):
 
 @pytest.mark.parametrize("hurst", [0.3, 0.5, 0.7])
 def test_second_differences_of_exact_fractional_brownian_surfaces(hurst):
-    """Heights exact at the points: the structure function gives D within 0.02, whatever the plane left in the scan."""
+    """Heights exact at the points: the structure function gives D within 0.02, for any plane left in the scan."""
     z = fractional_brownian(1024, hurst, 0)
     tilted = complete(z + np.linspace(0.0, 3.0, len(z))[:, None])
     parts = SubAreas(tilted.grid, (3, 3), (1.0, 1.0))

@@ -191,8 +191,10 @@ def noisy(seed, size=0.02):
 
 
 def test_a_table_that_is_a_covariance_stays():
-    """At its ends it is below rounding, so its spectrum is positive but for rounding, of which the root is 1e-8 of the
-    kernel at each wave vector: some hundred of them make 1e-6."""
+    """At its ends it is below rounding, so its spectrum is positive but for rounding.
+
+    The root of that is 1e-8 of the kernel at each wave vector; some hundred of them make 1e-6.
+    """
     given_table = table(covariance_of("gaussian", 1.0, 1.0, 0.8, lay_rad=0.3))
     measured = measured_covariance(given_table, 0.5, 0.4, 2.0)
     assert measured.largest_change < 5e-6

@@ -72,7 +72,7 @@ def test_every_model_is_exact_or_says_by_how_much_it_is_not(name, grid):
 
 
 def test_self_affine_waves_beyond_the_mesh_fold_back():
-    """Cells of half a roll-off wavelength: the nodes cannot tell most waves apart, yet have the covariance C."""
+    """Cells of half a roll-off wavelength: the nodes cannot distinguish most waves, yet have the covariance C."""
     covariance = self_affine(1.0, 0.3, 4.0, 0.5)
     embedding = embed(covariance, Grid(16, 16, 2.0, 1.0))
     difference = np.abs(on_mesh(embedding) - asked(covariance, Grid(16, 16, 2.0, 1.0))).max()

@@ -92,7 +92,7 @@ def test_one_over_e_length():
 
 @pytest.mark.parametrize("hurst", [0.4, 0.5, 0.7])
 def test_roughness_parameter_fixes_the_structure_function(hurst):
-    """For gamma -> 1 and a wide band S = G^(2 - 2H) (2 pi r)^(2H) int (1 - cos u) u^(-2H - 1) du, whatever the band.
+    """For gamma -> 1 and a wide band S = G^(2 - 2H) (2 pi r)^(2H) int (1 - cos u) u^(-2H - 1) du, for any band.
 
     The band leaves out shares of about (r / L)^(2 - 2H) and (l / r)^(2H), 4e-3 at most; gamma its square in ln gamma.
     """

@@ -24,14 +24,14 @@ _PROGRAMS = {"snakemake": (sys.executable, "-m", "snakemake")}
 
 class Outcome(NamedTuple):
     """number, kind : of the fault
-    told : description of what was done
+    description : of what was done
     recovery : how many commands mended it
     wrong : results that differ from the undisturbed run, empty if all were restored
     """
 
     number: int
     kind: str
-    told: str
+    description: str
     recovery: int
     wrong: list[str]
 
@@ -43,11 +43,11 @@ def outcomes(scratch: Scratch, seed: int, numbers: range) -> Iterator[Outcome]:
         scratch.reset()
         random = Random(f"{seed} {number}")
         kind = kinds[number % len(kinds)]
-        told = FAULTS[kind](scratch, random)
+        description = FAULTS[kind](scratch, random)
         wrong = still_alive(scratch)
         recovery, failed = recover(scratch)
         wrong += failed or differences(scratch)
-        yield Outcome(number, kind, told, recovery, wrong)
+        yield Outcome(number, kind, description, recovery, wrong)
 
 
 def still_alive(scratch: Scratch, seconds: float = 10.0) -> list[str]:
@@ -92,4 +92,4 @@ def differences(scratch: Scratch) -> list[str]:
 def line(outcome: Outcome, started: float) -> str:
     """What is shown of a fault while a campaign runs."""
     fate = "LOST: " + "; ".join(outcome.wrong) if outcome.wrong else f"mended by {outcome.recovery}"
-    return f"{outcome.number} {outcome.kind} ({outcome.told}): {fate} [{time.monotonic() - started:.0f} s]"
+    return f"{outcome.number} {outcome.kind} ({outcome.description}): {fate} [{time.monotonic() - started:.0f} s]"

@@ -156,9 +156,9 @@ def disorder(scratch: Scratch, random: Random) -> str:
 
 def killed_then_records_gone(scratch: Scratch, random: Random) -> str:
     """A killed run whose marks of what was incomplete are deleted as well."""
-    told = kill(scratch, random, "both")
+    done = kill(scratch, random, "both")
     shutil.rmtree(scratch.folder / ".snakemake", ignore_errors=True)
-    return f"{told}; .snakemake deleted"
+    return f"{done}; .snakemake deleted"
 
 
 FAULTS: dict[str, Fault] = {

@@ -1,4 +1,4 @@
-"""Recover from an interrupted run."""
+"""What every start does first: recover from an interrupted run, check packages and scans, write key files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ JOINT_FOLDERS = ("", "evidence", "benchmarks")  # below results, of what belongs
 
 
 def recover(scenes: Scenes) -> list[str]:
-    """Clear what an earlier run left, and check the results of the scenes asked for; lines for the user.
+    """Clear what an earlier run left, and check the results of the scenes asked for. Returns lines for the user.
 
     A dry run changes nothing outside .snakemake, and nothing is changed while another run is at work. Raises InputError
     where the folder cannot be written to, where a scan cannot be read, and where jobs of an earlier run are queued.

@@ -22,7 +22,7 @@ for stage in ("deterministic", "path_resolution", "stick_slip_map", "lifetimes")
         params:
             module=stage,
         shell:
-            run("deterministic", module="{params.module}")
+            run("deterministic", module="{params.module}")  # deterministic has the options of all stages of this loop
 
 
 rule oscillator:

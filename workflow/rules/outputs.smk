@@ -22,7 +22,7 @@ for figure in FIGURES:
             module=figure,
             caption=declarations()[figure].caption,
         shell:
-            run("figure2", module="{params.module}")
+            run("figure2", module="{params.module}")  # figure2 has the options of all stages of this loop
 
 
 rule claims:

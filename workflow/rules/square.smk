@@ -67,7 +67,7 @@ for stage in ("adaptive_training", "field_square"):
         params:
             module=stage,
         shell:
-            run("field_square", module="{params.module}")
+            run("field_square", module="{params.module}")  # field_square has the options of all stages of this loop
 
 
 rule chaos_square:

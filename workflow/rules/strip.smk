@@ -1,4 +1,4 @@
-# The strips of Figure 3.
+# The strips of Figure 3. `scenes` is workflow/study/scenes.py; outputs, log and run are workflow/study/commands.py.
 # In:  surface/scan.nc where the surface is that of a scan.
 # Out: contact/strip-<first>-<last>.nc, chaos/strip.nc, friction/expansion-<first>-<last>.nc, friction/statistics.nc, summary.csv.
 
@@ -21,7 +21,7 @@ rule chaos_strip:
     input:
         key=scenes.key("chaos_strip"),
         scan=scenes.made("scan"),
-        contact=scenes.made("contact_strip", below="strip.training_samples"),
+        contact=scenes.made("contact_strip", below="strip.training_samples"),  # the batches with training strips
     output:
         **outputs("chaos_strip"),
     log:

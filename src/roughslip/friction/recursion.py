@@ -146,8 +146,8 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     correlation_error, increment_error = max(correlation_error, built[0]), max(increment_error, built[1])
     if not correlation_error <= CORRELATION_LIMIT:
         raise IllPosedError(
-            f"{MOST_TERMS} exponentials leave the autocorrelation {correlation_error:.3f} from the exponential, more "
-            f"than {CORRELATION_LIMIT}; use circulant embedding or larger shapes a, b"
+            f"{terms} exponentials leave the autocorrelation {correlation_error:.3f} from the exponential, more "
+            f"than {CORRELATION_LIMIT}; use `ensemble.process: embedding`, or larger shapes of the Beta distribution"
         )
     return Recursion(
         spacing=float(spacing_m),
@@ -196,7 +196,7 @@ def _gains(weights: np.ndarray, rate: np.ndarray) -> np.ndarray:
     if np.any(np.abs(1.0 - shorter) >= 1.0 - APART * short[0]):
         raise IllPosedError(
             "the spectrum of the Gaussian process is not positive: no process has this correlation with this marginal; "
-            "use larger shapes a, b"
+            "use larger shapes of the Beta distribution"
         )
     gain = np.empty(rate.size)
     for i in range(rate.size):

@@ -29,8 +29,8 @@ FEWEST_QUANTILES = 10
 class FamilyDistribution:
     """A distribution of a family, shifted and scaled to zero mean and the standard deviation given.
 
-    family : "gaussian"; "beta" (shapes a, b), bounded on both sides; "weibull" (k) and "lognormal" (s, the standard
-        deviation of its logarithm), bounded below with a long upper tail, as peaks on a plain
+    family : "gaussian"; "beta" (shapes a, b), bounded on both sides; "weibull" (k) and "lognormal" (s), bounded below.
+        The last two have a long upper tail, as peaks on a plain. s is the standard deviation of the logarithm
     standard_deviation : [unit of x] of heights Sq [m]
     shapes : of the family
     mirrored : x in place of -x, so that the tail hangs below a plateau (worn, honed surfaces)

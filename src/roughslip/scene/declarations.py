@@ -1,7 +1,7 @@
 """What each stage declares of itself, read from its source: no stage is imported, and neither is numpy.
 
-A stage module opens with `STAGE = Stage(...)`, written with literal values alone. The plan of a run, the slices of the
-scene, the rules, the memory estimates and the options of the stage's command all derive from it.
+Below the imports of a stage module stands `STAGE = Stage(...)`, written with literal values alone. The plan of a run,
+the slices of the scene, the rules, the memory estimates and the options of the stage's command derive from it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Batches:
     """How the samples of a stage are split into jobs.
 
     size : scene key of the number of samples of a job
-    totals : scene keys of the numbers of samples, by the name of the design; the only key has an empty name
+    totals : by the name of a design, the scene key of its number of samples; {"": key} for a stage without designs
     """
 
     size: str
@@ -38,11 +38,11 @@ class Stage:
     name : name of its module
     reads : scene keys that it reads, separated by spaces; the name of a section stands for all its keys
     reads_if_given : further keys, which a scene may leave out with their sections
-    inputs : options of the command that take one file, by the stage that makes it. In place of a stage stands a scene
-        key that holds a path, or nothing where the rule names the file
+    inputs : by option of the command, the stage whose result it takes. In place of a stage stands a scene key that
+        holds a path, or nothing where the rule names the file
     optional : the same, of files that only some scenes have
     many : the same, for any number of files of one or several stages
-    collects : the same as optional, for files that the stage takes if another reason made them; they run no stage
+    collects : the same as optional, for files that are taken if they exist; they never cause a run
     result : the file that it writes, below the folder of the scene; a range {first}-{last} is that of its batch
     outputs : further files, by option
     batches : how its samples are split into jobs
@@ -51,7 +51,8 @@ class Stage:
     runs_if : condition on the scene for a stage that is not always needed: "key" (given), "not key", "key = value"
     caption : of its figure; the stage then writes a PNG and an SVG file as well
     memory_mb : [MB] of Python with its libraries
-    memory_doubles : what grows with the scene: doubles per product of the sizes that workflow/study/memory.py names
+    memory_doubles : what grows with the scene: doubles by product of sizes, as in "batch windows" for batch times
+        windows; workflow/study/memory.py names the sizes
     """
 
     name: str

@@ -24,7 +24,9 @@ class Section:
     def __getattr__(self, name: str) -> Any:
         """Called for a missing attribute alone."""
         place = self.__dict__.get("_place", "")
-        raise AttributeError(f"{place}{name} is not among the keys that this stage reads")
+        raise AttributeError(
+            f"{place}{name} is not among the keys that this stage reads; add it to `reads` of its STAGE"
+        )
 
     def __repr__(self) -> str:
         given = ", ".join(f"{name}={value!r}" for name, value in vars(self).items() if name != "_place")

@@ -1,7 +1,8 @@
 """Weierstrass-Mandelbrot surfaces: plane waves of geometrically spaced frequencies with random phases (eq. 1).
 
-z(x, y) = sum_{j=0}^{J-1} sum_{m=0}^{M-1} a_j cos(2 pi f_j (x cos alpha_m + y sin alpha_m) + phi_jm) with
-f_j = gamma^j / L, a_j proportional to gamma^(-H j) and alpha_m = pi m / M (M. Ausloos & D. H. Berman, Proc. R. Soc.
+    z(x, y) = sum_{j=0}^{J-1} sum_{m=0}^{M-1} a_j cos(2 pi f_j (x cos alpha_m + y sin alpha_m) + phi_jm)
+
+Here f_j = gamma^j / L, a_j is proportional to gamma^(-H j), and alpha_m = pi m / M (M. Ausloos & D. H. Berman, Proc. R. Soc.
 Lond. A 400 (1985) 331; constants of W. Yan & K. Komvopoulos, J. Appl. Phys. 84 (1998) 3617, without their term cos phi,
 which pins z(0, 0) = 0). M = 1 is eq. (1), with ridges along y; the sum starts at the longest wave, for it
 diverges for j to -infinity.
@@ -228,16 +229,16 @@ def plane_waves(law: WeierstrassMandelbrot, grid: Grid) -> PlaneWaves:
 def fit_hurst(
     x: np.ndarray, y: np.ndarray | float, structure_m2: np.ndarray, band: WeierstrassMandelbrot
 ) -> WeierstrassMandelbrot:
-    """The law of the waves of `band` whose structure function is nearest to an estimated one.
+    """The waves of `band` whose structure function is nearest to an estimated one.
 
     x, y : (lags,) [m] lags
     structure_m2 : (lags,) [m^2] mean square of the differences of heights there
     band : gives the wave vectors; its H and Sq are not used
 
     Least squares in log S, over H within 0.01 ... 0.99; Sq follows from the mean residual. A straight line through
-    log S would miss what lies outside the band: its slope gave H 0.05 to 0.07 too low at 0.8 and 0.03 to 0.09 too high
-    at 0.2. Use short lags: on one 512 x 512 surface (M = 16), both axes averaged, H scattered by 0.002 (H = 0.2) to
-    0.010 (H = 0.8) with lags up to 1/64 of the edge, by 0.016 to 0.034 with lags up to 1/4.
+    log S would miss the waves outside the band. Its slope gave H 0.05 to 0.07 too low at 0.8 and 0.03 to 0.09 too
+    high at 0.2. Use short lags. On one 512 x 512 surface (M = 16), both axes averaged, H scattered by 0.002 (H = 0.2)
+    to 0.010 (H = 0.8) with lags up to 1/64 of the edge. With lags up to 1/4 it scattered by 0.016 to 0.034.
     Raises IllPosedError where H ends at its limit.
     """
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))

@@ -29,7 +29,8 @@ class MeasuredCovariance:
     lag_x_m, lag_y_m : [m] between neighbouring lags
     correlation : (4 kx + 1, 4 ky + 1) [-] at lags to twice those measured, positive semidefinite, 1 in the middle
     clipped_variance : share of the variance that the estimate had at negative spectral density
-    largest_change, rms_change : [-] of a correlation within the lags measured, and root mean square over them
+    largest_change : [-] of a correlation within the lags measured
+    rms_change : [-] its root mean square over them
     coefficients : (4 kx + 1 + 2 MARGIN, 4 ky + 1 + 2 MARGIN) [-] of the cubic splines
     """
 

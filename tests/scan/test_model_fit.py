@@ -61,7 +61,7 @@ def test_errors_of_the_smoothness_are_those_of_its_scatter(fits):
 
 
 def test_the_criterion_counts_rings(scans):
-    """Exponential and Gaussian kinds pass through the lags almost as well; rings distinguish them from a Matern model."""
+    """Exponential and Gaussian kinds pass through the lags almost as well; rings show the difference from Matern."""
     (best, *others), _ = fitted_covariances(("gaussian", "exponential", "matern"), *scans[0])
     assert best.covariance.kind == "matern"
     for fit in (best, *others):

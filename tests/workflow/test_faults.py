@@ -58,7 +58,7 @@ def test_one_new_run_mends_each_kind_of_fault(shared, tmp_path, kind):
     number = list(FAULTS).index(kind)
     (outcome,) = campaign.outcomes(scratch, 1, range(number, number + 1))
     scratch.reset()
-    assert (outcome.wrong, outcome.recovery) == ([], 1), outcome.told
+    assert (outcome.wrong, outcome.recovery) == ([], 1), outcome.description
 
 
 def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):

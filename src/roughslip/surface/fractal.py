@@ -2,9 +2,9 @@
 
     z(x, y) = sum_{j=0}^{J-1} sum_{m=0}^{M-1} a_j cos(2 pi f_j (x cos alpha_m + y sin alpha_m) + phi_jm)
 
-Here f_j = gamma^j / L, a_j is proportional to gamma^(-H j), and alpha_m = pi m / M (M. Ausloos & D. H. Berman, Proc. R. Soc.
-Lond. A 400 (1985) 331; constants of W. Yan & K. Komvopoulos, J. Appl. Phys. 84 (1998) 3617, without their term cos phi,
-which pins z(0, 0) = 0). M = 1 is eq. (1), with ridges along y; the sum starts at the longest wave, for it
+Here f_j = gamma^j / L, a_j is proportional to gamma^(-H j), and alpha_m = pi m / M (M. Ausloos & D. H. Berman, Proc.
+R. Soc. Lond. A 400 (1985) 331). The constants are those of W. Yan & K. Komvopoulos, J. Appl. Phys. 84 (1998) 3617,
+without their term cos phi, which pins z(0, 0) = 0. M = 1 is eq. (1), with ridges along y; the sum starts at the longest wave, for it
 diverges for j to -infinity.
 
 With independent uniform phases the field is stationary and everything of second order is a finite sum. By the

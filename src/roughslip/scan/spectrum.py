@@ -7,8 +7,8 @@ side lobes fall faster than any self-affine spectrum. Sub-areas are transformed 
 Transactions on Audio and Electroacoustics 15, 1967, without overlap), then averaged over rings of |q|.
 
 A self-affine surface of Hurst exponent H has C ~ q^(-2 - 2H) and the fractal dimension D = 3 - H. Its structure
-function is S(r) = <(z(x + r) - z(x))^2> ~ r^(2H). The dimension to use is that of the spectrum, fitted below a quarter of
-the highest wavenumber. Blur, noise and most of the aliasing lie above that. The structure function
+function is S(r) = <(z(x + r) - z(x))^2> ~ r^(2H). The dimension to use is that of the spectrum, fitted below a quarter
+of the highest wavenumber. Blur, noise and most of the aliasing lie above that. The structure function
 mixes all wavelengths, so that a surface without the shortest ones looks smoother to it (measured: D low by 0.07, 0.03
 and 0.01 at H = 0.3, 0.5 and 0.8 where a spectrum ends at the highest wavenumber of the scan); it serves as a check. It
 is the one to use where heights are exact at points, or the spectrum is a few lines (Weierstrass-Mandelbrot). It is

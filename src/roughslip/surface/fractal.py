@@ -4,8 +4,8 @@
 
 Here f_j = gamma^j / L, a_j is proportional to gamma^(-H j), and alpha_m = pi m / M (M. Ausloos & D. H. Berman, Proc.
 R. Soc. Lond. A 400 (1985) 331). The constants are those of W. Yan & K. Komvopoulos, J. Appl. Phys. 84 (1998) 3617,
-without their term cos phi, which pins z(0, 0) = 0. M = 1 is eq. (1), with ridges along y; the sum starts at the longest wave, for it
-diverges for j to -infinity.
+without their term cos phi, which pins z(0, 0) = 0. M = 1 is eq. (1), with ridges along y; the sum starts at the longest
+wave, for it diverges for j to -infinity.
 
 With independent uniform phases the field is stationary and everything of second order is a finite sum. By the
 Jacobi-Anger expansion the mean over the azimuths is that of an isotropic field, J0(2 pi f r), up to 2 J_2M(2 pi f r).

@@ -6,22 +6,14 @@ import pytest
 from roughslip.chaos.designs import design
 from roughslip.stages import adaptive_training, contact_square, karhunen_loeve
 from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN
+from tests.stages.scenes import CONTACT, changed
 
-SCENE = {
-    "seed": 7,
-    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
-    "roughness": {"covariance": "gaussian", "rms_height_m": 5e-8, "correlation_length_m": 6e-7},
-    "square": {"edge_m": 6e-4, "nodes": 8, "modes": 64, "penetration_percentile": 50.0},
-    "numerics": {"contact_tolerance": 1e-10},
-    "expansion": {
-        "variables": 2,
-        "degree": 2,
-        "target": "trial_pressure",
-        "samples": "auto",
-        "cdf_error": 0.03,
-        "design": "sobol",
-    },
-}
+SCENE = changed(
+    CONTACT,
+    roughness={"rms_height_m": 5e-8, "correlation_length_m": 6e-7},
+    square={"edge_m": 6e-4, "nodes": 8, "modes": 64, "penetration_percentile": 50.0},
+    expansion={"variables": 2, "degree": 2, "target": "trial_pressure", "samples": "auto", "design": "sobol"},
+)
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +24,7 @@ def modes(run):
 @pytest.fixture
 def train(run, modes):
     """Runs the stage with these changes of its expansion; the counts of its work are in run.did."""
-    return lambda **expansion: run(
-        adaptive_training, SCENE | {"expansion": SCENE["expansion"] | expansion}, surface=modes
-    )
+    return lambda **expansion: run(adaptive_training, changed(SCENE, expansion=expansion), surface=modes)
 
 
 @pytest.mark.slow

@@ -31,6 +31,7 @@ from roughslip.stages.result_tables.centre_distribution import (
     refused_rows,
     sampled_rows,
 )
+from tests.stages.scenes import CONTACT, changed
 
 INDICES = multi_indices(2, 2)
 
@@ -180,13 +181,12 @@ def test_variants_whose_refits_move_together_are_surely_apart():
 
 
 MODES, SAMPLES, DRAWS, MONTE_CARLO = 16, 300, 20_000, 1500
-CONFIGURATION = {
-    "seed": 7,
-    "roughness": {"covariance": "gaussian", "rms_height_m": 2e-7, "correlation_length_m": 3e-5},
-    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
-    "square": {"edge_m": 6e-5, "nodes": 4, "modes": MODES, "latin_hypercube_samples": SAMPLES},
-    "expansion": {"target": "trial_pressure", "variables": 4, "degree": 2, "samples": 200, "draws": DRAWS},
-}
+CONFIGURATION = changed(
+    CONTACT,
+    roughness={"correlation_length_m": 3e-5},
+    square={"nodes": 4, "modes": MODES, "latin_hypercube_samples": SAMPLES},
+    expansion={"target": "trial_pressure", "variables": 4, "degree": 2, "samples": 200, "draws": DRAWS},
+)
 MEAN, SCATTER = -2e7, 5e7  # Pa, of the trial pressure at the centre: in contact with probability Phi(-0.4)
 # To the height and to what the curvature along x adds to it. To the slopes there is none: by symmetry it would vanish.
 RESPONSE = np.array([0.6, 0.0, 0.0, -0.8])
@@ -244,11 +244,11 @@ def expanded(run, modes, designs, batches):
     """What the stage writes where the scene says this of the expansion."""
 
     def expand(**changes):
-        configuration = CONFIGURATION | {"expansion": CONFIGURATION["expansion"] | changes}
         with pytest.MonkeyPatch.context() as patch:  # intervals have tests of their own
             patch.setattr(centre_distribution, "REPLICATES", 20)
             patch.setattr(centre_distribution, "REFIT_BLOCKS", 1)
-            return run(chaos_square, configuration, surface=modes.path, designs=designs.path, contact=batches)
+            scene = changed(CONFIGURATION, expansion=changes)
+            return run(chaos_square, scene, surface=modes.path, designs=designs.path, contact=batches)
 
     return expand
 

@@ -11,16 +11,10 @@ from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
 from roughslip.stages import field_square, karhunen_loeve
 from roughslip.stages.from_scene import geometry
+from tests.stages.scenes import CONTACT, changed
 
-SQ, NODES, MODES, SAMPLES = 2e-7, 6, 36, 600
-SCENE = {
-    "seed": 7,
-    "roughness": {"covariance": "gaussian", "rms_height_m": SQ, "correlation_length_m": 1.5e-5},
-    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
-    "square": {"edge_m": 6e-5, "nodes": NODES, "modes": MODES, "penetration_percentile": 50.0},
-    "expansion": {"samples": SAMPLES, "variables": 8},
-    "numerics": {"contact_tolerance": 1e-10},
-}
+NODES, MODES, SAMPLES = 6, 36, 600
+SCENE = changed(CONTACT, square={"penetration_percentile": 50.0}, expansion={"samples": SAMPLES, "variables": 8})
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +103,5 @@ def test_as_many_surfaces_as_asked_and_no_more_than_memory_holds():
 
 
 def test_fewer_surfaces_than_modes_end_in_an_error(run, modes):
-    few = SCENE | {"expansion": {"samples": 37, "variables": 8}}
     with pytest.raises(InputError, match="37 surfaces are too few for 36 modes"):
-        run(field_square, few, "few", surface=modes.path)
+        run(field_square, changed(SCENE, expansion={"samples": 37}), "few", surface=modes.path)

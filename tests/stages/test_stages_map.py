@@ -63,6 +63,7 @@ def test_where_no_cycle_exists_the_limit_is_nan_and_sliding_certain(run, capsys)
     assert "v0 = 20 m/s: no stick-slip cycle" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_survival_and_waiting_change_with_damping(lived):
     """Stick-slip lives ever shorter and steady sliding ever longer; both shares are within their intervals."""
     assert lived["survival_limit"] == pytest.approx(0.324424, abs=1e-6)
@@ -85,6 +86,7 @@ def test_survival_and_waiting_change_with_damping(lived):
     assert np.all(np.diff(lived["survival_curve"], axis=-1) <= 0)
 
 
+@pytest.mark.slow
 def test_bands_order_their_levels_and_starts(lived):
     """A larger probability of stick-slip at less damping, and for runs that begin with it."""
     band = lived["band"]

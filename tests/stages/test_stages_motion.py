@@ -6,7 +6,7 @@ import pytest
 from roughslip.chaos.distribution import wilson_interval
 from roughslip.stages import cycles, deterministic, oscillator
 from roughslip.stages.runtime import skip_reasons
-from tests.stages.paper import OSCILLATOR
+from tests.stages.scenes import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
 CONFIGURATION = {

@@ -19,7 +19,7 @@ from roughslip.stages.from_scene.friction_paths import friction_paths, friction_
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers
 from roughslip.stages.result_tables.friction_table import quantiles
 from roughslip.stages.result_tables.oscillator_ranges import LONGEST, PARAMETERS, cycle_period, range_variables
-from tests.stages.paper import OSCILLATOR
+from tests.stages.scenes import OSCILLATOR
 
 GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4, "beta_a": 2.1, "beta_b": 5.0}
 

@@ -1,6 +1,5 @@
 """Surfaces that yield, through the stages, and the laws and limits of friction: scales, light load, full yield."""
 
-import copy
 import math
 
 import numpy as np
@@ -17,36 +16,21 @@ from roughslip.stages.from_scene import elastic, expansion, geometry
 from roughslip.stages.from_scene.surface_model import surface_model
 from roughslip.surface.embedding import embed
 from roughslip.surface.models import covariance_of
+from tests.stages.scenes import CONTACT, changed
 
-SQ, TOLERANCE = 2e-7, 1e-10
-CONFIGURATION = {
-    "seed": 7,
-    "roughness": {"covariance": "gaussian", "rms_height_m": SQ, "correlation_length_m": 1.5e-5},
-    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
-    "square": {"edge_m": 6e-5, "nodes": 6, "penetration_percentile": 20.0},
-    "strip": {
+SQ = 2e-7
+CONFIGURATION = changed(
+    CONTACT,
+    strip={
         "length_m": 8e-4,
-        "margin_m": 2e-5,
-        "width_m": 2.5e-5,
-        "cell_m": 5e-6,
         "window_m": 2e-4,
-        "window_spacing_m": 2e-5,
         "penetration_percentiles": [30.0, 50.0, 80.0],
         "training_samples": 6,
         "samples": 6,
     },
-    "expansion": {"target": "squared_pressure", "degree": 1},
-    "numerics": {"contact_tolerance": TOLERANCE},
-}
+    expansion={"target": "squared_pressure", "degree": 1},
+)
 MODULUS = 2.1e11 / (1 - 0.3**2)
-
-
-def changed(**sections: dict) -> dict:
-    """The configuration with other values in some sections."""
-    new = copy.deepcopy(CONFIGURATION)
-    for section, values in sections.items():
-        new[section] |= values
-    return new
 
 
 @pytest.fixture(scope="module")
@@ -67,14 +51,14 @@ def elastic_strips(strips):
 def test_friction_of_a_surface_that_yields_is_at_least_shear_strength_over_hardness(strips, elastic_strips):
     """N <= H A on every window at any load. Where nothing yields the contact is the elastic one."""
     hardness = 0.5 * float(np.max(elastic_strips["force"] / np.maximum(elastic_strips["area"], 1e-30)))
-    found = strips(changed(material={"hardness_pa": hardness}), "yields")
+    found = strips(changed(CONFIGURATION, material={"hardness_pa": hardness}), "yields")
     touched = found["area"] > 0
     mu, _ = friction_coefficient(found["area"][touched], found["force"][touched], 1.0, 1e-30)
     # sums of some hundred nodes, in another order than the product
     assert np.all(mu * hardness >= 1 - 1e-12)
     assert mu.max() * hardness > 1.2
     assert np.all(found["area"] >= elastic_strips["area"])  # the plane sinks in further where summits give way
-    hard = strips(changed(material={"hardness_pa": 1e13}), "hard")
+    hard = strips(changed(CONFIGURATION, material={"hardness_pa": 1e13}), "hard")
     assert np.array_equal(hard["area"], elastic_strips["area"])
     np.testing.assert_allclose(hard["force"], elastic_strips["force"], rtol=1e-8, atol=1e-8 * hard["force"].max())
 
@@ -83,10 +67,14 @@ def test_friction_does_not_change_when_all_lengths_do_and_falls_as_the_modulus_r
     """u, B and the cells have one length, so pressures stay; they are proportional to E*, areas are not."""
     lengths = ("length_m", "margin_m", "width_m", "cell_m", "window_m", "window_spacing_m")
     larger = changed(
+        CONFIGURATION,
         roughness={"rms_height_m": 4 * SQ, "correlation_length_m": 4 * 1.5e-5},
         strip={name: 4 * CONFIGURATION["strip"][name] for name in lengths},
     )
-    scaled, stiff = strips(larger, "larger"), strips(changed(material={"young_modulus_pa": 8 * 2.1e11}), "stiff")
+    scaled, stiff = (
+        strips(larger, "larger"),
+        strips(changed(CONFIGURATION, material={"young_modulus_pa": 8 * 2.1e11}), "stiff"),
+    )
     # powers of two change no digit; the area of a node near the edge of contact could differ only by a node
     np.testing.assert_allclose(scaled["area"], 16 * elastic_strips["area"], rtol=1e-12)
     np.testing.assert_allclose(scaled["force"], 16 * elastic_strips["force"], rtol=1e-8)
@@ -126,7 +114,7 @@ def test_friction_of_a_large_patch_at_light_load_depends_on_its_slope_alone():
 def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips, elastic_strips):
     """The expansion keeps p <= H, so N <= H A in its windows too; its friction lies as near as on elastic strips."""
     hardness = 0.7 * float(np.max(elastic_strips["force"] / np.maximum(elastic_strips["area"], 1e-30)))
-    configuration = changed(material={"hardness_pa": hardness})
+    configuration = changed(CONFIGURATION, material={"hardness_pa": hardness})
     solved = strips(configuration, "training")
     fitted = run(chaos_strip, configuration, contact=[solved.path])
     found = run(expansion_strip, configuration, expansion=fitted.path, first=0, last=6)
@@ -139,7 +127,7 @@ def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips
 
 
 def test_no_target_is_censored_where_the_surface_yields():
-    configuration = changed(material={"hardness_pa": 1e9}, expansion={"target": "best"})
+    configuration = changed(CONFIGURATION, material={"hardness_pa": 1e9}, expansion={"target": "best"})
     model, grid = surface_model(scene_of(configuration)), geometry.square_grid(scene_of(configuration))
     kinds = [target.kind for target in expansion.targets(scene_of(configuration), model, grid)]
     assert kinds == ["trial_pressure", "squared_pressure"]

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numba import njit
 
 from roughslip import store
-from roughslip.errors import ConvergenceError, InputError, ParameterError
+from roughslip.errors import ConvergenceError, InputError, ParameterError, StoreError
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime import command
 from roughslip.stages.runtime.command import execute
@@ -131,6 +131,11 @@ def test_two_pictures_and_the_numbers_in_them(job):
     assert list(stored) == ["drawn"]
     assert (stored.variable("drawn").units, list(stored["drawn"])) == ("Pa", [0.0, 1.0, 2.0])
     assert json.loads(stored.attributes["configuration"]) == KEY.configuration
+
+
+def test_a_variable_that_the_result_lacks_is_named(job):
+    with pytest.raises(StoreError, match="holds no variable 'missing'"):
+        draw_and_save(job, draw, ["drawn", "missing"])
 
 
 def spend(cpu_seconds: float) -> None:

@@ -12,27 +12,10 @@ from roughslip.scene.types import scene_of
 from roughslip.stages import contact_square, design, karhunen_loeve
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN, STREAM_LATIN_HYPERCUBE
+from tests.stages.scenes import CONTACT, changed
 
 SQ = 2e-7
-CONFIGURATION = {
-    "seed": 7,
-    "roughness": {
-        "covariance": "gaussian",
-        "rms_height_m": SQ,
-        "correlation_length_m": 3e-5,
-        "correlation_length_across_m": 1e-5,
-    },
-    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
-    "square": {
-        "edge_m": 6e-5,
-        "nodes": 6,
-        "modes": 36,
-        "latin_hypercube_samples": 40,
-        "penetration_percentile": 20.0,
-    },
-    "expansion": {"samples": 40},
-    "numerics": {"contact_tolerance": 1e-10},
-}
+CONFIGURATION = changed(CONTACT, roughness={"correlation_length_m": 3e-5, "correlation_length_across_m": 1e-5})
 CELL = 1e-5
 
 
@@ -93,9 +76,9 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
         alone(found, sample - 1, height * SQ, mode)
     assert np.all(found["residual"] <= 1e-10)
     # where the cells yield above 3.5 Sq they bear H, and the gap is below zero by the plastic displacement
-    material = CONFIGURATION["material"] | {"hardness_pa": (3.5 * SQ - PLANE) / DIAGONAL}
-    yields = run(contact_square, CONFIGURATION | {"material": material}, "yields", **arguments)
-    np.testing.assert_allclose(yields["pressure"], np.minimum(found["pressure"], material["hardness_pa"]), rtol=1e-9)
+    hardness = (3.5 * SQ - PLANE) / DIAGONAL
+    yields = run(contact_square, changed(CONFIGURATION, material={"hardness_pa": hardness}), "yields", **arguments)
+    np.testing.assert_allclose(yields["pressure"], np.minimum(found["pressure"], hardness), rtol=1e-9)
     below = [yields["gap"][row, row] for row in range(4)]
     np.testing.assert_allclose(below, SQ * np.array([0.0, 0.0, -0.5, -1.5]), rtol=1e-9, atol=1e-9 * SQ)
     assert found.attributes["first"] == 1
@@ -123,15 +106,6 @@ WHITE = RESOLVED | {"correlation_length_m": 1e-3}
 
 def modes_of(run, roughness, nodes, **truncation):
     return run(karhunen_loeve, {"roughness": roughness, "square": {"edge_m": 1.0, "nodes": nodes, **truncation}})
-
-
-def test_a_share_takes_the_fewest_modes_that_carry_it(run):
-    found = modes_of(run, RESOLVED, 32, variance_share=0.95)
-    assert found["captured_variance"] >= 0.95
-    assert found["captured_variance"] - found["eigenvalue"][-1] / (32**2 * RMS**2) < 0.95
-    same = modes_of(run, RESOLVED, 32, modes=len(found["eigenvalue"]))
-    for name in same:
-        np.testing.assert_array_equal(found[name], same[name])
 
 
 def test_what_the_modes_carry_is_told_in_the_mean_at_the_centre_and_at_the_corner(run):

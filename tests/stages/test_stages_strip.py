@@ -17,32 +17,16 @@ from roughslip.stages import chaos_strip, contact_strip, expansion_strip, fricti
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.nodes import training_columns
 from roughslip.stages.from_scene.surface_model import surface_model
+from tests.stages.scenes import CONTACT, changed
 
 SQ = 2e-7
-CONFIGURATION = {
-    "seed": 7,
-    "roughness": {
-        "covariance": "gaussian",
-        "rms_height_m": SQ,
-        "correlation_length_m": 1.5e-5,
-        "correlation_length_across_m": 9e-6,
-    },
-    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
-    "strip": {
-        "length_m": 4e-4,
-        "margin_m": 2e-5,
-        "width_m": 2.5e-5,
-        "cell_m": 5e-6,
-        "window_m": 1e-4,
-        "window_spacing_m": 2e-5,
-        "penetration_percentiles": [30.0, 50.0],
-        "samples": 8,
-        "training_samples": 3,
-    },
-    "expansion": {"target": "trial_pressure", "degree": 1},
-    "friction": {"mean_at_median": 0.3, "least_contact_fraction": 0.001},
-    "numerics": {"contact_tolerance": 1e-10},
-}
+CONFIGURATION = changed(
+    CONTACT,
+    roughness={"correlation_length_across_m": 9e-6},
+    strip={"samples": 8, "training_samples": 3},
+    expansion={"target": "trial_pressure", "degree": 1},
+    friction={"mean_at_median": 0.3, "least_contact_fraction": 0.001},
+)
 NX, NY, FIRST, COUNT, WINDOW, SPACING = 88, 5, 4, 16, 20, 4  # nodes; first column and number of windows; columns
 CELL_AREA = 5e-6**2
 HOW = {"method": "fft", "nodes": NX * NY, "start": "given"}  # solutions were found
@@ -157,9 +141,7 @@ def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear, m
 
 
 STRIPS, MANY, WINDOWS = 12, 40, 60
-FRICTION = CONFIGURATION | {
-    "strip": CONFIGURATION["strip"] | {"penetration_percentiles": [10.0, 50.0, 90.0], "window_spacing_m": 1e-5}
-}
+FRICTION = changed(CONFIGURATION, strip={"penetration_percentiles": [10.0, 50.0, 90.0], "window_spacing_m": 1e-5})
 
 
 @pytest.fixture(scope="module")
@@ -244,7 +226,7 @@ def test_what_is_drawn_and_tabled_is_at_its_penetration(friction_of_known_window
         assert float(row["combined_std"]) == pytest.approx(found["combined_std"][level], rel=1e-5)
 
 
-COARSE = CONFIGURATION | {"strip": CONFIGURATION["strip"] | {"expansion_spacing_m": 1e-5, "samples": 2}}
+COARSE = changed(CONFIGURATION, strip={"expansion_spacing_m": 1e-5, "samples": 2})
 
 
 def test_the_lattice_lies_in_the_middle_of_the_columns_that_it_stands_for():
@@ -253,8 +235,8 @@ def test_the_lattice_lies_in_the_middle_of_the_columns_that_it_stands_for():
     assert (every.spacing, every.first, every.grid) == (1, 0, geometry.strip_grid(scene_of(CONFIGURATION)))
     assert every.middle == slice(FIRST, FIRST + 80)
     for spacing, first_of_windows in ((2, FIRST), (4, FIRST + 1)):
-        strip_of = CONFIGURATION["strip"] | {"expansion_spacing_m": spacing * 5e-6}
-        lattice = geometry.lattice(scene_of(CONFIGURATION | {"strip": strip_of}))
+        coarser = changed(CONFIGURATION, strip={"expansion_spacing_m": spacing * 5e-6})
+        lattice = geometry.lattice(scene_of(coarser))
         columns = lattice.of(np.arange(NX))
         assert lattice.grid.shape == (len(columns), NY)
         assert (lattice.grid.dx, lattice.grid.dy) == (pytest.approx(spacing * 5e-6), 5e-6)

@@ -111,13 +111,6 @@ def test_units_do_not_matter(factor):
     assert scaled.iterations == fit.iterations
 
 
-def test_values_out_of_contact_are_not_looked_at():
-    basis, y, r = problem(400)
-    np.testing.assert_array_equal(
-        censored_regression(basis, r).coefficients, censored_regression(basis, y).coefficients
-    )
-
-
 def test_draws_out_of_contact_have_the_law_of_what_is_not_positive():
     """Kolmogorov distance of 2000 evenly spread probabilities from the uniform law: some log(2000) / 2000."""
     predicted, y = np.full(2000, 0.3), np.zeros(2000)

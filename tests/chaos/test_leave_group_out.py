@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughslip.chaos.leave_group_out import group_sums, left_out_predictions, numbered, without_one, without_two
+from roughslip.chaos.leave_group_out import group_sums, left_out_predictions, without_one, without_two
 from roughslip.errors import IllPosedError
 
 GROUPS = 5
@@ -58,9 +58,3 @@ def test_undetermined_coefficients_are_refused(column):
     extra = {"zero": 0 * values, "only in one group": np.where(group == 2, 1.0, 0.0), "twice": rows[:, 1]}[column]
     with pytest.raises(IllPosedError, match="undetermined"):
         without_one(*group_sums(np.column_stack([rows, extra]), weights, weights * values, group, GROUPS))
-
-
-def test_rows_are_numbered_as_they_first_come():
-    rows = np.array([[3.0, 1.0], [0.0, 2.0], [3.0, 1.0], [3.0, 0.0], [0.0, 2.0]])
-    assert numbered(rows).tolist() == [0, 1, 0, 2, 1]
-    assert numbered(np.array([7, 7, 2, 9, 2])).tolist() == [0, 0, 1, 2, 1]

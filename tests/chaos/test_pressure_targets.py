@@ -98,11 +98,6 @@ def test_a_censored_target_gives_the_pressure_back_and_takes_no_notice_of_the_ga
         fit_all_samples(np.ones((4, 1)), values, target)
 
 
-def test_without_a_cell_pressure_the_squared_pressure_has_a_plain_root():
-    found = PressureTarget("squared_pressure", 1.0).pressure(np.array([4.0, 0.0, -1.0]))
-    assert np.array_equal(found, [2.0, 0.0, 0.0])  # and no 0 / 0 on the way
-
-
 def test_weights_fall_with_the_distance_from_contact():
     target = PressureTarget("squared_pressure", 1.0)
     values = np.array([2.0, 4.0, 0.0, -3.0 * OUTSIDE_SCALE, -9.0 * OUTSIDE_SCALE])  # the mean in contact is 3

@@ -139,60 +139,53 @@ def test_condition_number_of_two_columns(cosine):
     assert fit.condition_number == pytest.approx(math.sqrt((1 + cosine) / (1 - cosine)), rel=1e-5)
 
 
-def refused(**changes):
-    basis, target, weights = noisy_problem()
-    problem = {"basis": basis, "target": target, "weights": weights}
-    return problem | {name: change(problem[name].copy()) for name, change in changes.items()}
+BASIS, TARGET, WEIGHTS = noisy_problem()
+NEAR = 1 + 1e-10 * np.arange(30)
 
 
-def put(index, value):
-    def change(array):
-        array[index] = value
-        return array
-
-    return change
-
-
-def column(copy_of, difference):
-    def change(array):
-        array[:, 1] = array[:, copy_of] * (1 + difference * np.arange(len(array)))
-        return array
-
-    return change
+def with_value(array, place, value):
+    changed = array.copy()
+    changed[place] = value
+    return changed
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("basis", "target", "weights", "message"),
     [
-        ({n: lambda a: a[:6] for n in ("basis", "target", "weights")}, "6 samples .* 6 coefficients"),
-        ({"weights": put(slice(6, None), 1e-9)}, r"30 samples \(5 effective\)"),
-        ({"basis": put((slice(None), 2), 0.0)}, "vanishes on every sample"),
-        ({"basis": column(0, 1e-10)}, "condition number"),
-        ({"basis": column(0, 0.0)}, "condition number"),
-        ({"basis": put((slice(1, None), 2), 0.0)}, "without sample 0"),
-        ({"target": put(slice(None), 0.1)}, "same on every sample"),
-        ({"target": put(slice(None), 0.0)}, "same on every sample"),
+        (BASIS[:6], TARGET[:6], WEIGHTS[:6], "6 samples .* 6 coefficients"),
+        (BASIS, TARGET, with_value(WEIGHTS, slice(6, None), 1e-9), r"30 samples \(5 effective\)"),
+        (BASIS * [1, 1, 0, 1, 1, 1], TARGET, WEIGHTS, "vanishes on every sample"),
+        (
+            with_value(BASIS, np.s_[:, 1], BASIS[:, 0] * NEAR),
+            TARGET,
+            WEIGHTS,
+            "condition number",
+        ),
+        (with_value(BASIS, np.s_[:, 1], BASIS[:, 0]), TARGET, WEIGHTS, "condition number"),
+        (with_value(BASIS, np.s_[1:, 2], 0.0), TARGET, WEIGHTS, "without sample 0"),
+        (BASIS, np.full(30, 0.1), WEIGHTS, "same on every sample"),
+        (BASIS, np.zeros(30), WEIGHTS, "same on every sample"),
     ],
 )
-def test_ill_posed_problems_are_refused(changes, message):
+def test_ill_posed_problems_are_refused(basis, target, weights, message):
     with pytest.raises(IllPosedError, match=message):
-        least_squares(**refused(**changes))
+        least_squares(basis, target, weights)
 
 
 @pytest.mark.parametrize(
-    "changes",
+    ("basis", "target", "weights"),
     [
-        {"basis": put((4, 2), np.nan)},
-        {"target": put(4, np.inf)},
-        {"weights": put(4, np.nan)},
-        {"weights": put(4, -1e-9)},
-        {"weights": put(slice(None), 0.0)},
-        {"weights": lambda a: a[:-1]},
-        {"target": lambda a: a[:-1]},
-        {"target": lambda a: a[:, None]},
-        {"basis": lambda a: a[:, 0]},
+        (with_value(BASIS, (4, 2), np.nan), TARGET, WEIGHTS),
+        (BASIS, with_value(TARGET, 4, np.inf), WEIGHTS),
+        (BASIS, TARGET, with_value(WEIGHTS, 4, np.nan)),
+        (BASIS, TARGET, with_value(WEIGHTS, 4, -1e-9)),
+        (BASIS, TARGET, 0 * WEIGHTS),
+        (BASIS, TARGET, WEIGHTS[:-1]),
+        (BASIS, TARGET[:-1], WEIGHTS),
+        (BASIS, TARGET[:, None], WEIGHTS),
+        (BASIS[:, 0], TARGET, WEIGHTS),
     ],
 )
-def test_bad_input_is_refused(changes):
+def test_bad_input_is_refused(basis, target, weights):
     with pytest.raises(ParameterError):
-        least_squares(**refused(**changes))
+        least_squares(basis, target, weights)

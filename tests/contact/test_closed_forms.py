@@ -12,7 +12,6 @@ from roughslip.contact.closed_forms import (
     CrossedWaves,
     HertzSphere,
     SineWave,
-    rigid_plastic_force_n,
     square_punch_force_n,
 )
 from roughslip.errors import ParameterError
@@ -136,10 +135,6 @@ def test_nearly_full_contact_of_crossed_waves_closes_penny_cracks() -> None:
     )
     assert abs(intensity) < 1e-9 * missing * b
     assert waves.open_fraction(full) == 0
-
-
-def test_rigid_plastic_force() -> None:
-    assert rigid_plastic_force_n(np.array([[1.0, 0.0], [-2.0, 1e-9]]), 3e9, 2e-12) == pytest.approx(0.012, rel=1e-14)
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, math.inf, math.nan])

@@ -45,13 +45,6 @@ def test_quantities_linear_in_the_height_of_the_plane_are_found_at_any():
     assert at_displaced_planes(falling, np.array([1.0, 0.0]), np.array([[0.0], [-2.0]]))[1, 0] == 0.0
 
 
-def test_no_load_beyond_the_mean_changes_nothing_and_one_plane_tells_no_change():
-    values = np.random.default_rng(2).uniform(1, 2, (2, 3, 6))
-    planes = np.array([2.0, 1.0, 0.0])
-    np.testing.assert_allclose(at_displaced_planes(values, planes, np.zeros((3, 6))), values, rtol=1e-15)
-    np.testing.assert_array_equal(at_displaced_planes(values[:, :1], planes[:1], np.ones((1, 6))), values[:, :1])
-
-
 def test_faulty_arguments_are_refused():
     with pytest.raises(ParameterError, match="at least 1"):
         column_influence(INFLUENCE, 0, 1)

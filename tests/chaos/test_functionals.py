@@ -92,7 +92,7 @@ def test_impossible_input_is_refused():
 def test_directions_are_orthonormal_and_keep_the_order_of_the_candidates(apart):
     """Also of nearly dependent candidates: one sweep of Gram-Schmidt would leave 1e-16 / 1e-5."""
     candidates = np.random.default_rng(6).standard_normal((5, 30)) * 1e-8  # metres
-    candidates[1] = candidates[0] + apart * candidates[2]
+    candidates[1] = candidates[0] + apart * candidates[4]
     directions = orthonormal_directions(candidates, 4)
     np.testing.assert_allclose(directions @ directions.T, np.eye(4), atol=1e-15 * 30)
     coordinates = candidates[:4] @ directions.T / 1e-8

@@ -33,10 +33,10 @@ def test_squared_pressure_is_linear_through_first_contact_of_a_paraboloid():
     pressed = np.maximum(approach, 0.0)
     area = np.pi * radius * np.where(pressed > 0, pressed, 1.0)
     pressure = 1.5 * (4 / 3 * MODULUS * math.sqrt(radius) * pressed**1.5) / area
-    values = pressure_target("squared_pressure", **PARTS | {"influence_diagonal": 0.0}).values(
-        pressure, np.maximum(-approach, 0.0)
-    )
+    target = pressure_target("squared_pressure", **PARTS | {"influence_diagonal": 0.0})
+    values = target.values(pressure, np.maximum(-approach, 0.0))
     np.testing.assert_allclose(values, (2 * MODULUS / math.pi) ** 2 * SUMMIT_CURVATURE * approach, rtol=1e-13)
+    np.testing.assert_allclose(target.pressure(values), pressure, rtol=1e-13)  # a plain root, and no 0 / 0 on the way
 
 
 @pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])

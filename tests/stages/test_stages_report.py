@@ -68,6 +68,12 @@ def test_what_is_missing_is_named(scene, name):
         read_scene(scene, CAPTIONS)
 
 
+def test_a_damaged_file_is_named_with_what_rebuilds_it(scene):
+    (scene / "costs.json").write_text('{"stage": "con', encoding="utf-8")
+    with pytest.raises(StoreError, match=r"costs\.json: missing or not JSON.*rebuild it with:"):
+        read_scene(scene, CAPTIONS)
+
+
 @pytest.mark.parametrize(
     ("stage", "targets", "figure"),
     [

@@ -151,6 +151,13 @@ def test_a_rim_without_heights_is_cut_off(scan_of, field):
     assert np.isfinite(found["map"]).all()
 
 
+def test_the_measured_model_of_a_scan_has_its_lengths_and_height(scan_of, field):
+    found = scan_of(field, covariance="measured")
+    model = scan_model.restored(found)
+    assert model.lengths_m == (found["length_x"], found["length_y"])
+    assert model.rms_height_m == pytest.approx(float(found["rms_height"]))
+
+
 def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, field):
     """Cubed heights have long tails on both sides: excess kurtosis some 30, and no beta of small skewness has that."""
     with pytest.raises(IllPosedError, match=r"nearest.*use an empirical distribution"):

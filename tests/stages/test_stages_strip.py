@@ -224,6 +224,9 @@ def test_what_is_drawn_and_tabled_is_at_its_penetration(friction_of_known_window
         assert float(row["combined_mean"]) == pytest.approx(found["combined_mean"][level], rel=1e-5)
         assert float(row["skewness"]) == pytest.approx(found["skewness"][0, level], rel=1e-5)
         assert float(row["combined_std"]) == pytest.approx(found["combined_std"][level], rel=1e-5)
+        length = found["length_least_squares_low"][0, level]
+        assert float(row["length_least_squares_low_m"]) == pytest.approx(length, rel=1e-5)
+        assert int(row["beta_at_bound"]) == found["beta_at_bound"][0, level]
 
 
 COARSE = changed(CONFIGURATION, strip={"expansion_spacing_m": 1e-5, "samples": 2})

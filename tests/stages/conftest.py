@@ -23,7 +23,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def run(folder: Path) -> Callable[..., store.Result]:
-    """run(stage, configuration, **arguments) is the result, which stays in the module's folder by the stage's name;
+    """run(stage, configuration, **arguments) is the result. It stays in the module's folder by the stage's name.
     run.did and run.skipped are the work that the last stage counted, done and not computed."""
 
     def run_stage(stage: ModuleType, configuration: dict, name: str = "", **arguments: object) -> store.Result:

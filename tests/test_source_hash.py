@@ -15,7 +15,7 @@ from roughslip.compilation.source_hash import closure, closure_hash, syntax
 
 SOURCE = Path(source_hash.__file__).resolve().parents[2]
 MODULES = sorted((SOURCE / "roughslip").rglob("*.py"))
-COMMANDS = [file.stem for file in MODULES if '__name__ == "__main__"' in file.read_text("utf-8")]
+COMMANDS = [file.stem for file in MODULES if file.parent.name == "stages" and file.stem != "__init__"]
 STAGE = "pkg.stages.contact"
 
 # A stage that reaches each module in another way; `lonely` and `other` are outside its closure.

@@ -29,8 +29,10 @@ def covariance_matrix(covariance, grid):
 
 
 def exponential_on_unit_interval(length, count):
-    """Ghanem and Spanos 1991, section 2.3.3: on [-a, a] lambda = 2 l / (1 + (l w)^2) with 1 = l w tan(w a) for even
-    modes and l w = -tan(w a) for odd ones; the n-th root lies between n pi / 2a and (n + 1) pi / 2a."""
+    """Eigenvalues on [-a, a], a = 1/2, by Ghanem and Spanos 1991, section 2.3.3: lambda = 2 l / (1 + (l w)^2).
+
+    Even modes have 1 = l w tan(w a), odd ones l w = -tan(w a). Root n lies between n pi / 2a and (n + 1) pi / 2a.
+    """
     a, roots = 0.5, []
     for n in range(count):
         even = n % 2 == 0

@@ -7,13 +7,18 @@ import os
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from snakemake.api import SnakemakeApi
+from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, ResourceSettings
 
 from roughslip.compilation.source_hash import compiled_folder
 from workflow.faults.scratch import TINY, copy_project
+from workflow.keys import key_files
+from workflow.recovery import run_lock
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -99,6 +104,37 @@ def project(finished: Project, tmp_path: Path):
     copy = finished.copy(tmp_path / "copy", "tiny")
     yield copy
     shutil.rmtree(copy.folder)
+
+
+@pytest.fixture
+def plan(monkeypatch):
+    """Jobs of each scene by rule that a dry run in a project announces: {scene: {rule: jobs}}."""
+
+    def planned(folder: Path, *targets: str) -> dict[str, dict[str, int]]:
+        held: list = []
+        monkeypatch.setattr(run_lock, "_held", held)
+        monkeypatch.setattr(sys, "argv", ["snakemake", "-n", *targets])
+        monkeypatch.setenv("PYTHONPATH", str(folder / "src"))
+        with SnakemakeApi(OutputSettings(quiet={Quietness.ALL}, dryrun=True)) as api:
+            workflow = api.workflow(
+                resource_settings=ResourceSettings(cores=1), snakefile=folder / "Snakefile", workdir=folder
+            )
+            workflow.dag(DAGSettings(targets=set(targets), max_checksum_file_size=10**9)).execute_workflow(
+                executor="dryrun"
+            )
+            jobs = list(workflow._workflow_store.dag.needrun_jobs(exclude_finished=False))
+        for file in held:
+            file.close()
+        found: dict[str, Counter] = {}
+        for job in jobs:
+            if job.output:
+                assert job.params.get("module", "") in job.rule.name  # of rules that are made in a loop
+                found.setdefault(job.wildcards_dict.get("scene", ""), Counter()).update([job.rule.name])
+        return {scene: dict(rules) for scene, rules in found.items()}
+
+    yield planned
+    while key_files._draft_folders:
+        key_files._draft_folders.pop().cleanup()
 
 
 def _new_project(folder: Path) -> Project:

@@ -237,8 +237,8 @@ def fit_hurst(
 
     Least squares in log S, over H within 0.01 ... 0.99; Sq follows from the mean residual. A straight line through
     log S would miss the waves outside the band. Its slope gave H 0.05 to 0.07 too low at 0.8 and 0.03 to 0.09 too
-    high at 0.2. Use short lags. On one 512 x 512 surface (M = 16), both axes averaged, H scattered by 0.002 (H = 0.2)
-    to 0.010 (H = 0.8) with lags up to 1/64 of the edge. With lags up to 1/4 it scattered by 0.016 to 0.034.
+    high at 0.2. Use short lags. Measured on one 512 x 512 surface (M = 16), both axes averaged. With lags up to 1/64 of
+    the edge H scattered by 0.002 (H = 0.2) to 0.010 (H = 0.8). With lags up to 1/4 it scattered by 0.016 to 0.034.
     Raises IllPosedError where H ends at its limit.
     """
     x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))

@@ -36,6 +36,7 @@ PACKAGE = {
         "from __future__ import annotations\n"
         "from typing import TYPE_CHECKING\n"
         "import pkg.sub.deep.leaf as leaf\n"
+        "STAGE = dict(memory_mb=260)\n"
         "if TYPE_CHECKING:\n"
         "    from pkg.types import Q\n"
         "def run(x):\n"
@@ -82,6 +83,7 @@ def test_a_missing_module_is_named_with_its_importer(source):
         ("pkg/stages/contact.py", "return x + 1", "return (\n        x + 1  # one more\n    )", False),
         ("pkg/stages/contact.py", '"""Solve."""', '"""Solve it.\n\n    With care."""', False),
         ("pkg/lonely.py", "import", "import os\nimport", False),
+        ("pkg/stages/contact.py", "memory_mb=260", "memory_mb=300", False),
         ("pkg/sub/other.py", "", "x = 1\n", False),
         ("pkg/stages/contact.py", "x + 1", "x + 2", True),
         ("pkg/stages/contact.py", "x + 1", "x - 1", True),

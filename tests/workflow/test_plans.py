@@ -97,6 +97,7 @@ EDITS = [
     (SCENE, "[30, 50]", "[30.0, 50]", {}),
     ("src/roughslip/scene/square.py", "at_most=1024", "at_most=2048", {}),
     ("src/roughslip/contact/solve.py", '"""', '"""Edited: ', {}),
+    ("src/roughslip/stages/contact_strip.py", "memory_mb=420", "memory_mb=430", {}),
     ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy==", {}),
     ("Snakefile", "rule all:", "# By default:\nrule all:", {}),
 ]  # fmt: skip

@@ -145,8 +145,8 @@ def test_a_scene_key(copy):
     ask += "print(slice_for(load(Path('config/scenes/{}.yaml'), Path('config/scenes')), 'karhunen_loeve')['material'])"
     copy.scene("mine", "extends: tiny\nmaterial: {yield_share: 0.5}\n")
     for name, value in (("tiny", 1.0), ("mine", 0.5)):
-        code = copy.path("ask.py")
+        code = copy.path(f"ask_{name}.py")  # of its own name, so that no cached bytecode stands in
         code.write_text(ask.format(name))
-        assert copy.python("ask").stdout.strip() == f"{{'yield_share': {value}}}"
+        assert copy.python(f"ask_{name}").stdout.strip() == f"{{'yield_share': {value}}}"
     copy.scene("wrong", "extends: tiny\nmaterial: {yield_share: 2}\n")
     assert "material.yield_share: 2 is not allowed" in copy.snakemake("-n", "wrong").stderr

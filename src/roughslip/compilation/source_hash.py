@@ -173,7 +173,12 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _parsed(file: Path, source: bytes) -> Syntax:
+    """The syntax of a file, without docstrings and without the declaration of a stage.
+
+    The scene keys that a stage declares stand in its key file; the rest of `STAGE` only plans its jobs.
+    """
     tree = ast.parse(source, str(file))
+    tree.body = [node for node in tree.body if not _is_declaration(node)]
     imports: list[tuple[int, str, tuple[str, ...]]] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -185,6 +190,11 @@ def _parsed(file: Path, source: bytes) -> Syntax:
         elif isinstance(node, ast.JoinedStr):  # Python 3.12 puts empty strings into nested format specifications
             node.values = [part for part in node.values if not (isinstance(part, ast.Constant) and part.value == "")]
     return Syntax(hashlib.sha256(_plain(tree).encode()).hexdigest(), tuple(imports))
+
+
+def _is_declaration(node: ast.stmt) -> bool:
+    targets = node.targets if isinstance(node, ast.Assign) else []
+    return [target.id for target in targets if isinstance(target, ast.Name)] == ["STAGE"]
 
 
 def _plain(node: object) -> str:

@@ -76,7 +76,7 @@ def figure3_law(result: Arrays) -> Figure:
     head(grid[0, 0], "a", "autocorrelation" + equal["correlation"])
     head(grid[0, 1], "b", "exponential length")
     head(grid[0, 2], "c", "marginal at median penetration")
-    head(grid[1, 0], "d", "distance of laws" + equal["law"])
+    head(grid[1, 0], "d", "distance to families" + equal["law"])
     head(grid[1, 1], "e", "skewness")
     head(grid[1, 2], "f", "excess kurtosis")
     sns.despine(figure)

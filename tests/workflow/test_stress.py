@@ -85,7 +85,7 @@ def test_a_small_campaign_has_no_failure_and_can_be_repeated(stage):
 @pytest.mark.slow
 @pytest.mark.parametrize("stage", CAMPAIGNS)
 def test_a_campaign_on_two_processes_has_no_failure_and_the_same_rows(stage):
-    """Both runs are in new processes: one that compiled a function in another order may differ from them in last bits."""
+    """Both runs are in new processes: a process that compiled functions in another order may differ in last bits."""
     rows = runner.run_problems(CAMPAIGNS[stage].row_of, SEED, range(100), jobs=2)
     assert runner.failures(rows) == []
     assert runner.run_problems(CAMPAIGNS[stage].row_of, SEED, range(10), jobs=3) == rows[:10]

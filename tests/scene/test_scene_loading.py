@@ -11,7 +11,7 @@ from roughslip.probability.families import FAMILIES
 from roughslip.scene import roughness, rules
 from roughslip.scene.loader import RESERVED, describe_allowed, load
 from roughslip.scene.plan import slice_for
-from roughslip.stages.from_scene.nodes import training_columns
+from roughslip.stages.from_scene.geometry import training_columns
 from tests.scene.shipped import FIGURES, FRACTAL, KINDS, PAPER, SCAN, SCHEMA, TABLE, lines_of, shipped_scene
 
 TIME = "correlation_time_s: 2.6e-4"

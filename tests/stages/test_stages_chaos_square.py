@@ -15,7 +15,7 @@ from roughslip.contact.influence import Influence
 from roughslip.errors import IllPosedError
 from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_square, design, karhunen_loeve
-from roughslip.stages.from_scene import expansion, geometry, nodes, surface_model
+from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.result_tables import centre_distribution
 from roughslip.stages.result_tables.centre_distribution import (
     BLOCK,
@@ -210,7 +210,7 @@ def designs(run, modes):
 def variables(modes):
     """(4, 4, MODES) at the four central nodes, which are all that train on so coarse a mesh."""
     model, grid = surface_model.gaussian_model(scene_of(CONFIGURATION)), geometry.square_grid(scene_of(CONFIGURATION))
-    return expansion.directions(model, grid, modes["modes"], nodes.training_nodes(model, grid), 4)[0]
+    return expansion.directions(model, grid, modes["modes"], geometry.training_nodes(model.lengths_m, grid), 4)[0]
 
 
 @pytest.fixture(scope="module")

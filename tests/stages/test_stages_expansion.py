@@ -7,7 +7,7 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene.expansion import candidates, directions, heights_around
-from roughslip.stages.from_scene.nodes import central_nodes, training_nodes
+from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
 from roughslip.surface.karhunen_loeve import karhunen_loeve
 from roughslip.surface.model import GaussianModel
 from roughslip.surface.models import covariance_of
@@ -27,7 +27,7 @@ SURFACE = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0))
 )
 def test_central_nodes_are_the_centre_and_its_mirror_images(nx, ny, nodes):
     grid = Grid(nx, ny, 1.0, 1.0)
-    found = list(zip(*map(np.ndarray.tolist, central_nodes(SURFACE, grid)[:2]), strict=True))
+    found = list(zip(*map(np.ndarray.tolist, central_nodes(SURFACE.lengths_m, grid)[:2]), strict=True))
     assert found == nodes
     assert found[0] == grid.centre
     assert {(nx - 1 - i, ny - 1 - j) for i, j in found} == set(found)
@@ -36,7 +36,7 @@ def test_central_nodes_are_the_centre_and_its_mirror_images(nx, ny, nodes):
 def test_training_nodes_lie_half_a_length_from_the_central_ones():
     """Lengths of 6 and 12 cells: nodes 3 and 6 cells out; each with its mirror images, the centre first."""
     grid = Grid(32, 31, 1.0, 1.0)
-    nodes = training_nodes(GaussianModel(SURFACE.covariance, (6.0, 12.0)), grid)
+    nodes = training_nodes((6.0, 12.0), grid)
     found = set(zip(nodes.x.tolist(), nodes.y.tolist(), strict=True))
     assert found == {(i, j) for i in (12, 15, 16, 19) for j in (9, 15, 21)}
     assert (nodes.x[0], nodes.y[0]) == grid.centre
@@ -49,14 +49,14 @@ def test_training_nodes_lie_half_a_length_from_the_central_ones():
 def test_only_the_central_nodes_train_where_others_are_neighbours_or_on_the_border(nodes, length):
     """Half of 2.9 cells is one cell; half of 6 is 3, which on 6 nodes is the border."""
     surface, grid = GaussianModel(SURFACE.covariance, (length, length)), Grid(nodes, nodes, 1.0, 1.0)
-    assert np.array_equal(training_nodes(surface, grid), central_nodes(surface, grid))
+    assert np.array_equal(training_nodes(surface.lengths_m, grid), central_nodes(surface.lengths_m, grid))
 
 
 def test_more_variables_than_modes_are_refused():
     grid = Grid(24, 24, 1.0, 1.0)
     modes = karhunen_loeve(SURFACE.covariance, grid, 5).modes
     with pytest.raises(IllPosedError, match="only 5 of the 6 variables"):
-        directions(SURFACE, grid, modes, central_nodes(SURFACE, grid), 6)
+        directions(SURFACE, grid, modes, central_nodes(SURFACE.lengths_m, grid), 6)
 
 
 def asked(variables, length=6.0, nodes=24, count=60, **rotation):
@@ -66,7 +66,7 @@ def asked(variables, length=6.0, nodes=24, count=60, **rotation):
         Grid(nodes, nodes, 1.0, 1.0),
     )
     modes = karhunen_loeve(surface.covariance, grid, count).modes
-    places = training_nodes(surface, grid)
+    places = training_nodes(surface.lengths_m, grid)
     configuration = {"expansion": {"variables": variables, **rotation}}
     return candidates(scene_of(configuration), surface, grid, modes, places), surface, grid, modes, places
 
@@ -131,7 +131,7 @@ def test_signs_of_the_variables_are_those_of_surfaces_turned_with_their_nodes(la
     covariance = covariance_of("gaussian", 1.0, 6.0, 9.0, lay)
     surface, grid = GaussianModel(covariance, covariance.axis_lengths_m), Grid(24, 24, 1.0, 1.0)
     modes = karhunen_loeve(covariance, grid, 30).modes
-    places = training_nodes(surface, grid)
+    places = training_nodes(surface.lengths_m, grid)
     found, odd = directions(surface, grid, modes, places, 8)
     assert odd.shape == (8, symmetries)
     flips = [(0,), (1,)] if symmetries == 2 else [(0, 1)]

@@ -15,7 +15,7 @@ from roughslip.stages.result_tables.friction_table import (
     SOURCES,
     TITLES,
     TRENDS,
-    quantiles,
+    distribution,
     table_variables,
 )
 
@@ -81,7 +81,7 @@ def test_one_level_has_no_trend(table):
 def test_quantiles_are_those_of_the_valid_windows():
     mu, valid = np.arange(20.0).reshape(4, 5), np.ones((4, 5), dtype=bool)
     valid[3, 4] = False
-    found = quantiles(mu, valid)
+    found = distribution(mu, valid)
     probability, values = found["quantile_probability"].values, found["quantile"].values
     assert (probability[0], probability[-1], len(probability)) == (0.0, 1.0, 1001)
     np.testing.assert_allclose(values, 18 * probability, atol=1e-12)  # of 0, 1, ..., 18, equally likely

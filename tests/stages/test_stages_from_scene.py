@@ -12,8 +12,8 @@ from roughslip.scan.model_fit import fitted_marginal
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
-from roughslip.stages.from_scene import expansion, geometry, scan_model, surface_model
-from roughslip.stages.from_scene.nodes import TRAINING_SPACING, training_columns
+from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene.geometry import TRAINING_SPACING, training_columns
 from roughslip.stages.result_tables import scan_table
 from roughslip.surface.model import gaussian_model
 from roughslip.surface.models import covariance_of
@@ -132,10 +132,10 @@ def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, family):
     scan = topography(truth.heights(field), 1e-6, 1e-6, "a scan")
     found = scan_statistics(scan)
     law = fitted_marginal(family, scan, 2e-7)
-    variables, attributes = scan_model.stored(covariance, law, False, 2e-7)
+    variables, attributes = surface_model.stored_model(covariance, law, False, 2e-7)
     path = tmp_path / "scan.nc"
     store.write(path, variables | scan_table.of_scan(scan, found), store.Key({"seed": 1}, "code"), attributes)
-    model = scan_model.restored(store.read(path))
+    model = surface_model.restored_model(store.read(path))
     assert model.rms_height_m == pytest.approx(2e-7, rel=1e-12)
     if covariance is None:
         assert model.lengths_m == (found.autocorrelation.length_x.value, found.autocorrelation.length_y.value)

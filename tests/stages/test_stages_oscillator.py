@@ -13,12 +13,10 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping
 from roughslip.scene.types import scene_of
 from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
-from roughslip.stages.deterministic import where_it_exists
+from roughslip.stages.deterministic import LONGEST, PARAMETERS, cycle_period, range_variables, where_it_exists
 from roughslip.stages.from_scene import mass_on_belt
-from roughslip.stages.from_scene.friction_paths import friction_paths, friction_process
-from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers
-from roughslip.stages.result_tables.friction_table import quantiles
-from roughslip.stages.result_tables.oscillator_ranges import LONGEST, PARAMETERS, cycle_period, range_variables
+from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers, friction_paths, friction_process
+from roughslip.stages.result_tables.friction_table import distribution
 from tests.stages.scenes import OSCILLATOR
 
 GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4, "beta_a": 2.1, "beta_b": 5.0}
@@ -50,7 +48,7 @@ def test_the_paper_s_marginal_has_its_shapes_and_the_moments_of_the_windows():
 def test_the_empirical_marginal_has_the_quantiles_of_the_windows_and_the_moments_of_the_numbers(tmp_path):
     """Exponentially distributed windows, whose skewness 2 a normal marginal would not have."""
     mu = np.random.default_rng(0).exponential(size=(40, 500))
-    variables = quantiles(mu, np.ones(mu.shape, dtype=bool))
+    variables = distribution(mu, np.ones(mu.shape, dtype=bool))
     store.write(tmp_path / "statistics.nc", variables, store.Key({}, "abc"))
     process = process_of(FrictionNumbers(**GIVEN), "empirical", tmp_path / "statistics.nc")
     z = np.random.default_rng(1).standard_normal(100_000)

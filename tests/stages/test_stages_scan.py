@@ -10,7 +10,7 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scan.topography import topography
 from roughslip.stages import scan, synthetic_surfaces
-from roughslip.stages.from_scene import geometry, scan_model
+from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.surface.embedding import embed
 from roughslip.surface.model import gaussian_model
 from roughslip.surface.models import covariance_of
@@ -84,7 +84,7 @@ def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
 
 def test_the_model_of_a_scan_is_its_covariance(scanned):
     """The best of all kinds, with the Sq of the scan."""
-    model = scan_model.restored(scanned)
+    model = surface_model.restored_model(scanned)
     assert model.covariance.kind == "exponential"
     assert model.rms_height_m == pytest.approx(float(scanned["rms_height"]))
     assert model.lengths_m == pytest.approx((8e-6, 5e-6), rel=0.25)
@@ -92,7 +92,7 @@ def test_the_model_of_a_scan_is_its_covariance(scanned):
 
 def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
     """Each by its number; the first is drawn."""
-    model, found = scan_model.restored(scanned), copies
+    model, found = surface_model.restored_model(scanned), copies
     fields = [model.sampler(GRID)(np.random.default_rng([7, geometry.STREAM_TWINS, number])) for number in range(5)]
     np.testing.assert_allclose(found["twin_map"], fields[0], rtol=0, atol=1e-9 * SQ)
     np.testing.assert_allclose(found["twin_rms_height"], [z.std() for z in fields], rtol=0.02)  # about its own mean
@@ -153,7 +153,7 @@ def test_a_rim_without_heights_is_cut_off(scan_of, field):
 
 def test_the_measured_model_of_a_scan_has_its_lengths_and_height(scan_of, field):
     found = scan_of(field, covariance="measured")
-    model = scan_model.restored(found)
+    model = surface_model.restored_model(found)
     assert model.lengths_m == (found["length_x"], found["length_y"])
     assert model.rms_height_m == pytest.approx(float(found["rms_height"]))
 

@@ -15,7 +15,7 @@ from roughslip.contact.influence import Influence
 from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.nodes import training_columns
+from roughslip.stages.from_scene.geometry import training_columns
 from roughslip.stages.from_scene.surface_model import surface_model
 from tests.stages.scenes import CONTACT, changed
 

@@ -26,7 +26,6 @@ from roughslip.oscillator.motion import ensemble_counts
 from roughslip.probability import BetaDistribution
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
-from roughslip.stages.from_scene.nodes import central_nodes
 from roughslip.stages.path_resolution import Thinned
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from workflow.benchmarks.chaos_problem import (
@@ -130,7 +129,8 @@ def central_pressures(square: Square, grid: Grid, rough: np.ndarray, tolerance: 
 
     rough : (surfaces, nx, ny) [m] heights on a mesh of which every `step`-th node is one of the scene's
     """
-    influence, nodes = elastic.influence(square.scene, grid), central_nodes(square.model, square.grid)
+    influence = elastic.influence(square.scene, grid)
+    nodes = geometry.central_nodes(square.model.lengths_m, square.grid)
     found = np.empty((len(rough), len(nodes.x)))
     for row, surface in enumerate(rough):
         pressure = solve(influence, surface - square.planes[MEDIAN], tolerance).pressure

@@ -26,7 +26,7 @@ from roughslip.grid import Grid
 from roughslip.scene.loader import load
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
-from roughslip.stages.from_scene.nodes import Nodes, central_nodes, training_nodes
+from roughslip.stages.from_scene.geometry import Nodes, central_nodes, training_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from roughslip.surface.model import GaussianModel
 from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE
@@ -157,7 +157,7 @@ class Square:
         scene = load_scene(name)
         model, grid = surface_model.gaussian_model(scene), geometry.square_grid(scene)
         modes = karhunen_loeve(model.covariance, grid, scene.square.modes, share=scene.square.variance_share).modes
-        nodes, terms = training_nodes(model, grid), scene.expansion
+        nodes, terms = training_nodes(model.lengths_m, grid), scene.expansion
         return cls(
             name,
             scene,
@@ -166,7 +166,7 @@ class Square:
             modes,
             elastic.influence(scene, grid),
             nodes,
-            len(central_nodes(model, grid).x),
+            len(central_nodes(model.lengths_m, grid).x),
             *expansion.directions(model, grid, modes, nodes, terms.variables),
             multi_indices(terms.variables, terms.degree),
             expansion.targets(scene, model, grid)[0],

@@ -1,7 +1,7 @@
 """The Monte Carlo reference of the pressure at the centre of a scene's square, at three penetrations.
 
 A sample is one surface, its Karhunen-Loeve variables from default_rng([seed, STREAM, number]), solved at every
-penetration. Batches hold pressure and gap of the four central nodes, in the order of `nodes.central_nodes`: falling
+penetration. Batches hold pressure and gap of the four central nodes, in the order of `geometry.central_nodes`: falling
 number along x, and for each of these falling number along y.
 
 The four central nodes of a surface have one distribution but are not independent. So every standard error takes the sum
@@ -35,7 +35,7 @@ from roughslip.errors import InputError
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
-from roughslip.stages.from_scene.nodes import central_nodes
+from roughslip.stages.from_scene.geometry import central_nodes
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from workflow.monte_carlo.command import run_command
 
@@ -70,7 +70,7 @@ def solve_centre(configuration: Values, first: int, last: int) -> tuple[np.ndarr
     modes = karhunen_loeve(model.covariance, grid, scene.square.modes, share=scene.square.variance_share).modes
     planes = np.array([float(model.plane_height(percentile)) for percentile in PERCENTILES])
     hardness = elastic.hardness_pa(scene)
-    influence, nodes = elastic.influence(scene, grid), central_nodes(model, grid)
+    influence, nodes = elastic.influence(scene, grid), central_nodes(model.lengths_m, grid)
     shape = (last - first, len(planes), len(nodes.x))
     pressure, gap = np.empty(shape, dtype=KEPT), np.empty(shape, dtype=KEPT)
     for row, number in enumerate(range(first, last)):
@@ -206,7 +206,8 @@ def controlled_means(configuration: Values, pressure: np.ndarray, gap: np.ndarra
     scene = scene_of(configuration)
     model, grid = surface_model.gaussian_model(scene), geometry.square_grid(scene)
     order, share = (configuration["square"].get(name) for name in ("modes", "variance_share"))
-    modes, nodes = karhunen_loeve(model.covariance, grid, order, share=share).modes, central_nodes(model, grid)
+    modes = karhunen_loeve(model.covariance, grid, order, share=share).modes
+    nodes = central_nodes(model.lengths_m, grid)
     directions, odd = expansion.directions(model, grid, modes, nodes, VARIABLES)
     (target,) = expansion.targets(scene_of({**configuration, "expansion": {"target": TARGET}}), model, grid)
     seed = scene.seed

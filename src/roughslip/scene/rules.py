@@ -41,7 +41,7 @@ _MULTIPLES = {
 
 
 def training_columns(columns: float) -> int:
-    """Columns of a strip that train the expansion, as from_scene.nodes counts them."""
+    """Columns of a strip that train the expansion, as from_scene.geometry counts them."""
     return math.ceil((columns - TRAINING_SPACING // 2) / TRAINING_SPACING) if columns < _CELLS else _CELLS
 
 

@@ -1,7 +1,5 @@
 """Stage adaptive_training: as many solves as the error asked of the distribution at the centre of the square takes."""
 
-from __future__ import annotations
-
 import math
 import sys
 
@@ -15,7 +13,6 @@ from roughslip.chaos.selection import fit_count
 from roughslip.limits import MOST_NUMBERS, VARIABLE_COUNTS
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry
-from roughslip.stages.from_scene.nodes import training_nodes
 from roughslip.stages.from_scene.square import solved, square
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
@@ -59,7 +56,7 @@ def work(job: Job) -> None:
     asked = job.scene.expansion
     seed = [job.scene.seed, geometry.STREAM_EXPANSION_DESIGN]
     problem = square(job)
-    nodes = training_nodes(problem.model, problem.grid)
+    nodes = geometry.training_nodes(problem.model.lengths_m, problem.grid)
     batches: list[dict[str, store.Variable]] = []
     with job.usage.core():
         candidates = expansion.candidates(job.scene, problem.model, problem.grid, problem.modes, nodes)

@@ -1,7 +1,5 @@
 """Stage chaos_square: distribution of the pressure at the centre, sampled and expanded (Figure 2)."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np
@@ -17,7 +15,6 @@ from roughslip.chaos.sensitivity import sensitivity_to_directions
 from roughslip.errors import IllPosedError
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
-from roughslip.stages.from_scene.nodes import training_nodes
 from roughslip.stages.result_tables.centre_distribution import (
     EXPANDED,
     METHODS,
@@ -122,8 +119,9 @@ def work(job: Job) -> None:
     surface = store.read(job.arguments.surface)
     model = surface_model.gaussian_model(job.scene, job.arguments.scan)
     grid = geometry.square_grid(job.scene)
+    training = geometry.training_nodes(model.lengths_m, grid)
     with job.usage.core():
-        candidates = expansion.candidates(job.scene, model, grid, surface["modes"], training_nodes(model, grid))
+        candidates = expansion.candidates(job.scene, model, grid, surface["modes"], training)
         chosen = local_expansion(batches, candidates, expansion.targets(job.scene, model, grid), job)
         local, directions = chosen.expansion, chosen.rotation @ candidates.directions[0]
         found = expansions(batches, directions[:PAPER], job)

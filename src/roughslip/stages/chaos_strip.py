@@ -1,7 +1,5 @@
 """Stage chaos_strip: the expansion of the pressure along the strip, from the training columns of the solved strips."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from roughslip import store
@@ -10,7 +8,6 @@ from roughslip.chaos.residual_distribution import conditional_means
 from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
-from roughslip.stages.from_scene.nodes import training_columns
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -42,7 +39,7 @@ def work(job: Job) -> None:
     lattice = geometry.lattice(scene)
     target, stencil = expansion.strip_target(scene, model, grid), expansion.stencil(model, lattice.grid)
     sample = model.sampler(grid)
-    columns = training_columns(geometry.middle(scene))
+    columns = geometry.training_columns(geometry.middle(scene))
     with job.usage.core():
         functionals = []
         for number in range(len(pressure)):

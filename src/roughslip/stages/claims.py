@@ -1,7 +1,5 @@
 """Stage claims: the verdict on each statement of the paper, from what the scene found, and its sensitivity."""
 
-from __future__ import annotations
-
 import json
 
 from roughslip import store

@@ -1,7 +1,5 @@
 """Stage comparison: Figure 3 of several scenes in one picture, and the numbers that it draws."""
 
-from __future__ import annotations
-
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.figures.comparison import COMPARED, MOST, comparison

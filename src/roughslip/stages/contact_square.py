@@ -1,12 +1,9 @@
 """Stage contact_square: contact of a batch of samples of the square with the plane, at one penetration."""
 
-from __future__ import annotations
-
 from roughslip import store
 from roughslip.chaos.designs import monte_carlo
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.nodes import central_nodes, training_nodes
 from roughslip.stages.from_scene.square import solved, square
 from roughslip.stages.runtime.command import Job, execute
 
@@ -39,8 +36,8 @@ def work(job: Job) -> None:
     else:
         design = store.read(arguments.designs)[arguments.design]
         xi = (design[number] for number in numbers)
-    wanted = training_nodes if arguments.design == "expansion" else central_nodes
-    nodes = wanted(problem.model, problem.grid)
+    wanted = geometry.training_nodes if arguments.design == "expansion" else geometry.central_nodes
+    nodes = wanted(problem.model.lengths_m, problem.grid)
     with job.usage.core():
         variables = solved(problem, xi, len(numbers), nodes, job)
     store.write(arguments.output, variables, job.key, {"first": arguments.first, "design": arguments.design})

@@ -1,7 +1,5 @@
 """Stage contact_strip: contact of a batch of strips with the plane, at every penetration of the scene."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from roughslip import store
@@ -9,7 +7,6 @@ from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import elastic, geometry, surface_model
-from roughslip.stages.from_scene.nodes import training_columns
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -36,7 +33,7 @@ def work(job: Job) -> None:
     tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
     windows = geometry.windows(scene)
     count, levels = arguments.last - arguments.first, len(planes)
-    columns = training_columns(windows.middle)
+    columns = geometry.training_columns(windows.middle)
     trained = max(0, min(scene.strip.training_samples, arguments.last) - arguments.first)
     area, force = np.empty((2, count, levels, windows.count))
     residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)

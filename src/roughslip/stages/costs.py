@@ -1,7 +1,5 @@
 """Stage costs: what every stage of the scene cost, did and left out, summed over its jobs; which did not run."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Stage cycles: the ensemble summed up, cycle counts against damping and the distribution of the reattachment point."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Stage design: designs that are drawn whole. Monte Carlo samples of the reference are drawn where they are used."""
 
-from __future__ import annotations
-
 from roughslip import store
 from roughslip.chaos.designs import design
 from roughslip.errors import InputError

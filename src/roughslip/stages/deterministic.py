@@ -3,10 +3,10 @@
 And how far mass and belt velocity may move until cycle or stability are others.
 """
 
-from __future__ import annotations
-
+import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -19,9 +19,9 @@ from roughslip.oscillator.limits import counts_by_period, existence_limit, hopf_
 from roughslip.oscillator.motion import MotionOptions, ensemble_counts, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
-from roughslip.stages.result_tables.oscillator_ranges import range_variables
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.bracket import REACH, end
 
 STAGE = Stage(
     name="deterministic",
@@ -31,6 +31,27 @@ STAGE = Stage(
     result="oscillator/deterministic.nc",
     memory_mb=520,
 )
+
+PARAMETERS = ("mass_kg", "belt_velocity_m_per_s")
+RANGE_TOLERANCE = 1e-9  # of a slip phase; ends of ranges have 1e-6
+LONGEST = 5.0  # natural periods of a cycle: then a run that cycles shows one in its closing ten
+
+LIMITS = {
+    "hopf_damping": ("1", "damping ratio below which steady sliding is unstable"),
+    "existence_limit": ("1", "damping ratio above which the stick-slip cycle does not exist"),
+}
+CYCLE = {
+    "departure": ("m", "X at the end of stick"),
+    "reattachment": ("m", "X at the start of stick"),
+    "period": ("1", "period of the cycle in tau"),
+    "slipped_distance": ("m", "slipped distance of a cycle"),
+}
+RANGES = {
+    "cycle_range": "factor of the input at which the stick-slip cycle begins or ceases to exist at the scene's damping",
+    "unstable_range": "factor of the input at which steady sliding gains or loses stability at the scene's damping",
+    "sides_range": "factor of the input at which the list of damping ratios comes to lie on one side of the limit, "
+    "or on both",
+}
 
 
 def where_it_exists(find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw) -> Any:
@@ -48,19 +69,14 @@ def work(job: Job) -> None:
     ensemble, tolerance = scene.ensemble, scene.numerics.oscillator_tolerance
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    by_period = ensemble.count_by_period
     with job.usage.core():
-        limits = {"hopf_damping": np.nan, "existence_limit": np.nan}
-        cycle = {"departure": np.nan, "reattachment": np.nan, "period": np.nan, "slipped_distance": np.nan}
+        limits, cycle = (np.nan, np.nan), None
         if belt.excitation_force_n == 0:
-            limits["hopf_damping"] = hopf_damping(belt, law)
-            if (limit := where_it_exists(existence_limit, belt, law)) is not None:
-                limits["existence_limit"] = limit
-            if (found := where_it_exists(limit_cycle, belt, law)) is not None:
-                cycle = {name: getattr(found, name) for name in cycle}
+            limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law)
+            cycle = where_it_exists(limit_cycle, belt, law)
         options = MotionOptions(tolerance, integrator=scene.oscillator.integrator)
         duration, dampings = ensemble.duration_periods, ensemble.damping_ratios
-        if by_period:
+        if ensemble.count_by_period:
             counts = counts_by_period(belt, law, duration, dampings, options)
         else:
             counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
@@ -69,18 +85,14 @@ def work(job: Job) -> None:
         ranges = range_variables(belt, law, dampings)
     kept = drawn.time >= 2 * np.pi * ensemble.discarded_periods
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
-    sticks = 0 if by_period else np.sum(counts.cycles + counts.micro_slips)
+    sticks = 0 if ensemble.count_by_period else np.sum(counts.cycles + counts.micro_slips)
     spared = round(duration * len(counts.cycles) - counts.periods)
     job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.BY_PERIOD: spared})
-    titles = {
-        "hopf_damping": ("1", "damping ratio below which steady sliding is unstable"),
-        "existence_limit": ("1", "damping ratio above which the stick-slip cycle does not exist"),
-        "departure": ("m", "X at the end of stick"),
-        "reattachment": ("m", "X at the start of stick"),
-        "period": ("1", "period of the cycle in tau"),
-        "slipped_distance": ("m", "slipped distance of a cycle"),
+    variables = {
+        name: store.Variable((), np.nan if value is None else value, *title)
+        for (name, title), value in zip(LIMITS.items(), limits, strict=True)
     }
-    variables = {name: store.Variable((), value, *titles[name]) for name, value in {**limits, **cycle}.items()}
+    variables |= {name: store.Variable((), getattr(cycle, name, np.nan), *title) for name, title in CYCLE.items()}
     variables |= ranges | {
         "damping_ratio": store.Variable(("damping",), counts.damping_ratios, "1", "damping ratio D"),
         "cycles": store.Variable(("damping",), counts.cycles, "1", "cycles M_d"),
@@ -88,10 +100,67 @@ def work(job: Job) -> None:
         "position": store.Variable(("time",), drawn.position[kept], "m", "X"),
         "velocity": store.Variable(("time",), drawn.velocity[kept], "m", "X' = dX/dtau"),
     }
-    for name in ("mean", "standard_deviation", "correlation_length_m", "beta_a", "beta_b"):
+    for name, value in asdict(numbers).items():
         unit = "m" if name.endswith("_m") else "1"
-        variables[f"friction_{name}"] = store.Variable((), getattr(numbers, name), unit, f"friction: {name}")
+        variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
     store.write(job.arguments.output, variables, job.key)
+
+
+def cycle_period(oscillator: Oscillator, law: FrictionLaw) -> float | None:
+    """Natural periods of the stick-slip cycle at the oscillator's own damping ratio.
+
+    Infinite where there is none, None where slip is too stiff to decide.
+    """
+    try:
+        return limit_cycle(oscillator, law, RANGE_TOLERANCE).period / (2.0 * math.pi)
+    except IllPosedError:
+        return math.inf
+    except ConvergenceError:
+        return None
+
+
+def range_variables(belt: Oscillator, law: FrictionLaw, dampings: Sequence[float]) -> dict[str, store.Variable]:
+    """Ranges of mass and belt velocity, each alone, as factors of the scene's value, without scatter.
+
+    dampings : the list of damping ratios, ascending
+
+    Each variable is (parameter, 2, 2): lower and upper end, up to where it is as in the scene and from where it is
+    not; NaN where nothing changes within a factor of ten, or where an excited oscillator, or a belt at rest, has none.
+    """
+
+    def cycle(oscillator: Oscillator) -> Hashable:
+        period = cycle_period(oscillator, law)
+        return None if period is None or LONGEST < period < math.inf else period < math.inf
+
+    def unstable(oscillator: Oscillator) -> Hashable:
+        return oscillator.damping_ratio < hopf_damping(oscillator, law)
+
+    def sides(oscillator: Oscillator) -> Hashable:
+        least, most = (
+            cycle_period(replace(oscillator, damping_ratio=ratio), law) for ratio in (dampings[0], dampings[-1])
+        )
+        return None if least is None or most is None else (least < math.inf, most < math.inf)
+
+    free = belt.q == 0.0 and belt.V > 0.0
+    answers = dict(zip(RANGES, (cycle, unstable, sides), strict=True))
+    variables = {"parameter": store.Variable(("parameter",), np.array(PARAMETERS), "1", "input of the oscillator")}
+    for name, answer in answers.items():
+        ends = [_ends(belt, parameter, answer) if free else np.full((2, 2), np.nan) for parameter in PARAMETERS]
+        variables[name] = store.Variable(("parameter", "end", "side"), np.array(ends), "1", RANGES[name])
+    return variables
+
+
+def _ends(belt: Oscillator, parameter: str, answer: Callable[[Oscillator], Hashable | None]) -> np.ndarray:
+    """(2, 2) lower and upper end: the last factor with the answer of the scene, the first with another one."""
+    value = getattr(belt, parameter)
+
+    def of_factor(factor: float) -> Hashable | None:
+        return answer(replace(belt, **{parameter: factor * value}))
+
+    if of_factor(1.0) is None:
+        return np.full((2, 2), np.nan)
+    found = [end(of_factor, 1.0, reach) for reach in (1.0 / REACH, REACH)]
+    return np.array([[one.stands, np.nan if one.changes is None else one.changes] for one in found])
 
 
 if __name__ == "__main__":

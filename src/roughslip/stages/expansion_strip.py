@@ -5,8 +5,6 @@ which the expansion is a control variate; the others are new. Area and force are
 given its prediction (`chaos/residual_distribution.py`), at a plane that far contacts move (`contact/far_field.py`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

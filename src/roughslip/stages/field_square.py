@@ -1,7 +1,5 @@
 """Stage field_square: the pressure at every node of the square, expanded in all modes from surfaces of its own."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

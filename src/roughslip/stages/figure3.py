@@ -1,10 +1,10 @@
 """Stage figure3: draw Figure 3 and write the numbers that it draws."""
 
-from __future__ import annotations
+from functools import partial
 
 from roughslip.figures.figure3 import DRAWN, figure3
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGE = Stage(
@@ -19,11 +19,5 @@ STAGE = Stage(
     memory_mb=320,
 )
 
-
-def work(job: Job) -> None:
-    """Write figure3.png, figure3.svg and figure3.nc."""
-    draw_and_save(job, figure3, DRAWN["figure3"])
-
-
 if __name__ == "__main__":
-    execute(STAGE, work)
+    execute(STAGE, partial(draw_and_save, draw=figure3, drawn=DRAWN["figure3"]))

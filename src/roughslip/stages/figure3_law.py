@@ -1,10 +1,10 @@
 """Stage figure3_law: draw distribution and correlation of friction at all penetrations; write the numbers drawn."""
 
-from __future__ import annotations
+from functools import partial
 
 from roughslip.figures.figure3 import DRAWN, figure3_law
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGE = Stage(
@@ -20,11 +20,5 @@ STAGE = Stage(
     memory_mb=320,
 )
 
-
-def work(job: Job) -> None:
-    """Write figure3_law.png, figure3_law.svg and figure3_law.nc."""
-    draw_and_save(job, figure3_law, DRAWN["figure3_law"])
-
-
 if __name__ == "__main__":
-    execute(STAGE, work)
+    execute(STAGE, partial(draw_and_save, draw=figure3_law, drawn=DRAWN["figure3_law"]))

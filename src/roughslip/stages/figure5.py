@@ -1,10 +1,10 @@
 """Stage figure5: draw Figure 5 and write the numbers that it draws."""
 
-from __future__ import annotations
+from functools import partial
 
 from roughslip.figures.figure5 import DRAWN, figure5
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGE = Stage(
@@ -18,11 +18,5 @@ STAGE = Stage(
     memory_mb=320,
 )
 
-
-def work(job: Job) -> None:
-    """Write figure5.png, figure5.svg and figure5.nc."""
-    draw_and_save(job, figure5, DRAWN)
-
-
 if __name__ == "__main__":
-    execute(STAGE, work)
+    execute(STAGE, partial(draw_and_save, draw=figure5, drawn=DRAWN))

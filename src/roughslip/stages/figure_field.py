@@ -1,10 +1,10 @@
 """Stage figure_field: draw the pressure at every node of the square and write the numbers that it draws."""
 
-from __future__ import annotations
+from functools import partial
 
 from roughslip.figures.figure_field import DRAWN, figure_field
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGE = Stage(
@@ -23,11 +23,5 @@ STAGE = Stage(
     memory_mb=320,
 )
 
-
-def work(job: Job) -> None:
-    """Write figure_field.png, figure_field.svg and figure_field.nc."""
-    draw_and_save(job, figure_field, DRAWN)
-
-
 if __name__ == "__main__":
-    execute(STAGE, work)
+    execute(STAGE, partial(draw_and_save, draw=figure_field, drawn=DRAWN))

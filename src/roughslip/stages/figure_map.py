@@ -1,10 +1,10 @@
 """Stage figure_map: draw where stick-slip lives and write the numbers that it draws."""
 
-from __future__ import annotations
+from functools import partial
 
 from roughslip.figures.figure_map import DRAWN, figure_map
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGE = Stage(
@@ -23,11 +23,5 @@ STAGE = Stage(
     memory_mb=320,
 )
 
-
-def work(job: Job) -> None:
-    """Write figure_map.png, figure_map.svg and figure_map.nc."""
-    draw_and_save(job, figure_map, DRAWN)
-
-
 if __name__ == "__main__":
-    execute(STAGE, work)
+    execute(STAGE, partial(draw_and_save, draw=figure_map, drawn=DRAWN))

@@ -1,10 +1,10 @@
 """Stage figure_scan: draw a scan and surfaces sampled from its models, and write the numbers that it draws."""
 
-from __future__ import annotations
+from functools import partial
 
 from roughslip.figures.figure_scan import DRAWN, figure_scan
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGE = Stage(
@@ -22,11 +22,5 @@ STAGE = Stage(
     memory_doubles={"scan_points": 40},
 )
 
-
-def work(job: Job) -> None:
-    """Write figure_scan.png, figure_scan.svg and figure_scan.nc."""
-    draw_and_save(job, figure_scan, DRAWN)
-
-
 if __name__ == "__main__":
-    execute(STAGE, work)
+    execute(STAGE, partial(draw_and_save, draw=figure_scan, drawn=DRAWN))

@@ -1,7 +1,5 @@
 """Stage friction: statistics of the friction coefficient over windows, per source of pressure and penetration."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import numpy as np
@@ -16,8 +14,8 @@ from roughslip.friction.statistics import Combined, combine, ratio_of_sums, wind
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.result_tables import friction_law
-from roughslip.stages.result_tables.friction_table import SOURCES, histogram, quantiles, summary, table_variables
+from roughslip.stages.result_tables import friction_table
+from roughslip.stages.result_tables.friction_table import SOURCES
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -109,20 +107,19 @@ def work(job: Job) -> None:
                 job.usage.progress(level + 1, len(percentiles))
         combined = [combined_at(mu, level, strips, weights) for level in range(len(percentiles))]
         law = (
-            friction_law.candidate_variables(mu["solved"], weights["solved"])
-            | friction_law.p_value_variables(mu["solved"], table, combined, percentiles, weights["solved"])
-            | friction_law.fit_variables(combined, percentiles)
-            | friction_law.white_variables(scene, strips, mu["solved"][0].shape[2])
+            friction_table.candidate_variables(mu["solved"], weights["solved"])
+            | friction_table.p_value_variables(mu["solved"], table, combined, percentiles, weights["solved"])
+            | friction_table.fit_variables(combined, percentiles)
+            | friction_table.white_variables(scene, strips, mu["solved"][0].shape[2])
         )
     job.usage.count(windows=area["solved"][0].size, expanded_windows=area["expansion"][0].size)
     job.usage.skip({skip_reasons.CONTROL: area["expansion"][:, described["expansion"] :].size})
-    variables = table_variables(table, combined, percentiles, scene.strip) | law
-    variables |= histogram(mu["solved"][0][median], mu["solved"][1][median])
-    variables |= quantiles(mu["solved"][0][median], mu["solved"][1][median])
+    variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
+    variables |= friction_table.distribution(mu["solved"][0][median], mu["solved"][1][median])
     variables["shear_strength"] = store.Variable((), shear, "Pa", "shear strength that gives the mean at the median")
     variables["largest_residual"] = store.Variable((), residual, "1", "largest residual of all contact solves")
     store.write(job.arguments.output, variables, job.key)
-    store.write_text(job.arguments.summary, summary(variables, percentiles))
+    store.write_text(job.arguments.summary, friction_table.summary(variables, percentiles))
 
 
 def combined_at(mu: dict[str, Windows], level: int, strips: int, weights: dict[str, np.ndarray]) -> Combined:

@@ -1,7 +1,5 @@
 """Stage grinding: a scan of a surface ground grain by grain, written as a file of an instrument."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from roughslip.grid import Grid

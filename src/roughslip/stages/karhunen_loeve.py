@@ -1,7 +1,5 @@
 """Stage karhunen_loeve: the Karhunen-Loeve modes of the square."""
 
-from __future__ import annotations
-
 import sys
 
 from roughslip import store

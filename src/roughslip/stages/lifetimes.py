@@ -1,7 +1,5 @@
 """Stage lifetimes: how long stick-slip and steady sliding live near the existence limit, at several scatters."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +29,6 @@ from roughslip.oscillator.survival import (
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt
-from roughslip.stages.from_scene.friction_paths import friction_process, path_nodes
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -127,10 +124,10 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
     length = mass_on_belt.path_length(belt, periods, options.friction_follows)
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
         scaled = replace(numbers, standard_deviation=float(deviation))
-        process = friction_process(scene, scaled, job.arguments.friction)
+        process = mass_on_belt.friction_process(scene, scaled, job.arguments.friction)
         paths = recursion(process, process.correlation_length_m / NODES)
         seeds = ([scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations))
-        nodes = [path_nodes(paths, length, seed) for seed in seeds]
+        nodes = [mass_on_belt.path_nodes(paths, length, seed) for seed in seeds]
         of_scatter = []
         for ratio in row:
             damped = replace(belt, damping_ratio=float(ratio))

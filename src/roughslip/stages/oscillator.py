@@ -1,7 +1,5 @@
 """Stage oscillator: a batch of realisations of the friction process, each run at every damping ratio of the scene."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from roughslip import store
@@ -9,7 +7,6 @@ from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
-from roughslip.stages.from_scene.friction_paths import friction_paths, friction_process
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -37,7 +34,7 @@ def work(job: Job) -> None:
     ensemble = scene.ensemble
     numbers = mass_on_belt.friction_numbers(scene, arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    process = friction_process(scene, numbers, arguments.friction)
+    process = mass_on_belt.friction_process(scene, numbers, arguments.friction)
     nodes = ensemble.nodes_per_correlation_length
     if nodes == "auto":  # then stage path_resolution found it
         nodes = int(store.read(arguments.path_resolution)["nodes_per_correlation_length"])
@@ -51,7 +48,7 @@ def work(job: Job) -> None:
     length = mass_on_belt.path_length(belt, periods, options.friction_follows)
     steps = evaluations = sticks = unread = 0
     with job.usage.core():
-        paths = friction_paths(scene, process, nodes)
+        paths = mass_on_belt.friction_paths(scene, process, nodes)
         for row, number in enumerate(range(arguments.first, arguments.last)):
             path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
             counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options)

@@ -5,8 +5,6 @@ ensemble are read at all their nodes and at every other one. The recursion is ex
 path, and the change of the counts comes from the interpolation alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -19,7 +17,6 @@ from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
-from roughslip.stages.from_scene.friction_paths import friction_process
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -83,7 +80,7 @@ def work(job: Job) -> None:
     scene = job.scene
     ensemble, asked = scene.ensemble, scene.ensemble.count_error
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
-    process = friction_process(scene, numbers, job.arguments.friction)
+    process = mass_on_belt.friction_process(scene, numbers, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     options = mass_on_belt.motion_options(scene)
 

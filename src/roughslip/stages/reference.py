@@ -1,7 +1,5 @@
 """Stage reference: the small results that the repository keeps, copied from a full run."""
 
-from __future__ import annotations
-
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.verdicts.kept_results import KEPT, keep

@@ -1,7 +1,5 @@
 """Stage report: one page on one scene, or on several together."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

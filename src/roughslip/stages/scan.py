@@ -1,7 +1,5 @@
 """Stage scan: statistics of a scan with their intervals, and the models fitted to it."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 
@@ -13,7 +11,7 @@ from roughslip.scan.model_fit import fitted_covariances, fitted_marginal
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import remove_form
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import scan_model
+from roughslip.stages.from_scene import surface_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.models import KINDS
@@ -54,7 +52,7 @@ def work(job: Job) -> None:
         say(f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths: intervals too narrow, scan a larger area")
     job.usage.count(points=scan.heights.size)
     correct = bool(wanted.correct_correlation)
-    variables, attributes = scan_model.stored(covariance, marginal, correct, rms)
+    variables, attributes = surface_model.stored_model(covariance, marginal, correct, rms)
     variables |= scan_table.of_scan(scan, found)
     store.write(job.arguments.output, variables, job.key, attributes)
 

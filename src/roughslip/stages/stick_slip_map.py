@@ -1,7 +1,5 @@
 """Stage stick_slip_map: the probability of stick-slip over damping and belt velocity, with the deterministic limits."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 
@@ -18,7 +16,6 @@ from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.survival import cycling_share
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
-from roughslip.stages.from_scene.friction_paths import friction_process, path_nodes
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -52,7 +49,7 @@ def work(job: Job) -> None:
     asked = scene.map
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    process = friction_process(scene, numbers, job.arguments.friction)
+    process = mass_on_belt.friction_process(scene, numbers, job.arguments.friction)
     (slow, fast), (light, heavy) = asked.belt_velocities_m_per_s, asked.damping_ratios
     velocities = np.geomspace(slow, fast, asked.points)
     dampings = np.linspace(light, heavy, asked.points)
@@ -66,7 +63,7 @@ def work(job: Job) -> None:
         limit_curves = np.array([limits(one, law) for one in belts]).T
         paths = recursion(process, process.correlation_length_m / NODES)
         for number in range(runs):
-            nodes = path_nodes(paths, max(lengths), [scene.seed, geometry.STREAM_MAP, number])
+            nodes = mass_on_belt.path_nodes(paths, max(lengths), [scene.seed, geometry.STREAM_MAP, number])
             for row, (one, length) in enumerate(zip(belts, lengths, strict=True)):
                 path = nodes[: int(np.ceil(length / paths.spacing)) + 2]
                 for column, ratio in enumerate(dampings):

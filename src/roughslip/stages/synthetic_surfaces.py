@@ -3,8 +3,6 @@
 The model is one of the surface without its form, so that no form is removed from twins.
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np
@@ -15,7 +13,7 @@ from roughslip.grid import Grid
 from roughslip.scan.statistics import ScanStatistics, scan_statistics
 from roughslip.scan.topography import Topography, topography
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import geometry, scan_model
+from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
 
@@ -38,7 +36,7 @@ def work(job: Job) -> None:
     (nx, ny), (dx, dy) = scan["points"], scan["spacing"]
     twins: list[tuple[Topography, ScanStatistics]] = []
     with job.usage.core():
-        model = scan_model.restored(scan)
+        model = surface_model.restored_model(scan)
         sample = model.sampler(Grid(int(nx), int(ny), float(dx), float(dy)))
         for number in range(TWINS):
             field = sample(np.random.default_rng([seed, geometry.STREAM_TWINS, number]))

@@ -1,7 +1,5 @@
 """Stage verify: compare this run with the kept results, and every result file with its checksum."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 

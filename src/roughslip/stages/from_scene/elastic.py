@@ -1,7 +1,5 @@
 """The contact of a scene: material, hardness, influence of pressure on displacement, and what its solves left out."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

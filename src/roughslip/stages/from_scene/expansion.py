@@ -1,7 +1,5 @@
 """From a stage's slice of the scene to what the pressure expansion expands, and in which variables."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -25,7 +23,7 @@ from roughslip.limits import VARIABLE_COUNTS
 from roughslip.scene.expansion import BEST
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic
-from roughslip.stages.from_scene.nodes import Nodes
+from roughslip.stages.from_scene.geometry import Nodes
 from roughslip.surface.model import GaussianModel, SurfaceModel
 
 RAW = "none"  # of expansion.rotation: the leading modes themselves

@@ -1,12 +1,12 @@
-"""From a stage's slice of the scene to meshes and random streams."""
-
-from __future__ import annotations
+"""From a stage's slice of the scene to meshes, windows, nodes at which the pressure is kept, and random streams."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from roughslip.grid import Grid
+from roughslip.limits import TRAINING_SPACING
 from roughslip.scene.types import Scene
 
 # The second entry of every random seed, after the scene's: streams of different stages never meet.
@@ -16,6 +16,7 @@ STREAM_GRINDING, STREAM_TWINS = 8, 9
 STREAM_ENRICHMENT, STREAM_PILOT, STREAM_WHITE = 10, 11, 12
 STREAM_FIELD, STREAM_FIELD_DRAWS = 13, 14
 STREAM_MAP, STREAM_SURVIVAL = 15, 16
+APART = 0.5  # correlation lengths from the central nodes to the outer ones; of 0.5, 1 and 1.5 it has the least bias
 
 
 def square_grid(scene: Scene) -> Grid:
@@ -95,3 +96,50 @@ def windows(scene: Scene) -> Windows:
     strip = scene.strip
     length, spacing = (round(size / strip.cell_m) for size in (strip.window_m, strip.window_spacing_m))
     return Windows(middle(scene), length, spacing)
+
+
+def training_columns(middle: slice) -> np.ndarray:
+    """Columns of a strip whose pressure and gap train the expansion, all of them on its stationary middle."""
+    return np.arange(middle.start + TRAINING_SPACING // 2, middle.stop, TRAINING_SPACING)
+
+
+class Nodes(NamedTuple):
+    """Nodes of a mesh at which the pressure is kept, the centre first.
+
+    x, y : (n,) their numbers
+    distance2 : (n,) [-] squared distance from the centre of the mesh in correlation lengths, less that of the first
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    distance2: np.ndarray
+
+
+def central_nodes(lengths_m: tuple[float, float], grid: Grid) -> Nodes:
+    """The centre, and on an even mesh the three nodes that are its mirror images.
+
+    lengths_m : 1/e lengths of the surface along x and y
+    """
+    return _nodes(lengths_m, grid, [_central(n) for n in grid.shape])
+
+
+def training_nodes(lengths_m: tuple[float, float], grid: Grid) -> Nodes:
+    """The central nodes, and such as lie half a correlation length from them where the mesh resolves that."""
+    lines = []
+    for n, cell, length in zip(grid.shape, (grid.dx, grid.dy), lengths_m, strict=True):
+        central, far = _central(n), round(APART * length / cell)
+        outer = [central[0] + far, central[-1] - far]
+        lines.append(central + outer if far >= 2 and outer[1] >= 1 else central)
+    return _nodes(lengths_m, grid, lines)
+
+
+def _central(n: int) -> list[int]:
+    return sorted({n // 2, (n - 1) // 2}, reverse=True)
+
+
+def _nodes(lengths_m: tuple[float, float], grid: Grid, lines: list[list[int]]) -> Nodes:
+    x, y = (part.ravel() for part in np.meshgrid(*map(np.array, lines), indexing="ij"))
+    along, across = lengths_m
+    distance2 = ((x - (grid.nx - 1) / 2) * grid.dx / along) ** 2 + ((y - (grid.ny - 1) / 2) * grid.dy / across) ** 2
+    order = np.argsort(distance2, kind="stable")
+    return Nodes(x[order], y[order], (distance2 - distance2[0])[order])

@@ -1,7 +1,5 @@
 """Contact of samples of the square with the plane, at one penetration."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -12,7 +10,7 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve
 from roughslip.grid import Grid
 from roughslip.stages.from_scene import elastic, geometry, surface_model
-from roughslip.stages.from_scene.nodes import Nodes
+from roughslip.stages.from_scene.geometry import Nodes
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.karhunen_loeve import heights
 from roughslip.surface.model import GaussianModel

@@ -5,8 +5,6 @@ follows from Kolmogorov's bound on sup |F_n - F|. Its upper end is the normal er
 largest, because the estimated distance is at least the one there. The interval of an expansion comes from its refits.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

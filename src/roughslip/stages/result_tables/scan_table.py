@@ -1,7 +1,5 @@
 """Statistics of a scan and of its sampled twins as variables of a result."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

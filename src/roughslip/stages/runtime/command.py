@@ -1,7 +1,5 @@
 """The command of a stage: its options, its key file, its record of cost, and one line for each error."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Callable, Iterable

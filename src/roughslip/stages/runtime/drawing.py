@@ -1,7 +1,5 @@
 """What the figure stages share: read a result, draw it, save the picture and the numbers in it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ With them a later run finds a damaged result, and one that was made from other i
 start of Snakemake imports this module, so it imports little.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable

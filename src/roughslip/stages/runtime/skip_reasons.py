@@ -3,8 +3,6 @@
 A name says what was not computed, and behind the colon why the result is the same without it.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -9,8 +9,7 @@ from roughslip.scan import covariance_fit
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
 from roughslip.surface.embedding import embed
-from roughslip.surface.models import KINDS, MODELS, covariance_of
-from roughslip.surface.models.self_affine import self_affine
+from roughslip.surface.models import KINDS, MODELS, covariance_of, self_affine
 
 LAGS = np.arange(-12, 13) * 0.5
 X, Y = np.meshgrid(LAGS, LAGS, indexing="ij")

@@ -10,8 +10,7 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.covariance import nyquist_wavelength, plane_height
 from roughslip.surface.measured_covariance import measured_covariance
-from roughslip.surface.models import covariance_of
-from roughslip.surface.models.self_affine import self_affine
+from roughslip.surface.models import covariance_of, self_affine
 
 SHAPES = {
     "gaussian": {},

@@ -7,8 +7,7 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.embedding import circulant_eigenvalues, embed
 from roughslip.surface.measured_covariance import measured_covariance
-from roughslip.surface.models import covariance_of
-from roughslip.surface.models.self_affine import self_affine
+from roughslip.surface.models import covariance_of, self_affine
 
 
 def measured(lag=0.5):

@@ -8,8 +8,7 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface import karhunen_loeve as kl
 from roughslip.surface import lanczos
-from roughslip.surface.models import covariance_of
-from roughslip.surface.models.self_affine import self_affine
+from roughslip.surface.models import covariance_of, self_affine
 
 ROTATED = {
     "exponential": covariance_of("exponential", 1.5, 4.0, 1.5, lay_rad=0.5),

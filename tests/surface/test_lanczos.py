@@ -14,8 +14,7 @@ from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface import lanczos
 from roughslip.surface.karhunen_loeve import karhunen_loeve
-from roughslip.surface.models import Gaussian, covariance_of
-from roughslip.surface.models.self_affine import self_affine
+from roughslip.surface.models import Gaussian, covariance_of, self_affine
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from roughslip.surface import models
 from roughslip.surface.covariance import Covariance, StationaryCovariance
 from roughslip.surface.embedding import embed
 from roughslip.surface.karhunen_loeve import KarhunenLoeve
-from roughslip.surface.models.self_affine import self_affine
+from roughslip.surface.models import self_affine
 
 LENGTH = 0.1
 LAY = 0.5

@@ -54,8 +54,7 @@ from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves, rms_height
 from roughslip.surface.karhunen_loeve import karhunen_loeve, representation
 from roughslip.surface.lanczos import leading_modes
-from roughslip.surface.models import Matern, covariance_of
-from roughslip.surface.models.self_affine import self_affine
+from roughslip.surface.models import Matern, covariance_of, self_affine
 from workflow.evidence.rows import Row, case
 from workflow.stress import runner
 from workflow.stress.bad_input import (

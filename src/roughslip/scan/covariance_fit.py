@@ -166,7 +166,7 @@ def _start_and_bounds(
     near = (data.correlation > NEAR_LAGS) & (data.correlation < 0.999)
     if near.sum() < (3 if anisotropic else 1):
         raise IllPosedError(f"fewer than 3 lags have correlations above {NEAR_LAGS}: give shorter lags")
-    form = (-np.log(data.correlation[near])) ** model.near_power
+    form = (-np.log(data.correlation[near])) ** model.quadratic_power
     x, y = data.x[near], data.y[near]
     squares = np.stack((x**2 + y**2, x**2 - y**2, 2 * x * y))[: 3 if anisotropic else 1]
     weights = 1 / np.sum(squares[0])

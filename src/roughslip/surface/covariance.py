@@ -2,7 +2,7 @@
 
 A closed model is a function of the scaled lag (a, b) = (x'/l, y'/l'), with x' along the lay and y' across it. At one
 correlation length it has fallen to 1/e. Spectra are S(q) = int C(x) exp(-i q.x) dx, so that Sq^2 = int S dq / (2 pi)^2.
-The models stand in `roughslip.surface.models`, one in a module.
+The models stand in `roughslip.surface.models`.
 """
 
 from __future__ import annotations
@@ -38,26 +38,21 @@ class StationaryCovariance(Protocol):
     @property
     def rms_height_m(self) -> float:
         """Sq [m]."""
-        ...
 
     @property
     def separable(self) -> bool:
         """Whether C(x, y) is a product of a function of x and one of y."""
-        ...
 
     @property
     def mirror_symmetric(self) -> bool:
         """Whether C(-x, y) = C(x, y); C(-x, -y) = C(x, y) always holds."""
-        ...
 
     @property
     def reach_m(self) -> tuple[float, float]:
-        """[m] half edges along x and y of the box outside which the correlation is below 1e-15."""
-        ...
+        """[m] half edges of the box outside which the correlation is below 1e-15; infinite where none is."""
 
     def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
         """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -75,11 +70,12 @@ class Covariance:
     kind: ClassVar[str]  # the name of the model in a scene
     shapes: ClassVar[Mapping[str, tuple[float, float]]] = {}  # range of each shape parameter, a field of the model
     is_product: ClassVar[bool] = False  # whether the correlation is a product of functions of a and of b
-    has_cutoff: ClassVar[bool] = False  # whether its spectrum ends at a cut-off; the covariance then never vanishes
-    # what fits need: 2 / alpha where 1 - C ~ r^alpha at short lags, and the name of the lengths with a first factor
-    near_power: ClassVar[float] = 1.4
+    has_cutoff: ClassVar[bool] = False  # whether its spectrum ends at a cut-off; then `reach` is infinite
+    # What fits need. First the power p for which (-ln C)^p is nearly a quadratic form of the lag: 1 is exact for the
+    # Gaussian and 2 for the exponential. The first guess of lengths and lay is read from that form.
+    quadratic_power: ClassVar[float] = 1.4
     fitted_shape: ClassVar[FittedShape | None] = None
-    fitted_length: ClassVar[tuple[str, float]] = ("correlation_length", 1.0)
+    fitted_length: ClassVar[tuple[str, float]] = ("correlation_length", 1.0)  # name, and its ratio to l in the guess
     is_fitted_with_lay: ClassVar[bool] = True
 
     rms_height_m: float
@@ -108,7 +104,7 @@ class Covariance:
 
     @property
     def reach(self) -> float:
-        """Scaled lag on the axes beyond which the correlation is below 1e-15."""
+        """Scaled lag on the axes beyond which the correlation is below 1e-15; infinite if it oscillates without end."""
         raise NotImplementedError
 
     # What follows.
@@ -179,7 +175,9 @@ class Covariance:
 class IsotropicCovariance(Covariance):
     """A covariance that depends on the distance r = (a^2 + b^2)^(1/2) alone, after scaling.
 
-    A model gives `profile` and `transform` of a distance u in a unit of its own; the base finds the 1/e length in it.
+    A model gives `profile` and `transform` of a distance u in a unit of its own. The base finds by root search where
+    the profile is 1/e (`scale`) and where it is negligible (`reach`), so the profile must fall monotonically. A model
+    whose profile oscillates gives `scale` and `reach` itself, as does one that has them in closed form.
     """
 
     def profile(self, u: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import scipy.fft
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
-from roughslip.surface.models.self_affine import SelfAffine
+from roughslip.surface.models import SelfAffine
 
 NEGATIVE_SHARE = 1e-9  # of the largest eigenvalue: what rounding and a truncated tail may leave below zero
 DOUBLINGS = 12

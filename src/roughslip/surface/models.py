@@ -1,0 +1,219 @@
+"""The covariance models, a class each, and their registry, MODELS. The base classes describe what a model gives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from scipy.special import gammaln, kve
+
+from roughslip.errors import ParameterError, real
+from roughslip.surface import self_affine_transform
+from roughslip.surface.covariance import Covariance, FittedShape, IsotropicCovariance, check_shapes, direction
+
+
+@dataclass(frozen=True)
+class Gaussian(IsotropicCovariance):
+    """exp(-r^2): infinitely smooth, and a product of functions of x and of y."""
+
+    kind = "gaussian"
+    is_product = True
+    quadratic_power = 1.0
+    scale, reach = 1.0, 6.0
+
+    def profile(self, u: np.ndarray) -> np.ndarray:
+        return np.exp(-(u**2))
+
+    def correlation(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.exp(-(a**2) - b**2)
+
+    def transform(self, k: np.ndarray) -> np.ndarray:
+        return math.pi * np.exp(-(k**2) / 4)
+
+
+@dataclass(frozen=True)
+class Exponential(IsotropicCovariance):
+    """exp(-r): heights have no slope."""
+
+    kind = "exponential"
+    quadratic_power = 2.0
+    scale, reach = 1.0, 36.0
+
+    def profile(self, u: np.ndarray) -> np.ndarray:
+        return np.exp(-u)
+
+    def transform(self, k: np.ndarray) -> np.ndarray:
+        return 2 * math.pi * (1 + k**2) ** -1.5
+
+
+@dataclass(frozen=True)
+class SeparableExponential(Covariance):
+    """exp(-|a| - |b|), a Markov process along each axis of the lay. Its lines of equal correlation are rhombi."""
+
+    kind = "separable_exponential"
+    is_product = True
+    quadratic_power = 2.0
+    is_fitted_with_lay = False  # its axes are those of the mesh, else it would not be separable
+
+    def correlation(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.exp(-np.abs(a)) * np.exp(-np.abs(b))
+
+    def density(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return 4.0 / ((1 + a**2) * (1 + b**2))
+
+    @property
+    def axis_lengths_m(self) -> tuple[float, float]:
+        """[m] distances along x and y at which the autocorrelation is 1/e."""
+        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
+        return 1 / (abs(cos) / along + abs(sin) / across), 1 / (abs(sin) / along + abs(cos) / across)
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """[m] half edges of the box outside which the correlation is below 1e-15: vertices lie on the axes of lay."""
+        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
+        x, y = max(along * abs(cos), across * abs(sin)), max(along * abs(sin), across * abs(cos))
+        return 36.0 * x, 36.0 * y
+
+
+@dataclass(frozen=True)
+class Matern(IsotropicCovariance):
+    """2^(1-nu) / Gamma(nu) u^nu K_nu(u), exponential at nu = 1/2 and Gaussian for nu to infinity.
+
+    smoothness : nu [-]
+    """
+
+    kind = "matern"
+    # at the largest smoothness it is within 0.01 of the Gaussian, and no Bessel function overflows
+    shapes: ClassVar = {"smoothness": (0.05, 20.0)}
+    fitted_shape = FittedShape("smoothness", 1.0, logarithmic=True)
+
+    smoothness: float = field(kw_only=True)
+
+    def profile(self, u: np.ndarray) -> np.ndarray:
+        """C / Sq^2 : (as u) [-] through logarithms: the factors overflow long before their product."""
+        nu = self.smoothness
+        positive = np.maximum(u, 1e-12)  # where the product is 1 within rounding unless nu is near zero
+        log = (1 - nu) * math.log(2) - gammaln(nu) + nu * np.log(positive) + np.log(kve(nu, positive)) - positive
+        return np.where(u > 0, np.exp(log), 1.0)
+
+    def transform(self, k: np.ndarray) -> np.ndarray:
+        return 4 * math.pi * self.smoothness * (1 + k**2) ** (-self.smoothness - 1)
+
+
+@dataclass(frozen=True)
+class SelfAffine(IsotropicCovariance):
+    """The transform of a spectrum constant below q_r, falling as q^(-2-2H) up to Q q_r, zero beyond.
+
+    hurst : H, in (0, 1] [-]
+    bandwidth : Q = q_s / q_r, above 1 [-]
+    """
+
+    kind = "self_affine"
+    shapes: ClassVar = {"hurst": (0.01, 1.0), "bandwidth": (1.000001, 1e9)}
+    has_cutoff = True
+    fitted_shape = FittedShape("hurst", 0.7, logarithmic=False)
+    fitted_length = ("rolloff_wavelength", 4.0)
+    reach = math.inf
+
+    hurst: float = field(kw_only=True)
+    bandwidth: float = field(kw_only=True)
+
+    @property
+    def scale(self) -> float:
+        """s = q_r l with a correlation of 1/e at u = s."""
+        return self_affine_transform.scale(self.hurst, self.bandwidth)
+
+    @property
+    def rolloff_wavelengths_m(self) -> tuple[float, float]:
+        """2 pi / q_r [m] along and across the lay."""
+        scale = 2 * math.pi / self.scale
+        return scale * self.lengths_m[0], scale * self.lengths_m[1]
+
+    @property
+    def cutoff_wavelengths_m(self) -> tuple[float, float]:
+        """2 pi / q_s [m] along and across the lay."""
+        along, across = self.rolloff_wavelengths_m
+        return along / self.bandwidth, across / self.bandwidth
+
+    def profile(self, u: np.ndarray) -> np.ndarray:
+        return self_affine_transform.profile(u, self.hurst, self.bandwidth)
+
+    def transform(self, k: np.ndarray) -> np.ndarray:
+        plateau = 2 * math.pi / self_affine_transform.mass(self.hurst, self.bandwidth)
+        return np.where(k <= self.bandwidth, plateau * np.maximum(k, 1.0) ** (-2 - 2 * self.hurst), 0.0)
+
+    @classmethod
+    def of_fit(
+        cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float | None
+    ) -> SelfAffine:
+        """The model of roll-off wavelengths, a Hurst exponent and a cut-off, the geometric mean along both axes."""
+        if shape is None or cutoff is None:
+            raise ParameterError("a self_affine model needs a Hurst exponent and a cut-off wavelength")
+        cutoff = min(cutoff * math.sqrt(along / across), along / (1 + 1e-5))
+        return self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)
+
+    @property
+    def fitted_lengths_m(self) -> tuple[float, float]:
+        """Roll-off wavelengths [m] along and across the lay."""
+        return self.rolloff_wavelengths_m
+
+
+MODELS: dict[str, type[Covariance]] = {
+    model.kind: model for model in (Gaussian, Exponential, SeparableExponential, Matern, SelfAffine)
+}
+KINDS = tuple(MODELS)
+
+
+def covariance_of(
+    kind: str,
+    rms_height_m: float,
+    correlation_length_m: float,
+    correlation_length_across_m: float | None = None,
+    lay_rad: float = 0.0,
+    **shapes: float | None,
+) -> Covariance:
+    """The covariance model of a name.
+
+    kind : a name of MODELS
+    shapes : shape parameters of that model; None counts as not given
+    others : as of Covariance
+
+    Raises ParameterError for a name that is not in MODELS, and as the model.
+    """
+    if kind not in MODELS:
+        raise ParameterError(f"there is no covariance {kind!r}; choose one of {', '.join(MODELS)}")
+    given = {name: value for name, value in shapes.items() if value is not None}
+    check_shapes(MODELS[kind], given)
+    return MODELS[kind](rms_height_m, correlation_length_m, correlation_length_across_m, lay_rad, **given)  # type: ignore[arg-type]
+
+
+def self_affine(
+    rms_height_m: float,
+    hurst: float,
+    rolloff_wavelength_m: float,
+    cutoff_wavelength_m: float,
+    rolloff_wavelength_across_m: float | None = None,
+    lay_rad: float = 0.0,
+) -> SelfAffine:
+    """The self-affine covariance of a roll-off and a cut-off wavelength.
+
+    rms_height_m : Sq [m]
+    hurst : H [-]; the fractal dimension of a profile is 2 - H, that of the surface 3 - H
+    rolloff_wavelength_m : 2 pi / q_r [m] along the lay; longer waves have a constant spectrum
+    cutoff_wavelength_m : 2 pi / q_s [m] along the lay; none is shorter. `nyquist_wavelength` of the mesh or more
+    rolloff_wavelength_across_m : [m] across the lay, with the cut-off in the same ratio; equal if not given
+    lay_rad : angle from x to the lay
+
+    Returns the covariance, whose `correlation_length_m` is its 1/e length. Raises ParameterError as the class.
+    Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed form.
+    """
+    wavelengths = rolloff_wavelength_m, cutoff_wavelength_m, rolloff_wavelength_across_m or rolloff_wavelength_m
+    if not all(math.isfinite(real("a wavelength", length)) and length > 0 for length in wavelengths):
+        raise ParameterError(f"wavelengths must be positive and finite, not {wavelengths}")
+    bandwidth = rolloff_wavelength_m / cutoff_wavelength_m
+    check_shapes(SelfAffine, {"hurst": hurst, "bandwidth": bandwidth})
+    scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)
+    along, across = scale * wavelengths[0], scale * wavelengths[2]
+    return SelfAffine(rms_height_m, along, across, lay_rad, hurst=hurst, bandwidth=bandwidth)

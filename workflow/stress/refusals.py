@@ -51,7 +51,7 @@ from roughslip.scan.fit_data import estimates
 from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
 from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
-from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves, rms_height
+from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves
 from roughslip.surface.karhunen_loeve import karhunen_loeve, representation
 from roughslip.surface.lanczos import leading_modes
 from roughslip.surface.models import Matern, covariance_of, self_affine
@@ -171,8 +171,7 @@ def fractal_refusals() -> Calls:
     return joined(
         spoilt(summed, **dict.fromkeys(good, NOT_POSITIVE), shortest_wavelength_m=band),
         spoilt(summed, azimuths=NOT_A_COUNT | {"million": 10**6}),
-        spoilt(partial(rms_height, law=waves), roughness_parameter_m=NOT_POSITIVE),
-        spoilt(on_a_grid, nodes_per_wave=NOT_POSITIVE, grid={"without-a-wave": Grid(1, 1, 1.0, 1.0)}),
+        spoilt(on_a_grid, grid={"without-a-wave": Grid(1, 1, 1.0, 1.0)}),
         spoilt(partial(plane_waves, waves), grid={"of-wide-cells": Grid(4, 3, 1e-5, 1e-5)}),
         spoilt(on_cells.heights, xi=not_an_array(np.ones(waves.variables))),
         spoilt(waves.marginal().quantile, probability=OUTSIDE),

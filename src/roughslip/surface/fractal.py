@@ -3,34 +3,31 @@
     z(x, y) = sum_{j=0}^{J-1} sum_{m=0}^{M-1} a_j cos(2 pi f_j (x cos alpha_m + y sin alpha_m) + phi_jm)
 
 Here f_j = gamma^j / L, a_j is proportional to gamma^(-H j), and alpha_m = pi m / M (M. Ausloos & D. H. Berman, Proc.
-R. Soc. Lond. A 400 (1985) 331). The constants are those of W. Yan & K. Komvopoulos, J. Appl. Phys. 84 (1998) 3617,
-without their term cos phi, which pins z(0, 0) = 0. M = 1 is eq. (1), with ridges along y; the sum starts at the longest
-wave, for it diverges for j to -infinity.
-
-With independent uniform phases the field is stationary and everything of second order is a finite sum. By the
-Jacobi-Anger expansion the mean over the azimuths is that of an isotropic field, J0(2 pi f r), up to 2 J_2M(2 pi f r).
-So a wave is isotropic up to distances of about M / pi wavelengths.
+R. Soc. Lond. A 400 (1985) 331). M = 1 is eq. (1), with ridges along y; the sum starts at the longest wave, for it
+diverges for j to -infinity. With independent uniform phases the field is stationary. A wave is isotropic up to
+distances of about M / pi wavelengths.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
-from scipy.special import ndtr
+from scipy.special import j0, ndtr
 
-from roughslip.errors import IllPosedError, ParameterError, real, whole
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
-from roughslip.surface.random_phases import RandomPhaseMarginal
 from roughslip.validation import reals
 
 MOST_WAVES = 100_000
 STEPS_PER_WAVE = 8  # of the shortest wave, in the search for the 1/e length
-HURST_RANGE = (0.01, 0.99)
 MOST_STEPS = 2**20  # of that search
-MOST_BINARY_DIGITS = 1000.0  # of G, within those of a double
+PROBABILITY_ERROR = 1e-12  # of the distribution of heights, by truncation of its series
+LEAST_PROBABILITY = 1e-9  # below which a quantile is refused: 1e-12 is a thousandth of it
+MOST_TERMS = 2**20
 
 
 @dataclass(frozen=True)
@@ -87,21 +84,6 @@ class WeierstrassMandelbrot:
         shape = self.gamma ** (-self.hurst * np.arange(self._frequency_count))
         return self.rms_height_m * shape * math.sqrt(2.0 / (self.azimuths * float(np.sum(shape**2))))
 
-    @property
-    def roughness_parameter_m(self) -> float:
-        """G [m] of Yan and Komvopoulos: M a_0^2 = L^2 (G / L)^(2 (1 - H)) ln gamma.
-
-        Raises IllPosedError where it is no number of the machine, as for H near 1.
-        """
-        longest = self.longest_wavelength_m
-        scale = float(self.amplitudes[0]) * math.sqrt(self.azimuths / math.log(self.gamma)) / longest
-        exponent = math.log2(longest) + math.log2(scale) / (1.0 - self.hurst)
-        if not abs(exponent) < MOST_BINARY_DIGITS:
-            raise IllPosedError(
-                f"the roughness parameter at H = {self.hurst} is near 2^{exponent:.3g} m: use the rms height"
-            )
-        return longest * scale ** (1.0 / (1.0 - self.hurst))
-
     def waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """k_x, k_y [1/m], a [m], each (J M,): wave vectors and amplitudes, longest waves first."""
         azimuth = math.pi * np.arange(self.azimuths) / self.azimuths
@@ -114,13 +96,6 @@ class WeierstrassMandelbrot:
         total = np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))
         for kx, ky, a in zip(*self.waves(), strict=True):
             total += 0.5 * a**2 * np.cos(kx * np.asarray(x) + ky * np.asarray(y))
-        return total
-
-    def structure_function(self, x: np.ndarray | float, y: np.ndarray | float = 0.0) -> np.ndarray:
-        """S : (broadcast of x and y) [m^2] = E (z(r) - z(0))^2 = sum 2 a^2 sin^2(k . r / 2)."""
-        total = np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))
-        for kx, ky, a in zip(*self.waves(), strict=True):
-            total += 2.0 * a**2 * np.sin(0.5 * (kx * np.asarray(x) + ky * np.asarray(y))) ** 2
         return total
 
     def correlation_length(self, azimuth: float = 0.0) -> float:
@@ -152,33 +127,15 @@ class WeierstrassMandelbrot:
         return RandomPhaseMarginal(self.amplitudes, self.azimuths)
 
 
-def rms_height(roughness_parameter_m: float, law: WeierstrassMandelbrot) -> float:
-    """Sq [m] of the band, gamma and H of `law` with the roughness parameter G [m]: the rms height of `law` is not used.
-
-    For small G / L the structure function between the two wavelengths depends on G, H and r alone.
-    """
-    if not (math.isfinite(real("the roughness parameter G", roughness_parameter_m)) and roughness_parameter_m > 0.0):
-        raise ParameterError(f"the roughness parameter G must be positive and finite, not {roughness_parameter_m}")
-    return law.rms_height_m * (roughness_parameter_m / law.roughness_parameter_m) ** (1.0 - law.hurst)
-
-
 def fractal_on(
-    grid: Grid,
-    hurst: float,
-    rms_height_m: float,
-    azimuths: int,
-    gamma: float = 1.5,
-    nodes_per_wave: float = 2.0,
+    grid: Grid, hurst: float, rms_height_m: float, azimuths: int, gamma: float = 1.5
 ) -> WeierstrassMandelbrot:
-    """The law whose longest wave is the longer edge of the mesh and whose shortest exceeds `nodes_per_wave` cells.
+    """The law whose longest wave is the longer edge of the mesh and whose shortest exceeds two of its wider cells.
 
-    nodes_per_wave : 2 or more; 2 goes to the Nyquist frequency of the wider spacing, which no wave reaches
-    Other arguments as in WeierstrassMandelbrot. Raises ParameterError where no wave fits.
+    Arguments as in WeierstrassMandelbrot. Raises ParameterError where no wave fits.
     """
-    if not (math.isfinite(real("nodes a wave", nodes_per_wave)) and nodes_per_wave >= 2.0):
-        raise ParameterError(f"a wave needs two nodes or more, not {nodes_per_wave}")
     axes = [(n * d, d) for n, d in ((grid.nx, grid.dx), (grid.ny, grid.dy)) if n > 1]
-    ratio = max(edge for edge, _ in axes) / (nodes_per_wave * max(d for _, d in axes)) if axes else 0.0
+    ratio = max(edge for edge, _ in axes) / (2.0 * max(d for _, d in axes)) if axes else 0.0
     if not (ratio > 1.0 and gamma > 1.0):
         raise ParameterError(f"no wave fits a mesh of {grid.nx} x {grid.ny} cells with gamma = {gamma}")
     longest = max(edge for edge, _ in axes)
@@ -226,37 +183,90 @@ def plane_waves(law: WeierstrassMandelbrot, grid: Grid) -> PlaneWaves:
     return PlaneWaves(grid, amplitudes, np.hstack((np.cos(x), -np.sin(x))), np.exp(1j * np.outer(ky, grid.y())))
 
 
-def fit_hurst(
-    x: np.ndarray, y: np.ndarray | float, structure_m2: np.ndarray, band: WeierstrassMandelbrot
-) -> WeierstrassMandelbrot:
-    """The waves of `band` whose structure function is nearest to an estimated one.
+@dataclass(frozen=True, eq=False)
+class RandomPhaseMarginal:
+    """Heights of zero mean that are sums of J M cosines, M of each of J amplitudes.
 
-    x, y : (lags,) [m] lags
-    structure_m2 : (lags,) [m^2] mean square of the differences of heights there
-    band : gives the wave vectors; its H and Sq are not used
+    amplitudes : (J,) [m] a_j > 0
+    repeats : M, the number of cosines of each amplitude
 
-    Least squares in log S, over H within 0.01 ... 0.99; Sq follows from the mean residual. A straight line through
-    log S would miss the waves outside the band. Its slope gave H 0.05 to 0.07 too low at 0.8 and 0.03 to 0.09 too
-    high at 0.2. Use short lags. Measured on one 512 x 512 surface (M = 16), both axes averaged. With lags up to 1/64 of
-    the edge H scattered by 0.002 (H = 0.2) to 0.010 (H = 0.8). With lags up to 1/4 it scattered by 0.016 to 0.034.
-    Raises IllPosedError where H ends at its limit.
+    The characteristic function is phi(s) = prod_j J0(a_j s)^M. The support is |z| <= b = M sum a_j. So the density is
+    exactly its Fourier series of period 2 b, with values of phi as coefficients. The distribution function follows:
+
+        F(z) = (1 + z / b) / 2 + sum_k phi(pi k / b) sin(pi k z / b) / (pi k).
+
+    Terms beyond K sum to at most 2 / (pi n) prod sqrt(2 / (pi a s_K)), as |J0(x)| <= sqrt(2 / (pi x)). The product is
+    over the n waves with pi a s_K > 2. The series ends where that falls below 1e-12.
+
+    Raises ParameterError for amplitudes that are not positive, ConvergenceError for fewer than four waves.
     """
-    x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-    if x.ndim != 1 or x.size < 3 or structure_m2.shape != x.shape:
-        raise ParameterError("the fit needs rows of three or more lags and as many values of the structure function")
-    if not (np.isfinite([x, y, structure_m2]).all() and (structure_m2 > 0.0).all()):
-        raise ParameterError("lags must be finite and the structure function positive and finite")
-    kx, ky, _ = band.waves()
-    squared_sines = np.sin(0.5 * (np.outer(x, kx) + np.outer(y, ky))) ** 2
 
-    def log_ratio(hurst: float) -> np.ndarray:
-        return np.log(structure_m2 / (squared_sines @ (2.0 * replace(band, hurst=hurst).waves()[2] ** 2)))
+    amplitudes: np.ndarray
+    repeats: int = 1
 
-    found = scipy.optimize.minimize_scalar(
-        lambda h: float(np.var(log_ratio(h))), bounds=HURST_RANGE, options={"xatol": 1e-7}
-    )
-    hurst = float(found.x)
-    if min(hurst - HURST_RANGE[0], HURST_RANGE[1] - hurst) < 1e-4:
-        raise IllPosedError(f"the structure function asks for H = {hurst:.2f}, the end of its range: not self-affine")
-    scale = math.exp(0.5 * float(np.mean(log_ratio(hurst))))
-    return replace(band, hurst=hurst, rms_height_m=band.rms_height_m * scale)
+    def __post_init__(self) -> None:
+        a = np.asarray(self.amplitudes, dtype=float)
+        if a.ndim != 1 or a.size == 0 or not (np.isfinite(a).all() and (a > 0.0).all()) or self.repeats < 1:
+            raise ParameterError("a sum of cosines needs a row of positive, finite amplitudes and one or more of each")
+
+    @property
+    def bound(self) -> float:
+        """b [m], which no height exceeds."""
+        return float(self.repeats * np.sum(self.amplitudes))
+
+    @cached_property
+    def _series(self) -> tuple[np.ndarray, np.ndarray]:
+        """s_k = pi k / b [1/m] and phi(s_k)."""
+        terms = 32
+        while self._truncation(math.pi * terms / self.bound) > PROBABILITY_ERROR:
+            terms *= 2
+            if terms > MOST_TERMS:
+                raise ConvergenceError(
+                    "the distribution of a sum of so few cosines is not found from its series; use more frequencies or "
+                    "azimuths",
+                    self._truncation(math.pi * MOST_TERMS / self.bound),
+                    MOST_TERMS,
+                )
+        s = math.pi / self.bound * np.arange(1, terms + 1)
+        characteristic = np.ones(terms)
+        for amplitude in self.amplitudes:
+            characteristic *= j0(amplitude * s) ** self.repeats
+        return s, characteristic
+
+    def _truncation(self, s: float) -> float:
+        factors = np.minimum(2.0 / (math.pi * self.amplitudes * s), 1.0)
+        active = self.repeats * np.count_nonzero(factors < 1.0)
+        if active == 0:
+            return 1.0
+        return 2.0 / (math.pi * active) * math.exp(0.5 * self.repeats * float(np.sum(np.log(factors))))
+
+    def cdf(self, height: float | np.ndarray) -> np.ndarray:
+        """F : (as height) [-] probability of lying below `height` [m], to 1e-12."""
+        z = np.clip(_finite("heights", height), -self.bound, self.bound)
+        s, characteristic = self._series
+        weights = characteristic / (s * self.bound)
+        # a height at a time: no bit depends on how many heights are asked for together
+        terms = np.array([float(np.sum(weights * np.sin(s * height))) for height in z.ravel()]).reshape(z.shape)
+        return np.clip(0.5 * (1.0 + z / self.bound) + terms, 0.0, 1.0)
+
+    def quantile(self, probability: float | np.ndarray) -> np.ndarray:
+        """z : (as probability) [m] height below which that share of the ensemble lies.
+
+        Raises ParameterError for probabilities outside 1e-9 ... 1 - 1e-9.
+        """
+        p = _finite("probabilities", probability)
+        if not np.all((p >= LEAST_PROBABILITY) & (p <= 1.0 - LEAST_PROBABILITY)):
+            raise ParameterError(f"probabilities must lie in {LEAST_PROBABILITY} ... 1 - {LEAST_PROBABILITY}")
+        b = self.bound
+        roots = [
+            scipy.optimize.brentq(lambda z, share=share: float(self.cdf(z)) - share, -b, b, xtol=1e-14 * b)
+            for share in p.ravel()
+        ]
+        return np.array(roots).reshape(p.shape)
+
+
+def _finite(name: str, values: float | np.ndarray) -> np.ndarray:
+    array = reals(name, values)
+    if not np.isfinite(array).all():
+        raise ParameterError(f"{name} must be finite")
+    return array

@@ -7,9 +7,8 @@ import pytest
 
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
-from roughslip.scan.covariance_fit import fit_covariance
-from roughslip.scan.fit_data import RingPowers, effective_number, estimates
-from roughslip.scan.model_fit import fitted_covariances, lags_to_fit, rings_to_fit
+from roughslip.scan.covariance_fit import fit_covariance, fitted_covariances
+from roughslip.scan.fit_data import RingPowers, effective_number, estimates, lags_to_fit, rings_to_fit
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.surface.embedding import embed

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from roughslip.scan.covariance_fit import fitted_covariances
 from roughslip.scan.instrument_file import read_scan
-from roughslip.scan.model_fit import fitted_covariances
 from roughslip.scan.spectrum import rings
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import remove_form

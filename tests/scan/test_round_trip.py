@@ -8,10 +8,10 @@ from scipy.stats import binom
 
 from roughslip.grid import Grid
 from roughslip.probability import distribution_of_moments
+from roughslip.scan.covariance_fit import fitted_covariances
 from roughslip.scan.grinding import Grinding, ground_surface
-from roughslip.scan.model_fit import fitted_covariances, fitted_marginal
 from roughslip.scan.spectrum import HIGHEST
-from roughslip.scan.statistics import scan_statistics
+from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import remove_form, topography
 from roughslip.surface.model import gaussian_model, measured_model
 from roughslip.surface.models import covariance_of

@@ -7,7 +7,7 @@ import yaml
 
 from roughslip.chaos.functionals import NAMES
 from roughslip.limits import FUNCTIONALS, VARIABLE_COUNTS
-from roughslip.probability.families import FAMILIES
+from roughslip.probability import FAMILIES
 from roughslip.scene import roughness, rules
 from roughslip.scene.loader import RESERVED, describe_allowed, load
 from roughslip.scene.plan import slice_for

@@ -8,8 +8,7 @@ from roughslip.chaos.pressure import KINDS
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import FamilyDistribution
-from roughslip.scan.model_fit import fitted_marginal
-from roughslip.scan.statistics import scan_statistics
+from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import expansion, geometry, surface_model

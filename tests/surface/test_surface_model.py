@@ -9,8 +9,9 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import FamilyDistribution, translate
 from roughslip.scan.autocorrelation import autocorrelation
-from roughslip.scan.model_fit import fitted_covariances, fitted_marginal, lags_to_fit
-from roughslip.scan.statistics import scan_statistics
+from roughslip.scan.covariance_fit import fitted_covariances
+from roughslip.scan.fit_data import lags_to_fit
+from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.surface.corrected_covariance import corrected
 from roughslip.surface.covariance import plane_height

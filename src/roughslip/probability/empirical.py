@@ -10,8 +10,7 @@ import scipy
 from scipy.special import ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.probability.distributions import FamilyDistribution, distribution_of_moments
-from roughslip.probability.families import normal_score
+from roughslip.probability.distributions import FamilyDistribution, distribution_of_moments, normal_score
 from roughslip.validation import reals
 
 EDGE = 8.5  # normal score beyond which lies a probability of 2e-17

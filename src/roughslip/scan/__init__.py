@@ -3,7 +3,7 @@
 read_scan, check_scan_file, write_x3p : files of instruments, netCDF maps and matrices
 Topography, remove_form : heights on a mesh, and removal of their form
 
-Modules: statistics with intervals, autocorrelation and spectrum, covariance_fit and model_fit, grinding for made scans.
+Modules: statistics with intervals, autocorrelation and spectrum, covariance_fit, grinding for made scans.
 """
 
 from roughslip.scan.instrument_file import check_scan_file, read_scan, write_x3p

@@ -15,14 +15,16 @@ estimates.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares, minimize_scalar
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.scan.fit_data import Estimates, RingPowers, effective_number
+from roughslip.scan.fit_data import Estimates, RingPowers, effective_number, lags_to_fit, rings_to_fit
+from roughslip.scan.statistics import ScanStatistics
+from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import MODELS
 
@@ -126,6 +128,29 @@ def fit_covariance(
         effective_lags=number,
         effective_rings=number_of_rings,
     )
+
+
+def fitted_covariances(
+    kinds: Sequence[str], scan: Topography, found: ScanStatistics
+) -> tuple[list[CovarianceFit], list[str]]:
+    """Fits of the kinds that can be fitted, the best first, and why the others cannot.
+
+    A self_affine spectrum goes on to the highest wavenumber of the scan. Raises IllPosedError where none can be.
+    """
+    data, powers = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found)
+    fits: list[CovarianceFit] = []
+    refused: dict[str, list[str]] = {}  # kinds by the reason
+    for kind in kinds:
+        cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if MODELS[kind].has_cutoff else None
+        try:
+            fit = fit_covariance(kind, data, float(found.rms_height.value), rings=powers, cutoff_wavelength_m=cutoff)
+            fits.append(fit)
+        except (IllPosedError, ConvergenceError) as error:
+            refused.setdefault(str(error), []).append(kind)
+    reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
+    if not fits:
+        raise IllPosedError(f"no model fits the autocorrelation; take the measured one ({'; '.join(reasons)})")
+    return sorted(fits, key=lambda one: one.criterion), reasons
 
 
 def _builder(

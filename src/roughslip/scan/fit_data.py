@@ -11,10 +11,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from roughslip.errors import ParameterError
+from roughslip.scan.autocorrelation import Autocorrelation
+from roughslip.scan.jackknife import CONFIDENCE
+from roughslip.scan.spectrum import HIGHEST, LEAKAGE, ROLL_OFF, rings
+from roughslip.scan.statistics import ScanStatistics
+from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Covariance
 from roughslip.validation import reals
+
+MOST_LAGS = 4000  # of both signs: more say the same again, at a cost
 
 
 @dataclass(frozen=True)
@@ -94,6 +102,40 @@ def estimates(
     if not np.all(fields[3] > 0):
         raise ParameterError("standard errors of correlations off lag zero must be positive")
     return Estimates(*fields)
+
+
+def lags_to_fit(found: Autocorrelation) -> Estimates:
+    """Estimates at every lag, or every second, third ... on each axis where these are too many."""
+    step = math.ceil(math.sqrt(found.rows[0].size / MOST_LAGS))
+    kept = tuple(slice(n // 2 % step, None, step) for n in found.rows[0].shape)
+    parts = len(found.rows) - 1
+    reach = found.correlation.high - found.correlation.low
+    error = reach / (2 * stdtrit(parts - 1, 0.5 + 0.5 * CONFIDENCE))
+    lag_x, lag_y = found.lag_x[kept[0]], found.lag_y[kept[1]]
+    rows = found.rows[(slice(None), *kept)]
+    return estimates(lag_x[:, None], lag_y[None, :], rows[0], error[kept], rows[1:])
+
+
+def rings_to_fit(scan: Topography, found: ScanStatistics) -> RingPowers | None:
+    """Powers of the rings to which lags are not sensitive; None where the scan has fewer than two of them.
+
+    The band starts where a finite correlation no longer bends the spectrum and ends at a quarter of the highest
+    wavenumber, as for the fractal dimension. Rings below the side lobes of the window are left out.
+    """
+    parts, power = found.sub_areas, found.spectrum.power
+    q = found.spectrum.wavenumber
+    kept = (q >= ROLL_OFF / min(parts.extent)) & (q <= HIGHEST * math.pi / max(scan.dx, scan.dy))
+    kept &= power.value > LEAKAGE * power.value.max()
+    if kept.sum() < 2:
+        return None
+    over = rings(scan.grid, parts)
+    error = np.log(power.high / power.low)[kept] / (2 * stdtrit(parts.number - 1, 0.5 + 0.5 * CONFIDENCE))
+    return RingPowers(
+        power.value[kept],
+        error,
+        found.spectrum.rows[1:, kept],
+        lambda covariance: over.expected(covariance.spectrum)[kept],
+    )
 
 
 def effective_number(errors: np.ndarray) -> float:

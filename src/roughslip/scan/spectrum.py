@@ -5,18 +5,6 @@
 (Jacobs, Junge and Pastewka, Surface Topography: Metrology and Properties 5, 2017, 013001) with a Hann window w, whose
 side lobes fall faster than any self-affine spectrum. Sub-areas are transformed one by one and averaged (Welch, IEEE
 Transactions on Audio and Electroacoustics 15, 1967, without overlap), then averaged over rings of |q|.
-
-A self-affine surface of Hurst exponent H has C ~ q^(-2 - 2H) and the fractal dimension D = 3 - H. Its structure
-function is S(r) = <(z(x + r) - z(x))^2> ~ r^(2H). The dimension to use is that of the spectrum, fitted below a quarter
-of the highest wavenumber. Blur, noise and most of the aliasing lie above that. The structure function
-mixes all wavelengths, so that a surface without the shortest ones looks smoother to it (measured: D low by 0.07, 0.03
-and 0.01 at H = 0.3, 0.5 and 0.8 where a spectrum ends at the highest wavenumber of the scan); it serves as a check. It
-is the one to use where heights are exact at points, or the spectrum is a few lines (Weierstrass-Mandelbrot). It is
-taken of second differences,
-
-    V(r) = <(z(x + r) - 2 z(x) + z(x - r))^2> = 4 S(r) - S(2r) ~ r^(2H),
-
-which trends do not enter (Istas and Lang, Annales de l'Institut Henri Poincare B 33, 1997, 407).
 """
 
 from __future__ import annotations
@@ -28,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import Estimate
 from roughslip.scan.jackknife import SubAreas, leave_one_out
@@ -42,7 +30,8 @@ ROLL_OFF = 4.0
 """The power law is fitted above this over the shorter 1/e length, where a finite correlation no longer bends it."""
 
 HIGHEST = 0.25
-"""Share of the highest wavenumber of the scan below which the power law is fitted."""
+"""Share of the highest wavenumber of the scan below which the power law is fitted: blur, noise and most of the aliasing
+lie above."""
 
 NARROWEST_BAND = 2.0
 
@@ -64,22 +53,6 @@ class Spectrum:
     power: Estimate
     modes: np.ndarray
     rows: np.ndarray
-
-
-@dataclass(frozen=True)
-class FractalDimension:
-    """Fractal dimension of a surface, 2 to 3 where it is self-affine; any value is reported.
-
-    dimension : D = 4 + slope / 2 from the spectrum: the one to use
-    slope : of ln C against ln q
-    band : [1/m] wavenumbers between which the slope is fitted
-    from_structure : D = 3 - H from second differences over distances pi / band
-    """
-
-    dimension: Estimate
-    slope: Estimate
-    band: tuple[float, float]
-    from_structure: Estimate
 
 
 @dataclass(frozen=True)
@@ -172,54 +145,14 @@ def self_affine_band(scan: Topography, parts: SubAreas) -> tuple[float, float] |
     return (low, high) if high >= NARROWEST_BAND * low else None
 
 
-def fractal_dimension(
-    scan: Topography, parts: SubAreas, found: Spectrum, band: tuple[float, float]
-) -> FractalDimension:
-    """Fractal dimension from the slope of the spectrum in a band, and from second differences over the same scales."""
-    slope = power_law(found, parts, band)
-    dimension = Estimate(*(4.0 + 0.5 * end for end in (slope.value, slope.low, slope.high)))
-    return FractalDimension(dimension, slope, band, _dimension_of_differences(scan, parts, band))
+def fractal_dimension(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate:
+    """D = 4 + slope / 2 from the slope of the spectrum in a band: 2 to 3 if self-affine; any value is reported.
 
-
-def _dimension_of_differences(scan: Topography, parts: SubAreas, band: tuple[float, float]) -> Estimate:
-    """D = 3 - H from the slope 2H of ln V against ln r, one slope for both axes, each with a level of its own.
-
-    A second difference over r sees wavenumbers about pi / r most. Distances double, weighted by 1 / r^2 as the number
-    of independent differences falls.
+    A Hurst exponent H gives C ~ q^(-2 - 2H) and D = 3 - H. The structure function, the other common way, mixes all
+    wavelengths, so that a surface without the shortest ones looks smoother to it: D was low by 0.07 at H = 0.3.
     """
-    sums, logarithms, weights, axes = [], [], [], []
-    for axis, step in enumerate((scan.dx, scan.dy)):
-        shortest = max(1, round(math.pi / band[1] / step))
-        longest = min(math.pi / band[0] / step, 0.25 * scan.grid.shape[axis])
-        for k in range(1 + max(1, math.floor(math.log2(max(longest / shortest, 1.0))))):
-            lag = shortest * 2**k
-            squares, count = _second_differences(scan, axis, lag)
-            sums.append(np.stack([parts.sums(squares), parts.sums(count)], axis=-1))
-            logarithms.append(math.log(lag * step))
-            weights.append(4.0**-k)
-            axes.append(axis)
-    x, weight = np.array(logarithms), np.array(weights)
-    for axis in (0, 1):
-        own = np.array(axes) == axis
-        x[own] -= np.average(x[own], weights=weight[own])
-
-    def dimension(totals: np.ndarray) -> np.ndarray:
-        y = np.log(totals[:, 0] / totals[:, 1])
-        return np.asarray(3.0 - 0.5 * np.sum(weight * x * y) / np.sum(weight * x**2))
-
-    return parts.interval(leave_one_out(np.stack(sums, axis=1), dimension))
-
-
-def _second_differences(scan: Topography, axis: int, lag: int) -> tuple[np.ndarray, np.ndarray]:
-    """(nx, ny) squares of second differences over `lag` points along an axis, at their middles; 1 where measured."""
-    n = scan.grid.shape[axis]
-    if 2 * lag >= n:
-        raise ParameterError(f"a second difference over {lag} points does not fit into {n}")
-    z, exists = np.moveaxis(scan.heights, axis, 0), np.moveaxis(scan.measured, axis, 0)
-    square, count = np.zeros(z.shape), np.zeros(z.shape)
-    count[lag:-lag] = exists[2 * lag :] & exists[lag:-lag] & exists[: -2 * lag]
-    square[lag:-lag] = count[lag:-lag] * (z[2 * lag :] - 2.0 * z[lag:-lag] + z[: -2 * lag]) ** 2
-    return np.moveaxis(square, 0, axis), np.moveaxis(count, 0, axis)
+    slope = power_law(found, parts, band)
+    return Estimate(*(4.0 + 0.5 * end for end in (slope.value, slope.low, slope.high)))
 
 
 def _fundamental(grid: Grid, parts: SubAreas) -> float:

@@ -11,14 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.probability import Estimate
+from roughslip.probability import (
+    EmpiricalDistribution,
+    Estimate,
+    FamilyDistribution,
+    empirical_distribution,
+    fit_distribution,
+)
 from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import SubAreas, leave_one_out
-from roughslip.scan.spectrum import FractalDimension, Spectrum, fractal_dimension, self_affine_band, spectrum
+from roughslip.scan.spectrum import Spectrum, fractal_dimension, self_affine_band, spectrum
 from roughslip.scan.topography import Topography
 
-BIN = 0.2
-"""Width of a bin of the density of heights, in Sq."""
+BIN = 0.2  # Sq, width of a bin of the density of heights
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,7 @@ class ScanStatistics:
     skewness : Ssk
     kurtosis : Sku, 3 for Gaussian heights
     density, autocorrelation, spectrum : see there
-    fractal : None where the scan has no octave between its roll-off and a quarter of its highest wavenumber
+    fractal : fractal dimension; None where no octave lies between the roll-off and a quarter of the highest wavenumber
     """
 
     sub_areas: SubAreas
@@ -48,7 +53,7 @@ class ScanStatistics:
     density: HeightDensity
     autocorrelation: Autocorrelation
     spectrum: Spectrum
-    fractal: FractalDimension | None
+    fractal: Estimate | None
 
 
 def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStatistics:
@@ -70,7 +75,7 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
         density=height_density(scan, parts),
         autocorrelation=autocorrelation(scan, parts),
         spectrum=found,
-        fractal=None if band is None else fractal_dimension(scan, parts, found, band),
+        fractal=None if band is None else fractal_dimension(found, parts, band),
     )
 
 
@@ -104,3 +109,15 @@ def _moments(scan: Topography, parts: SubAreas) -> np.ndarray:
         return np.array([scale * math.sqrt(variance), third / variance**1.5, fourth / variance**2])
 
     return leave_one_out(powers, central)
+
+
+def fitted_marginal(
+    family: str, scan: Topography, rms_height_m: float
+) -> FamilyDistribution | EmpiricalDistribution | None:
+    """The distribution of the measured heights: of a family, "empirical", or None for "gaussian"."""
+    heights = scan.heights[scan.measured]
+    if family == "gaussian":
+        return None
+    if family == "empirical":
+        return empirical_distribution(heights, rms_height_m)
+    return fit_distribution(heights, family)

@@ -5,10 +5,9 @@ from collections.abc import Iterator
 
 from roughslip import store
 from roughslip.scan.autocorrelation import Autocorrelation
-from roughslip.scan.covariance_fit import CovarianceFit
+from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.instrument_file import read_scan
-from roughslip.scan.model_fit import fitted_covariances, fitted_marginal
-from roughslip.scan.statistics import scan_statistics
+from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import remove_form
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import surface_model

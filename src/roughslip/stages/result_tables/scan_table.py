@@ -29,7 +29,7 @@ NOTHING = Estimate(*(np.array(np.nan) for _ in range(3)))
 
 def numbers_of(found: ScanStatistics) -> dict[str, Estimate]:
     """The statistics that are one number each."""
-    own = {"fractal_dimension": NOTHING if found.fractal is None else found.fractal.dimension}
+    own = {"fractal_dimension": NOTHING if found.fractal is None else found.fractal}
     own |= {name: getattr(found, name) for name in ("rms_height", "skewness", "kurtosis")}
     return {name: own[name] if name in own else getattr(found.autocorrelation, name) for name in NUMBERS}
 

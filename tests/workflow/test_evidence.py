@@ -36,22 +36,11 @@ EDITED = {
         "workflow/benchmarks/contact_peers.py": True,
         "requirements.lock": True,
     },
-    ("benchmarks", "chaos"): {
-        "src/roughslip/chaos/local.py": True,
-        "src/roughslip/stages/from_scene/elastic.py": True,
-        "src/roughslip/friction/recursion.py": False,
-        "workflow/benchmarks/contact.py": False,
-    },
     ("stress", "contact"): {
         "src/roughslip/friction/statistics.py": False,
         "src/roughslip/contact/dense_solver.py": True,
-        "workflow/stress/contact_problem.py": True,
+        "workflow/stress/runner.py": True,
         "workflow/stress/friction.py": False,
-    },
-    ("stress", "oscillator"): {
-        "src/roughslip/oscillator/slip.py": True,
-        "src/roughslip/oscillator/cycles.py": False,
-        "workflow/stress/oscillator_problem.py": True,
     },
 }
 
@@ -81,10 +70,7 @@ def test_references_are_made_where_they_are_missing_and_never_again(empty, tmp_p
     assert set(plan(project, "benchmark_chaos")) == {"benchmark_chaos"}
 
 
-@pytest.mark.parametrize(
-    ("kind", "name"),
-    [pytest.param(*key, marks=() if key[1] == "contact" else pytest.mark.slow) for key in EDITED],
-)
+@pytest.mark.parametrize(("kind", "name"), EDITED)
 def test_what_is_measured_is_in_the_key(empty, tmp_path, monkeypatch, kind, name):
     project = empty.copy(tmp_path / "copy")
     monkeypatch.chdir(project.folder)

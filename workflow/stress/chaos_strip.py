@@ -57,6 +57,12 @@ class StripProblem:
     copies: int
 
     @property
+    def is_well_posed(self) -> bool:
+        """Whether a problem has a solution beyond doubt, so that no error answers it."""
+        enough = self.samples >= 8 * TERMS[self.degree] and self.copies == 1
+        return enough and self.rows >= 5 and max(np.abs(self.planes)) < 1.0
+
+    @property
     def target(self) -> PressureTarget:
         power_ = 1 if self.kind == "trial_pressure" else 2
         return PressureTarget(self.kind, self.pressure_unit**power_ / self.height_unit)
@@ -98,12 +104,6 @@ def random_problem(seed: int, number: int) -> StripProblem:
     )
 
 
-def is_well_posed(problem: StripProblem) -> bool:
-    """Whether a problem has a solution beyond doubt, so that no error answers it."""
-    enough = problem.samples >= 8 * TERMS[problem.degree] and problem.copies == 1
-    return enough and problem.rows >= 5 and max(np.abs(problem.planes)) < 1.0
-
-
 def judged(problem: StripProblem) -> Verdict:
     """Expand the strip and judge all its rows and penetrations."""
     distinct = max(problem.samples // problem.copies, 1)
@@ -130,6 +130,9 @@ def judge(
     found = (pressure if problem.kind == "trial_pressure" else pressure**2).transpose(1, 2, 0)
     true = problem.values(heights)[0]
     squares = (found - np.maximum(true, 0.0)) ** 2
+    seen = math.ceil(RISK ** (1 / distinct) * len(squares))  # A share of the worst may be unknown to the samples.
+    freedom = distinct - TERMS[problem.degree]
+    factor = TWICE * freedom / float(chi2.ppf(RISK, freedom)) if freedom > 0 else math.inf
     worst, broken = 0.0, []
     for row in range(problem.rows):
         for level in range(len(problem.planes)):
@@ -137,9 +140,8 @@ def judge(
             weights, fresh = (_weights(problem, part, known) for part in (known, true[:, row, level]))
             mean = np.average(known, weights=weights)
             variance = float(np.average((known - mean) ** 2, weights=weights))
-            error = seen_error(squares[:, row, level] * fresh, distinct) / float(fresh.mean())
-            freedom = distinct - TERMS[problem.degree]
-            allowed = beyond(freedom) * stated[row, level] * variance + (1e-11 * np.max(np.abs(known))) ** 2
+            error = float(np.sort(squares[:, row, level] * fresh)[:seen].sum() / fresh.sum())
+            allowed = factor * stated[row, level] * variance + (1e-11 * np.max(np.abs(known))) ** 2
             worst = max(worst, error / allowed)
             if not error <= allowed:
                 broken.append(f"row {row}, penetration {level}: error {error:.3e} for {allowed:.3e}")
@@ -155,14 +157,3 @@ def _weights(problem: StripProblem, target: np.ndarray, known: np.ndarray) -> np
         return np.ones(len(target))
     scale = 0.3 * known[known > 0].mean()
     return np.where(target > 0, 1.0, 1 / (1 + (target / scale) ** 2))
-
-
-def seen_error(squares: np.ndarray, count: int) -> float:
-    """Return the mean of squared errors : (n,) without the worst ones that so many samples cannot have seen."""
-    kept = math.ceil(RISK ** (1 / count) * len(squares))
-    return float(np.sort(squares)[:kept].sum()) / len(squares)
-
-
-def beyond(freedom: int) -> float:
-    """Return the factor by which an error estimated from so many degrees of freedom may be too low."""
-    return TWICE * freedom / float(chi2.ppf(RISK, freedom)) if freedom > 0 else math.inf

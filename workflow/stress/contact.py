@@ -1,16 +1,14 @@
 """Stress campaign of contact: random problems, each solution judged by displacements in extended precision.
 
-Free half-space: Love's coefficients as in Johnson, Contact Mechanics, section 3.5, with logarithms at the corners of
-the cell in long doubles. Beyond four long edges of a cell, where these cancel, Gauss's quadrature of 1/r replaces them.
-Products are plain sums on small meshes and padded transforms in long doubles on larger ones.
+Meshes, surfaces, planes, loads and hardnesses have units far apart: heights over cells go from 1e-12 / 1e3 to
+1e3 / 1e-9. The problem is linear in heights and modulus, so that a solver with a fixed length or pressure fails here.
 
-Periodic cell: Ewald's method (Ann. Phys. 369 (1921) 253), 1/r = erfc(s r)/r + erf(s r)/r. The first part is summed over
-the images within its reach, the second over waves.
+Free half-space: Love's coefficients as in Johnson, Contact Mechanics, section 3.5, with logarithms at the corners of
+the cell, and padded transforms, all in long doubles. Beyond four long edges of a cell, where the logarithms cancel,
+Gauss's quadrature of 1/r replaces them. Periodic cell: Ewald's method (Ann. Phys. 369 (1921) 253),
+1/r = erfc(s r)/r + erf(s r)/r. The first part is summed over the images within its reach, the second over waves.
 
 Where long doubles are doubles (some ARM and Windows machines) ROUNDING is too small for cells of large aspect.
-
-`python -m workflow.stress.contact -j 2 --output results/stress/contact.json` runs the campaign; `--only 17` runs one
-problem.
 """
 
 from __future__ import annotations
@@ -18,63 +16,216 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy import fft
 from scipy.special import erf, erfc
 
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve, solve_load, sweep
+from roughslip.errors import ConvergenceError, RoughslipError
 from roughslip.grid import Grid
 from workflow.evidence.rows import Row
 from workflow.stress import runner
-from workflow.stress.contact_problem import ContactProblem, random_problem
-from workflow.stress.runner import Conditions, Verdict
+from workflow.stress.runner import Conditions, Verdict, choose, log_uniform
 
 STAGE = "contact"
-LEAST_HARDNESS = 1.02  # mean pressures; at 1 all nodes yield
 PROBLEMS = 10_000
+DEMANDED = 1e-10  # Every problem must reach this residual. Short of a tighter tolerance, an error is an answer.
+LEAST_HARDNESS = 1.02  # mean pressures; at 1 all nodes yield
 
 ROUNDING = 8 * np.finfo(np.float64).eps  # of displacements at a node: coefficients and z - plane
 LOAD_ROUNDING = 1e-12  # The load is a sum of at most 16384 doubles.
-SUMMED = 1024  # nodes up to which the product is a plain sum
 FAR = 4.0  # long edges of a cell beyond which quadrature replaces the closed form: 8 nodes an axis leave 16^-16
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 REACH = 6.2  # erfc(6.2) < 2e-18
 
+MOST_NODES = 128  # on an axis
+TOLERANCES = (1e-10, 1e-3, 1e-6, 1e-12)
+TOLERANCE_SHARES = (0.7, 0.1, 0.1, 0.1)
+
+RANDOM = ("gaussian", "exponential", "white")
+ADVERSARIAL = ("ties", "constant", "checkerboard", "spike", "one-node", "step", "tilted", "touching")
+SURFACES = (*RANDOM, *ADVERSARIAL)
+SURFACE_SHARES = np.array([5.0, 5.0, 4.0, *[0.75] * len(ADVERSARIAL)])
+
+CONTROLS = ("plane", "load", "periodic-load", "sweep")
+CONTROL_SHARES = (0.55, 0.2, 0.15, 0.1)
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """A rough surface pressed to a plane or by a load.
+
+    number : of the problem
+    grid : the mesh
+    modulus : E* [Pa]
+    heights : (nx, ny) [m]
+    surface, control : of SURFACES and CONTROLS
+    planes : [m] heights of the plane: several for a sweep, one without, and no plane under a load
+    load : mean pressure [Pa], or None
+    cap : the hardness over the elastic peak pressure, or infinity
+    tolerance : of the residual
+    labels : what else names the case
+    """
+
+    number: int
+    grid: Grid
+    modulus: float
+    heights: np.ndarray
+    surface: str
+    control: str
+    planes: tuple[float, ...]
+    load: float | None
+    cap: float
+    tolerance: float
+    labels: dict[str, str]
+
+    @property
+    def periodic(self) -> bool:
+        return self.control == "periodic-load"
+
+
+def random_problem(seed: int, number: int) -> ContactProblem:
+    """Return the problem of this number."""
+    generator = np.random.default_rng([seed, number])
+    control = choose(generator, CONTROLS, CONTROL_SHARES)
+    surface = choose(generator, SURFACES, SURFACE_SHARES / SURFACE_SHARES.sum())
+    grid = _mesh(generator)
+    if grid.size == 1 and control == "periodic-load":  # The package refuses one node in a periodic cell.
+        control = "load"
+    scale, modulus = log_uniform(generator, -12, 3), log_uniform(generator, -3, 15)
+    tolerance = choose(generator, TOLERANCES, TOLERANCE_SHARES)
+    length = log_uniform(generator, -0.5, math.log10(2 * max(grid.shape)))  # in the shorter edge of a cell
+    torus = grid.shape if control == "periodic-load" and generator.random() < 0.5 else None
+    heights = _heights(generator, surface, grid, length, torus)
+    if generator.random() < 0.15:  # another zero of the heights
+        heights += generator.choice((-1.0, 1.0)) * log_uniform(generator, -1, 2)
+    heights *= scale
+    labels = {"length": f"{length:.3g}", "scale": f"{scale:.3g}"}
+    planes: tuple[float, ...] = ()
+    load = None
+    if control.endswith("load"):
+        load, labels["level"] = _load(generator, grid, modulus, heights, scale)
+    else:
+        count = generator.integers(2, 7) if control == "sweep" else 1
+        found = [_plane(generator, surface, heights, scale) for _ in range(count)]
+        planes, labels["level"] = tuple(plane for plane, _ in found), ",".join(level for _, level in found)
+    cap = log_uniform(generator, -2, 1) if generator.random() < 0.4 else math.inf
+    return ContactProblem(number, grid, modulus, heights, surface, control, planes, load, cap, tolerance, labels)
+
+
+def _mesh(generator: np.random.Generator) -> Grid:
+    """Draw rectangles, rows of nodes, squares and large meshes; cells of aspect 1/100 to 100."""
+    kind = generator.random()
+    nx, ny = (round(MOST_NODES ** generator.random()) for _ in range(2))
+    if kind < 0.15:
+        nx, ny = (1, ny) if generator.random() < 0.5 else (nx, 1)
+    elif kind < 0.35:
+        ny = nx
+    elif kind < 0.55:
+        nx, ny = (int(n) for n in generator.integers(MOST_NODES // 2, MOST_NODES + 1, 2))
+    edge = log_uniform(generator, -9, 3)
+    aspect = 1.0 if generator.random() < 0.4 else log_uniform(generator, -2, 2)
+    return Grid(int(nx), int(ny), edge * max(aspect, 1.0), edge * max(1 / aspect, 1.0))
+
+
+def _heights(
+    generator: np.random.Generator, surface: str, grid: Grid, length: float, torus: tuple[int, int] | None
+) -> np.ndarray:
+    """Draw (nx, ny) heights of order one."""
+    i, j = np.meshgrid(*(np.arange(n, dtype=np.float64) for n in grid.shape), indexing="ij")
+    some = tuple(int(generator.integers(n)) for n in grid.shape)
+    match surface:
+        case "white":
+            return generator.standard_normal(grid.shape)
+        case "gaussian" | "exponential" | "touching":
+            return _correlated(generator, surface, grid, length, torus)
+        case "ties":
+            levels = generator.integers(1, 5)
+            return np.round(levels * _correlated(generator, "gaussian", grid, length, torus)) / levels
+        case "constant":
+            return np.full(grid.shape, generator.choice((-1.0, 0.0, 1.0, 1 / 3)))
+        case "checkerboard":
+            period = int(generator.integers(1, 4))
+            return np.where((i // period + j // period) % 2 == 0, 1.0, -1.0)
+        case "spike" | "one-node":
+            low = 0.0 if surface == "spike" else 1e-3 * generator.standard_normal(grid.shape)
+            return np.where((i == some[0]) & (j == some[1]), 1.0, low)
+        case "step":
+            return np.where(i + (j if generator.random() < 0.5 else 0) < some[0] + 1, 1.0, 0.0)
+        case _:
+            return generator.standard_normal() * i / grid.nx + generator.standard_normal() * j / grid.ny
+
+
+def _correlated(
+    generator: np.random.Generator, kind: str, grid: Grid, length: float, torus: tuple[int, int] | None
+) -> np.ndarray:
+    """Filter white noise on a torus of twice the mesh, or of the mesh itself."""
+    m, n = torus or (2 * grid.nx, 2 * grid.ny)
+    edge = length * min(grid.dx, grid.dy)
+    x, y = (np.minimum(np.arange(k), k - np.arange(k)) * d / edge for k, d in ((m, grid.dx), (n, grid.dy)))
+    r = np.hypot(x[:, None], y)
+    spectrum = fft.rfft2(np.exp(-r) if kind == "exponential" else np.exp(-(r**2))).real
+    root = np.sqrt(np.maximum(spectrum, 0.0))
+    return fft.irfft2(fft.rfft2(generator.standard_normal((m, n))) * root, (m, n))[: grid.nx, : grid.ny].copy()
+
+
+def _plane(generator: np.random.Generator, surface: str, heights: np.ndarray, scale: float) -> tuple[float, str]:
+    """Draw a plane, with the share of the heights above it, or its depth below all of them, as its name."""
+    if surface == "touching":
+        return float(heights.max()), "touching"
+    if surface == "one-node" and heights.size > 1:
+        second, highest = np.sort(heights, axis=None)[-2:]
+        return float(second + generator.random() * (highest - second)), "one-node"
+    if generator.random() < 0.15 or (surface == "constant" and generator.random() < 0.7):
+        depth = log_uniform(generator, -3, 3)
+        return float(heights.min() - depth * (float(np.ptp(heights)) or scale)), f"full-{depth:.2g}"
+    limit = math.log(0.9999 / 0.0001)
+    above = 100 / (1 + math.exp(generator.uniform(-limit, limit)))
+    return float(np.percentile(heights, 100 - above)), f"{above:.3g}"
+
+
+def _load(
+    generator: np.random.Generator, grid: Grid, modulus: float, heights: np.ndarray, scale: float
+) -> tuple[float, str]:
+    """Draw a mean pressure, with its ratio to E* times the range of heights over the edge of the mesh."""
+    level = log_uniform(generator, -4, 3)
+    edge = math.sqrt(grid.size * grid.cell_area)
+    return level * modulus * (float(np.ptp(heights)) or scale) / edge, f"{level:.2g}"
+
 
 def row_of(seed: int, number: int) -> Row:
     """Return the row of the problem of this number."""
-    problem = random_problem(seed, number)
-    return runner.problem_row(STAGE, runner.case_of(problem), lambda: judged(problem))
+    return runner.problem_row(STAGE, random_problem(seed, number), judged, is_answer)
+
+
+def is_answer(problem: ContactProblem, error: RoughslipError) -> bool:
+    """Whether an error answers a problem: a tolerance below DEMANDED that is not reached, while DEMANDED is."""
+    tighter = problem.tolerance < DEMANDED
+    return isinstance(error, ConvergenceError) and tighter and error.residual <= DEMANDED
 
 
 def judged(problem: ContactProblem) -> Verdict:
-    """Solve a problem and judge every plane of it."""
+    """Solve a problem and judge every plane of it. A hardness follows from the peak pressure of elastic contact."""
     displacement = Displacement(problem.grid, problem.modulus, problem.periodic)
-    hardness, found = solutions(problem)
-    asked = problem.planes if problem.load is None else (None,)
-    verdicts = [
-        judge(problem, displacement, solution, plane, hardness) for plane, solution in zip(asked, found, strict=True)
-    ]
-    broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
-    return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
-
-
-def solutions(problem: ContactProblem) -> tuple[float, list[ContactSolution]]:
-    """Return the hardness [Pa] and the solution for each plane."""
     influence = Influence(problem.grid, problem.modulus, periodic=problem.periodic)
     hardness = math.inf
     if math.isfinite(problem.cap):
         peak = max(float(elastic.pressure.max()) for elastic in solve_planes(problem, influence, 1e-3, math.inf))
         hardness = max(problem.cap * peak, LEAST_HARDNESS * (problem.load or 0.0)) or problem.modulus
-    return hardness, list(solve_planes(problem, influence, problem.tolerance, hardness))
+    found = solve_planes(problem, influence, problem.tolerance, hardness)
+    asked = problem.planes if problem.load is None else (None,)
+    verdicts = [judge(problem, displacement, one, plane, hardness) for one, plane in zip(found, asked, strict=True)]
+    broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
+    return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
 
 
 def solve_planes(
     problem: ContactProblem, influence: Influence, tolerance: float, hardness: float
 ) -> Iterator[ContactSolution]:
+    """Yield the solution for each plane, or under the load."""
     if problem.load is not None:
         yield solve_load(influence, problem.heights, problem.load, tolerance, hardness_pa=hardness)
     elif problem.control == "sweep":
@@ -111,38 +262,27 @@ class Displacement:
     """
 
     def __init__(self, grid: Grid, modulus: float, periodic: bool) -> None:
-        self.grid, self.periodic = grid, periodic
+        self.grid = grid
         unit = math.sqrt(grid.cell_area)
         dx, dy = grid.dx / unit, grid.dy / unit
         factor = np.longdouble(unit) / (np.longdouble(np.pi) * np.longdouble(modulus))
         if periodic:
-            self.symbol = factor * _ewald(grid.shape, dx, dy)
             self.torus = grid.shape
+            self.symbol = factor * _ewald(grid.shape, dx, dy)
             self.diagonal = self.symbol.mean()
             return
         i, j = (np.arange(n, dtype=np.longdouble) for n in grid.shape)
-        self.coefficients = factor * love((i * dx)[:, None], (j * dy)[None, :], dx, dy)
-        self.diagonal = self.coefficients[0, 0]
+        quadrant = factor * love((i * dx)[:, None], (j * dy)[None, :], dx, dy)
+        # The offset n in the middle of the padding is never used, so its value does not matter.
+        k, m = (np.minimum(n - 1, np.minimum(np.arange(2 * n), 2 * n - np.arange(2 * n))) for n in grid.shape)
         self.torus = (2 * grid.nx, 2 * grid.ny)
-        if grid.size > SUMMED:
-            k, m = (np.minimum(np.arange(2 * n), 2 * n - np.arange(2 * n)) for n in grid.shape)
-            # The offset n in the middle of the padding is never used, so its value does not matter.
-            kernel = self.coefficients[np.minimum(k, grid.nx - 1)][:, np.minimum(m, grid.ny - 1)]
-            self.symbol = fft.fft2(kernel).real
+        self.symbol = fft.fft2(quadrant[k][:, m]).real
+        self.diagonal = quadrant[0, 0]
 
     def __call__(self, pressure: np.ndarray) -> np.ndarray:
         """Return displacements (nx, ny) [m] in long doubles under pressures (nx, ny) [Pa]."""
-        nx, ny = self.grid.shape
-        pressure = pressure.astype(np.longdouble)
-        if self.periodic or self.grid.size > SUMMED:
-            return fft.ifft2(fft.fft2(pressure, self.torus) * self.symbol).real[:nx, :ny]
-        mirrored = np.concatenate((self.coefficients[:0:-1], self.coefficients))
-        mirrored = np.concatenate((mirrored[:, :0:-1], mirrored), axis=1)
-        windows = sliding_window_view(mirrored, self.grid.shape)[::-1, ::-1]  # [k, m] of the node (k, m) under load
-        displacement = np.zeros(self.grid.shape, dtype=np.longdouble)
-        for k, m in zip(*np.nonzero(pressure), strict=True):
-            displacement += pressure[k, m] * windows[k, m]
-        return displacement
+        transform = fft.fft2(pressure.astype(np.longdouble), self.torus)
+        return fft.ifft2(transform * self.symbol).real[: self.grid.nx, : self.grid.ny]
 
 
 def _ewald(shape: tuple[int, int], dx: float, dy: float) -> np.ndarray:
@@ -196,7 +336,7 @@ def judge(
     lift, highest = displacement.diagonal * p, displacement.diagonal * np.longdouble(hardness)
     unmet = lift - np.clip(lift - elastic, 0, highest)
     reach = _norm(np.maximum(u_bar, 0))
-    if displacement.periodic:  # A mean pressure causes no displacement there, and u_bar may be far below B_00 p.
+    if problem.periodic:  # A mean pressure causes no displacement there, and u_bar may be far below B_00 p.
         reach = max(reach, _norm(lift))
     node_rounding = ROUNDING * (np.abs(lifted) + np.abs(u_bar) + (abs(height) if plane is None else 0.0))
     allowed = problem.tolerance * reach + _norm(np.where(unmet != 0, node_rounding, 0))
@@ -215,7 +355,7 @@ def judge(
     }
     if problem.load is not None:
         conditions["the load"] = (abs(p.astype(np.longdouble).mean() / problem.load - 1), LOAD_ROUNDING)
-    return Verdict(residual, runner.broken_conditions(conditions))
+    return runner.verdict_of(conditions, residual)
 
 
 def _norm(field: np.ndarray) -> np.longdouble:

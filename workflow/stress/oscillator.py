@@ -1,32 +1,47 @@
 """Stress campaign of the oscillator: random motions, each judged by arithmetic of the judge's own.
 
+Damping, belts, loads, friction laws, excitations and friction paths go far beyond any machine's.
+
 Slip: from each sample to the next by the classical method of order four in small steps, all stretches at once. They are
 so short that no error grows, so that a defect is the motion's own. Stick: the force is within its limits throughout,
 and at one of them where the mass departs.
-
-`python -m workflow.stress.oscillator -j 2 --output results/stress/oscillator.json` runs the campaign; `--only 17` runs
-one problem.
 """
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import dataclass
-from functools import partial
-from typing import NamedTuple
+from itertools import repeat
 
 import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
+from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.motion import Trajectory, trajectory
+from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.laws import LAWS
+from roughslip.oscillator.motion import NEGATIVE_FRICTION, MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.path import INTERPOLATIONS
+from roughslip.oscillator.runge_kutta import PAIRS
 from workflow.evidence.rows import Row
 from workflow.stress import runner
-from workflow.stress.oscillator_problem import MotionProblem, random_problem
-from workflow.stress.runner import Verdict, has_advice
+from workflow.stress.runner import Verdict, choose, has_advice, log_uniform
 
 STAGE = "oscillator"
 PROBLEMS = 2000
+
+KINDS = ("stribeck", "steep", "coulomb", "level", "table")
+KINDS += tuple(name for name in sorted(LAWS) if name not in KINDS)
+EXCITATIONS = ("none", "weak", "resonance", "fast", "strong")
+FOLLOWS = ("slip", "belt", "time")
+STARTS = ("rest", "limit", "just-inside", "just-beyond", "far", "steady")
+PATHS = ("none", "weak", "strong", "negative")
+TOLERANCES = (1e-6, 1e-4, 1e-9)
+BLOCK = 256  # nodes that a path repeats
+PERIODS = 12.0
 SAMPLES = 126  # a period: a stretch is 0.05 of tau
 
 SUBSTEPS = 100
@@ -37,11 +52,135 @@ AT_LIMIT = 1e-6  # of the scale: stick goes on for 1e-7 of tau where a slip woul
 LOOKS = 200  # times in a stick phase at which the judge evaluates the force
 
 
+@dataclass(frozen=True)
+class MotionProblem:
+    """A motion to compute.
+
+    number : of the problem
+    oscillator, law : of the motion
+    nodes : (BLOCK,) [-] that the path repeats; empty without a path
+    spacing : [m], or [s] where friction follows time
+    start : [m] X at the beginning
+    options : of the motion
+    labels : what else names the case
+    """
+
+    number: int
+    oscillator: Oscillator
+    law: FrictionLaw
+    nodes: np.ndarray
+    spacing: float
+    start: float
+    options: MotionOptions
+    labels: dict[str, str]
+
+    @property
+    def may_turn_negative(self) -> bool:
+        """Whether the least sum of law and path is below zero, with the overshoot of splines."""
+        lowest = self.nodes.min(initial=0.0) - 0.25 * np.ptp(self.nodes) if self.nodes.size else 0.0
+        return self.law.parameters().least + lowest < 0.0
+
+
+def random_problem(seed: int, number: int) -> MotionProblem:
+    """Return the problem of this number."""
+    generator = np.random.default_rng([seed, number])
+    omega = log_uniform(generator, -1, 5)
+    mass, load = log_uniform(generator, -3, 3), log_uniform(generator, -9, 9)
+    natural = load / (mass * omega**2)  # F, the scale of X and X'
+    belt = natural * log_uniform(generator, -6, 3) * float(generator.random() > 0.08)
+    excitation, follows = choose(generator, EXCITATIONS), choose(generator, FOLLOWS)
+    if belt == 0.0 and follows == "belt":
+        follows = "time"
+    size, ratio = _excitation(generator, excitation)
+    oscillator = Oscillator(
+        mass_kg=mass,
+        natural_frequency_rad_per_s=omega,
+        damping_ratio=float(choose(generator, (0.0, log_uniform(generator, -4, 0), generator.uniform(0, 5)))),
+        belt_velocity_m_per_s=belt * omega,
+        normal_force_n=load,
+        excitation_force_n=size * load,
+        excitation_frequency_rad_per_s=ratio * omega,
+    )
+    kind, scatter = choose(generator, KINDS), choose(generator, PATHS)
+    law = _law(generator, kind, oscillator)
+    per_cycle = log_uniform(generator, -3, 3)
+    travel = 2 * math.pi * (1 / omega if follows == "time" else max(belt, 0.1 * natural if follows == "slip" else 0))
+    start_kind = choose(generator, STARTS)
+    return MotionProblem(
+        number=number,
+        oscillator=oscillator,
+        law=law,
+        nodes=_nodes(generator, scatter, law.static),
+        spacing=travel / per_cycle,
+        start=_start(start_kind, oscillator, law),
+        options=MotionOptions(
+            tolerance=float(choose(generator, TOLERANCES, (0.6, 0.2, 0.2))),
+            stochastic_static_limit=bool(generator.integers(2)),
+            interpolation=choose(generator, INTERPOLATIONS),
+            friction_follows=follows,
+            negative_friction=choose(generator, NEGATIVE_FRICTION, (0.8, 0.2)),
+            integrator=choose(generator, tuple(PAIRS)),
+        ),
+        labels={"law": kind, "excitation": excitation, "path": scatter, "begin": start_kind},
+    )
+
+
+def _excitation(generator: np.random.Generator, kind: str) -> tuple[float, float]:
+    """Draw Q / N and Omega / omega."""
+    match kind:
+        case "none":
+            return 0.0, 1.0
+        case "weak":
+            return log_uniform(generator, -8, -2), log_uniform(generator, -2, 1)
+        case "resonance":
+            return log_uniform(generator, -3, 1), 1.0
+        case "fast":
+            return log_uniform(generator, -3, 1), log_uniform(generator, 0, 1.5)
+    return log_uniform(generator, 0, 2), log_uniform(generator, -2, 0.5)
+
+
+def _law(generator: np.random.Generator, kind: str, oscillator: Oscillator) -> FrictionLaw:
+    """Draw a friction law that bends at speeds of the faster of belt and mass."""
+    speed = oscillator.natural_frequency_rad_per_s * max(oscillator.V, oscillator.F)
+    static = log_uniform(generator, -2, 0.3)
+    match kind:
+        case "steep":
+            decay = log_uniform(generator, 1, 3)
+            return StribeckLaw(
+                static * generator.random(), static, decay / speed, log_uniform(generator, -4, -1) / speed**2
+            )
+        case "level":
+            return CoulombLaw(static, static)
+    return LAWS[kind].example(generator, static, speed)
+
+
+def _nodes(generator: np.random.Generator, kind: str, static: float) -> np.ndarray:
+    size = {"none": 0.0, "weak": 0.05, "strong": 0.8, "negative": 3.0}[kind] * static
+    return size * generator.uniform(-1, 1, BLOCK) if size > 0 else np.zeros(0)
+
+
+def _start(kind: str, oscillator: Oscillator, law: FrictionLaw) -> float:
+    limit = oscillator.F * law.static - 2 * oscillator.damping_ratio * oscillator.V + oscillator.q
+    return {
+        "rest": 0.0,
+        "limit": limit,
+        "just-inside": limit - 1e-12 * oscillator.F,
+        "just-beyond": limit + 1e-12 * oscillator.F,
+        "far": 30.0 * oscillator.F,
+        "steady": oscillator.F * float(law.mu(oscillator.belt_velocity_m_per_s)),
+    }[kind]
+
+
 def row_of(seed: int, number: int) -> Row:
     """Return the row of the problem of this number."""
-    problem = random_problem(seed, number)
-    answers = partial(is_answer, may_turn_negative=problem.may_turn_negative)
-    return runner.problem_row(STAGE, runner.case_of(problem), partial(judged, problem), answers)
+    return runner.problem_row(STAGE, random_problem(seed, number), judged, is_answer)
+
+
+def is_answer(problem: MotionProblem, error: RoughslipError) -> bool:
+    """Whether an error answers a problem: the step limit with advice, or negative friction that must be refused."""
+    if isinstance(error, ParameterError):
+        return problem.may_turn_negative and "negative" in str(error)
+    return isinstance(error, ConvergenceError) and has_advice(error)
 
 
 def judged(problem: MotionProblem) -> Verdict:
@@ -51,27 +190,10 @@ def judged(problem: MotionProblem) -> Verdict:
 
 def drawn(problem: MotionProblem) -> Trajectory:
     """Return the motion of a problem at SAMPLES times a period."""
-    start, options = problem.start, problem.options
+    path = repeat(problem.nodes) if problem.nodes.size else None
     return trajectory(
-        problem.oscillator, problem.law, problem.path, problem.spacing, problem.periods, options, start, SAMPLES
+        problem.oscillator, problem.law, path, problem.spacing, PERIODS, problem.options, problem.start, SAMPLES
     )
-
-
-def is_answer(error: RoughslipError, may_turn_negative: bool) -> bool:
-    """Whether an error answers a problem: the step limit with advice, or negative friction that must be refused."""
-    if isinstance(error, ParameterError):
-        return may_turn_negative and "negative" in str(error)
-    return isinstance(error, ConvergenceError) and has_advice(error)
-
-
-class Slide(NamedTuple):
-    """Arrays of equal length: tau, X, X', s and the sign of v_rel."""
-
-    tau: np.ndarray
-    x: np.ndarray
-    u: np.ndarray
-    s: np.ndarray
-    sigma: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -118,20 +240,23 @@ class Judge:
         limit = law.static + scatter if options.stochastic_static_limit else np.maximum(law.static, kinetic)
         return self.problem.oscillator.F * np.maximum(limit, 0.0)
 
-    def slip(self, y: Slide, h: np.ndarray, steps: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return X and X' after slips of h each."""
+    def slip(
+        self, start: np.ndarray, s: np.ndarray, sides: np.ndarray, h: np.ndarray, steps: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return X and X' after slips of h each, from start : (tau, X, X'), slipped distances s and signs of v_rel."""
         oscillator, law = self.problem.oscillator, self.problem.law
         omega, V, D = oscillator.natural_frequency_rad_per_s, oscillator.V, oscillator.damping_ratio
+        first, place, _ = start
 
         def acceleration(tau: np.ndarray, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-            s = y.s + y.sigma * (V * (tau - y.tau) - (x - y.x))
-            mu = np.maximum(law.mu(omega * (V - u)) + self.scatter(tau, s), 0.0)
-            return y.sigma * oscillator.F * mu - 2 * D * u - x + self.drive(tau)
+            slipped = s + sides * (V * (tau - first) - (x - place))
+            mu = np.maximum(law.mu(omega * (V - u)) + self.scatter(tau, slipped), 0.0)
+            return sides * oscillator.F * mu - 2 * D * u - x + self.drive(tau)
 
         d = h / steps
-        tau, x, u = y.tau, y.x, y.u
+        _, x, u = start
         for step in range(steps):
-            tau = y.tau + step * d
+            tau = first + step * d
             a1 = acceleration(tau, x, u)
             u2 = u + d / 2 * a1
             a2 = acceleration(tau + d / 2, x + d / 2 * u, u2)
@@ -175,10 +300,10 @@ def _slips(by: Judge, drawn: Trajectory) -> tuple[float, float]:
         return 0.0, float(allowed)
     event = last[together]
     sides = np.sign(by.stick_force(motion.time, motion.position))[event]
-    tau, x, u = (row[together] for row in (drawn.time, drawn.position, drawn.velocity))
+    start = tau, x, u = np.stack([row[together] for row in (drawn.time, drawn.position, drawn.velocity)])
     s = motion.slipped_distance[event] + sides * (V * (tau - motion.time[event]) - (x - motion.position[event]))
     h = drawn.time[together + 1] - tau
-    found = [by.slip(Slide(tau, x, u, s, sides), h, steps) for steps in (SUBSTEPS, 2 * SUBSTEPS)]
+    found = [by.slip(start, s, sides, h, steps) for steps in (SUBSTEPS, 2 * SUBSTEPS)]
     after = drawn.position[together + 1], drawn.velocity[together + 1]
     scale = by.scale + np.maximum(np.abs(x), np.abs(u)) + V
     defect = np.zeros(together.size)

@@ -8,6 +8,7 @@ and the seed of the campaign make the problem again. The outcome is one of
 - `accepted`: the package took bad input; always a failure,
 - the name of an exception: a failure unless it is a typed error that answers the problem.
 
+`python -m workflow.stress.contact -j 2 --output results/stress/contact.json` runs a campaign, `--only 17` one problem.
 `python -m workflow.stress.runner --campaigns FILE ... --output results/stress.json` joins the files of the stages.
 """
 
@@ -32,11 +33,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
+from roughslip.errors import ParameterError, RoughslipError
 from workflow.evidence.rows import Row, case, fields, map_parallel
 
 CONVERGED, FALSE_CLAIM, ACCEPTED = "converged", "false claim", "accepted"
-DEMANDED = 1e-10  # Every problem must reach this residual. Short of a tighter tolerance, an error is an answer.
 SEED = 20261
 CHUNK = 20  # problems that a process takes at a time
 LISTED = 50  # failures that the log lists
@@ -72,22 +72,20 @@ class Verdict:
     broken: tuple[str, ...] = ()
 
 
-def broken_conditions(conditions: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
-    """Return a line for each condition whose value exceeds its limit or is not a number."""
-    return tuple(
+def verdict_of(conditions: Conditions, residual: float | None = None) -> Verdict:
+    """Return the verdict on conditions: a line for each whose value exceeds its limit or is not a number.
+
+    residual : [-] if not given, the largest value over its limit; a limit of zero asks for an exact answer and does
+        not enter
+    """
+    broken = tuple(
         f"{name}: {float(value):.3e} for {float(limit):.3e}"
         for name, (value, limit) in conditions.items()
         if not value <= limit
     )
-
-
-def verdict_of(conditions: Mapping[str, tuple[float, float]]) -> Verdict:
-    """Return the verdict on conditions. Its residual is the largest value over its limit.
-
-    A limit of zero asks for an exact answer and does not enter the residual.
-    """
-    ratios = [float(value / limit) for value, limit in conditions.values() if limit > 0]
-    return Verdict(max(ratios, default=0.0), broken_conditions(conditions))
+    if residual is None:
+        residual = max((float(value / limit) for value, limit in conditions.values() if limit > 0), default=0.0)
+    return Verdict(residual, broken)
 
 
 def has_advice(error: RoughslipError) -> bool:
@@ -121,51 +119,40 @@ def _short(value: object) -> str:
 
 
 def problem_row(
-    stage: str, name: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool] | None = None
+    stage: str, problem: Any, judged: Callable[[Any], Verdict], is_answer: Callable[[Any, RoughslipError], bool]
 ) -> Row:
-    """Solve and judge a problem, with every warning an error, and return its row.
+    """Solve and judge a problem and return its row.
 
-    name : of the case
     judged : solves the problem and returns the verdict
-    answers : whether a typed error answers the problem; if not given, only one whose residual is below DEMANDED where
-        the case asks for a tighter tolerance
+    is_answer : whether a typed error answers the problem
     """
-    tighter = float(fields(name)["tolerance"]) < DEMANDED
-
-    def reached_enough(error: RoughslipError) -> bool:
-        return isinstance(error, ConvergenceError) and tighter and error.residual <= DEMANDED
-
-    return _row(stage, name, *_outcome(judged, answers or reached_enough))
+    return _row(stage, case_of(problem), partial(judged, problem), partial(is_answer, problem))
 
 
 def refusal_row(stage: str, case: str, call: Callable[[], object]) -> Row:
     """Return the row of bad input, which only a ParameterError answers."""
 
-    def accepted() -> Verdict:
+    def judged() -> Verdict:
         call()
         return Verdict(0.0)
 
-    outcome, _, why = _outcome(accepted, lambda error: isinstance(error, ParameterError))
-    if outcome == CONVERGED:
-        outcome, why = ACCEPTED, "no error"
-    return _row(stage, case, outcome, math.nan, why)
+    row = _row(stage, case, judged, lambda error: isinstance(error, ParameterError))
+    return row | {"outcome": ACCEPTED, "why": "no error"} if row["outcome"] == CONVERGED else row
 
 
-def _outcome(judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool]) -> tuple[str, float, str]:
-    """Return outcome, residual, and the reason of a failure, which is empty if there is none."""
+def _row(stage: str, case: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool]) -> Row:
+    """Return the row of a problem that is solved with every warning an error."""
+    residual, why = math.nan, ""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
             verdict = judged()
-        except RoughslipError as error:
-            why = "" if answers(error) else str(error) or repr(error)
-            return type(error).__name__, getattr(error, "residual", math.nan), why
-        except Exception as error:  # Any other exception is a failure, which the row names.
-            return type(error).__name__, math.nan, str(error) or repr(error)
-    return FALSE_CLAIM if verdict.broken else CONVERGED, verdict.residual, "; ".join(verdict.broken)
-
-
-def _row(stage: str, case: str, outcome: str, residual: float, why: str) -> Row:
+            outcome, residual = FALSE_CLAIM if verdict.broken else CONVERGED, verdict.residual
+            why = "; ".join(verdict.broken)
+        except Exception as error:  # Any exception but an answer is a failure, which the row names.
+            outcome, residual = type(error).__name__, getattr(error, "residual", math.nan)
+            if not (isinstance(error, RoughslipError) and answers(error)):
+                why = str(error) or repr(error)
     finite = residual if math.isfinite(residual) else None
     return {"stage": stage, "case": case, "outcome": outcome, "residual": finite} | ({"why": why} if why else {})
 
@@ -180,22 +167,23 @@ def summary(rows: Iterable[Row]) -> list[dict[str, Any]]:
     stages: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
         stages[row["stage"]].append(row)
-    return [_stage_summary(stage, members) for stage, members in stages.items()]
-
-
-def _stage_summary(stage: str, rows: Sequence[Row]) -> dict[str, Any]:
-    ratios = [
-        row["residual"] / float(fields(row["case"])["tolerance"])
-        for row in rows
-        if row["outcome"] == CONVERGED and row["residual"] is not None
+    return [
+        {
+            "stage": stage,
+            "problems": len(members),
+            "outcomes": dict(sorted(Counter(row["outcome"] for row in members).items())),
+            "worst_residual_over_tolerance": max(
+                (
+                    row["residual"] / float(fields(row["case"])["tolerance"])
+                    for row in members
+                    if row["outcome"] == CONVERGED and row["residual"] is not None
+                ),
+                default=None,
+            ),
+            "failures": len(failures(members)),
+        }
+        for stage, members in stages.items()
     ]
-    return {
-        "stage": stage,
-        "problems": len(rows),
-        "outcomes": dict(sorted(Counter(row["outcome"] for row in rows).items())),
-        "worst_residual_over_tolerance": max(ratios, default=None),
-        "failures": len(failures(rows)),
-    }
 
 
 def run_problems(row_of: Callable[[int, int], Row], seed: int, numbers: Sequence[int], jobs: int = 1) -> list[Row]:
@@ -217,11 +205,7 @@ def write_campaign(path: Path, rows: Sequence[Row], seeds: Mapping[str, int]) ->
 
 
 def command(
-    description: str | None,
-    stage: str,
-    row_of: Callable[[int, int], Row],
-    problems: int,
-    most: int = sys.maxsize,
+    description: str | None, stage: str, row_of: Callable[[int, int], Row], problems: int, most: int = sys.maxsize
 ) -> int:
     """Run the campaign of a stage from the command line and return the exit status, which is 1 if a problem failed.
 
@@ -236,22 +220,15 @@ def command(
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
     arguments = parser.parse_args()
     started = time.perf_counter()
-    numbers = arguments.only or range(min(arguments.problems, most))
-    rows = run_problems(row_of, arguments.seed, numbers, arguments.jobs)
+    rows = run_problems(row_of, arguments.seed, arguments.only or range(min(arguments.problems, most)), arguments.jobs)
     if arguments.output:
         write_campaign(arguments.output, rows, {stage: arguments.seed})
-    return report(rows, f"{stage}, seed {arguments.seed}, {time.perf_counter() - started:.0f} s")
-
-
-def report(rows: Sequence[Row], title: str) -> int:
-    """Write counts of outcomes and the failures to standard error and return the exit status."""
     wrong = failures(rows)
     counts = ", ".join(f"{count} {name}" for name, count in Counter(row["outcome"] for row in rows).most_common())
+    title = f"{stage}, seed {arguments.seed}, {time.perf_counter() - started:.0f} s"
     print(f"{title}: {len(rows)} problems: {counts}; {len(wrong)} failures", file=sys.stderr)
     for row in wrong[:LISTED]:
         print(f"{row['outcome']}: {row['case']}: {row['why']}", file=sys.stderr)
-    if len(wrong) > LISTED:
-        print(f"and {len(wrong) - LISTED} more", file=sys.stderr)
     return 1 if wrong else 0
 
 

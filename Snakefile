@@ -23,7 +23,7 @@ from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import scene_names
 from roughslip.stages.runtime.usage import PARENT
 from workflow.keys import key_files
-from workflow.recovery import slurm_orphans, start
+from workflow.recovery import earlier_runs, start
 from workflow.study.commands import log, outputs, run
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes
@@ -58,7 +58,7 @@ if workflow.is_main_process and "memory_mb" not in config and "mem_mb" not in wo
 
 onstart:
     if workflow.non_local_exec:
-        slurm_orphans.mark(start.STATE)
+        earlier_runs.mark_slurm(start.STATE)
 
 
 wildcard_constraints:

@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
 WORKFLOW = sorted((ROOT / "workflow").rglob("*.py"))
 # The ground floor, which everyone may import, and then who else a package may import.
-GROUND = ("errors", "validation", "grid", "store", "compilation", "probability", "limits")
+GROUND = ("errors", "atomic_write", "validation", "grid", "store", "compilation", "probability", "limits")
 SUBJECTS = ("surface", "contact", "chaos", "friction", "oscillator")
 ALLOWED = {
     **dict.fromkeys(GROUND, ()),

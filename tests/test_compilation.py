@@ -20,7 +20,8 @@ def project(tmp_path: Path) -> Path:
     """A project with a compiled function that calls one in another file."""
     package = tmp_path / "src" / "roughslip"
     package.mkdir(parents=True)
-    shutil.copy(SOURCE / "__init__.py", package)
+    for name in ("__init__.py", "atomic_write.py"):
+        shutil.copy(SOURCE / name, package)
     shutil.copytree(SOURCE / "compilation", package / "compilation")
     inner = '"""Inner."""\nfrom roughslip.compilation.cache import compiled\n\n@compiled()\ndef f():\n    return 2\n'
     (package / "inner.py").write_text(inner)
@@ -72,6 +73,14 @@ def test_an_edit_in_a_called_file_reaches_compiled_callers(project):
     assert run(project, OUTER)[0] == "20"
     edit(project, "2", "3")
     assert run(project, OUTER)[0] == "30"
+
+
+def test_options_of_a_caller_do_not_reach_what_it_calls(project):
+    """numba alone would compile `f` with the options of whichever caller comes first, and bits depend on them."""
+    edit(project, "def f():\n    return 2", "def f(x=0.0):\n    return 1.0 / x")
+    outer = project / "src" / "roughslip" / "outer.py"
+    outer.write_text(outer.read_text().replace("@compiled()", '@compiled(error_model="python")'))
+    assert run(project, OUTER)[0] == "inf"
 
 
 def test_damaged_files_are_compiled_again(project, tmp_path):

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import platform
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import netCDF4
 import numpy as np
 
+from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
 
 if TYPE_CHECKING:
@@ -106,19 +105,6 @@ def read_key(path: Path) -> Key:
     except (OSError, ValueError, KeyError, TypeError) as error:
         scene = Path(path).parents[1].name
         raise StoreError(f"{path}: no readable key file ({error}); make it with: snakemake -n {scene}") from error
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path in the folder of `path`; it replaces `path` if the block ends without an error."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        yield temporary
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def write(

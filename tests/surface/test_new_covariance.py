@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.scene.covariances import covariance_shapes
+from roughslip.scene.roughness import covariance_shapes
 from roughslip.surface.models import MODELS
 
 ROOT = Path(__file__).parents[2]

@@ -18,7 +18,7 @@ from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, Res
 from roughslip.compilation.source_hash import compiled_folder
 from workflow.faults.scratch import TINY, copy_project
 from workflow.keys import key_files
-from workflow.recovery import run_lock
+from workflow.recovery import earlier_runs
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -112,7 +112,7 @@ def plan(monkeypatch):
 
     def planned(folder: Path, *targets: str) -> dict[str, dict[str, int]]:
         held: list = []
-        monkeypatch.setattr(run_lock, "_held", held)
+        monkeypatch.setattr(earlier_runs, "_held", held)
         monkeypatch.setattr(sys, "argv", ["snakemake", "-n", *targets])
         monkeypatch.setenv("PYTHONPATH", str(folder / "src"))
         with SnakemakeApi(OutputSettings(quiet={Quietness.ALL}, dryrun=True)) as api:

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from workflow.faults.scratch import digests
-from workflow.recovery import slurm_orphans
+from workflow.recovery import earlier_runs
 
 PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)
 PROFILE = "profiles/slurm"
@@ -54,7 +54,7 @@ class LoginNode:
     def latest_job(self, run: subprocess.Popen, made: Path) -> str:
         """Of those that run on a node as soon as a result is there."""
         while run.poll() is None:
-            if made.exists() and (running := slurm_orphans.jobs(self.options["cwd"], "RUNNING")):
+            if made.exists() and (running := earlier_runs.queued_jobs(self.options["cwd"], "RUNNING")):
                 return max(running, key=int)
             time.sleep(0.2)
         raise AssertionError(self.log.read_text()[-5000:])
@@ -71,7 +71,7 @@ def test_results_are_those_of_this_machine_whatever_is_killed(finished, tmp_path
     run.wait()
     assert login.start().wait(timeout=300) == 1
     said = login.log.read_text()
-    assert f"{project.folder}: jobs of a run that is gone are in the queue" in said
+    assert f"{project.folder}: jobs of an interrupted run are in the queue" in said
     left = said.rpartition("scancel ")[2].split()
     assert job in left
     subprocess.run(["scancel", *left], check=True)

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from roughslip.errors import InputError
-from workflow.keys.closure import code_hash
-from workflow.keys.environment_check import departures, report
+from workflow.keys.code_hash import code_hash, departures, report
 from workflow.keys.key_files import write_key
 
 CONFIGURATION = {"seed": 7, "mesh": {"nx": 10, "edge_m": 2.5e-05}, "levels": [5, 50]}
@@ -110,7 +109,7 @@ def test_a_write_that_fails_leaves_the_old_key_and_no_other_file(write, key, mon
 
     write(CONFIGURATION)
     before = identity(key)
-    monkeypatch.setattr("workflow.keys.atomic_write.os.replace", full_disk)
+    monkeypatch.setattr("roughslip.atomic_write.os.replace", full_disk)
     with pytest.raises(OSError, match="no space left"):
         write({"other": 1})
     assert identity(key) == before
@@ -143,5 +142,5 @@ def test_a_line_of_the_lock_that_pins_nothing_is_named():
 
 def test_other_packages_change_the_hash_under_the_same_lock(source, monkeypatch):
     pinned = code_hash("stage", source, source / "lock")
-    monkeypatch.setattr("workflow.keys.closure.departures", lambda text: ("numpy 0.1 in place of 2",))
+    monkeypatch.setattr("workflow.keys.code_hash.departures", lambda text: ("numpy 0.1 in place of 2",))
     assert code_hash("stage", source, source / "lock") != pinned

@@ -108,8 +108,8 @@ def test_a_stage_with_its_figure(copy):
     copy.path("src/roughslip/scene/slopes.py").write_text(SECTION)
     copy.edit(
         "src/roughslip/scene/types.py",
-        "from roughslip.scene.square import",
-        "from roughslip.scene.slopes import Slopes\nfrom roughslip.scene.square import",
+        "from roughslip.scene.roughness import",
+        "from roughslip.scene.slopes import Slopes\nfrom roughslip.scene.roughness import",
     )
     copy.edit(
         "src/roughslip/scene/types.py",
@@ -134,7 +134,7 @@ def test_a_stage_with_its_figure(copy):
 def test_a_scene_key(copy):
     """A new key of the material, with a default, that one stage reads."""
     copy.edit(
-        "src/roughslip/scene/material.py",
+        "src/roughslip/scene/contact.py",
         "    poisson_ratio",
         '    yield_share: float = number("Share of the hardness", above=0, at_most=1, default=1.0)\n    poisson_ratio',
     )

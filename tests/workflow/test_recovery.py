@@ -17,7 +17,7 @@ from roughslip.errors import InputError
 from roughslip.stages.runtime import record
 from roughslip.stages.runtime.usage import Usage
 from workflow.keys import key_files
-from workflow.recovery import integrity, run_lock, slurm_orphans, snakemake_metadata
+from workflow.recovery import earlier_runs, integrity, snakemake_metadata
 
 ROOT = Path(__file__).resolve().parents[2]
 OLD, NEW = 1.6e9, 1.7e9
@@ -243,7 +243,7 @@ def test_what_is_marked_as_incomplete_stays_so(tmp_path):
 def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Snakemake's folder with the lock of some run; what this process holds is released at the end."""
     held: list = []
-    monkeypatch.setattr(run_lock, "_held", held)
+    monkeypatch.setattr(earlier_runs, "_held", held)
     (tmp_path / ".snakemake" / "locks").mkdir(parents=True)
     (tmp_path / ".snakemake" / "locks" / "0.input.lock").write_text("results/a.nc\n")
     yield tmp_path / ".snakemake"
@@ -254,9 +254,8 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 @pytest.fixture
 def other(state: Path):
     """Another process that holds the folder until it is killed."""
-    code = (
-        f"from pathlib import Path; from workflow.recovery import run_lock; print(run_lock.hold(Path({str(state)!r})))"
-    )
+    imports = "from pathlib import Path; from workflow.recovery.earlier_runs import hold"
+    code = f"{imports}; print(hold(Path({str(state)!r})))"
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     command = [sys.executable, "-c", f"{code}\nimport sys; sys.stdout.flush(); sys.stdin.read()"]
     process = subprocess.Popen(command, cwd=ROOT, env={"PYTHONPATH": f"{ROOT / 'src'}:{ROOT}"}, **pipes)
@@ -267,7 +266,7 @@ def other(state: Path):
 
 
 def test_a_stale_lock_is_cleared(state):
-    assert run_lock.hold(state) == (True, [f"{state / 'locks'}: stale lock of an interrupted run; removed"])
+    assert earlier_runs.hold(state) == (True, [f"{state / 'locks'}: stale lock of an interrupted run; removed"])
     assert list((state / "locks").iterdir()) == []
 
 
@@ -276,22 +275,22 @@ def test_the_lock_of_a_run_lasts_until_its_process_ends(state, other):
     (state / "locks" / "0.input.lock").write_text("results/a.nc\n")
     for _ in range(2):
         line = f"{state.parent}: another run is at work in this folder; wait for its end, or stop it"
-        assert run_lock.hold(state) == (False, [line])
+        assert earlier_runs.hold(state) == (False, [line])
     (state / "locks" / "0.input.lock").unlink()
-    assert "another Snakemake reads this folder; results were not checked" in run_lock.hold(state).lines[0]
+    assert "another Snakemake reads this folder; results were not checked" in earlier_runs.hold(state).lines[0]
     (state / "locks" / "0.input.lock").write_text("results/a.nc\n")
     other.kill()
     other.wait()
-    while run_lock._held:
-        run_lock._held.pop().close()
-    assert run_lock.hold(state).is_alone
+    while earlier_runs._held:
+        earlier_runs._held.pop().close()
+    assert earlier_runs.hold(state).is_alone
     assert list((state / "locks").iterdir()) == []
 
 
 def test_a_folder_that_cannot_be_locked_is_named(tmp_path):
     (tmp_path / ".snakemake").write_text("in the way")
     with pytest.raises(InputError, match=r"\.snakemake: cannot be written to"):
-        run_lock.hold(tmp_path / ".snakemake")
+        earlier_runs.hold(tmp_path / ".snakemake")
 
 
 def squeue(folder: Path, script: str) -> str:
@@ -316,22 +315,22 @@ def test_queued_jobs_of_an_earlier_run_are_refused(lines, queued, tmp_path, monk
     (here / ".snakemake").mkdir(parents=True)
     answer = "\n".join(lines).format(here=here)
     monkeypatch.setenv("PATH", squeue(tmp_path / "bin", f"/bin/cat <<'END'\n{answer}\nEND"))
-    slurm_orphans.refuse(here / ".snakemake")  # no run in this folder has used Slurm
-    slurm_orphans.mark(here / ".snakemake")
+    earlier_runs.refuse_queued_jobs(here / ".snakemake")  # no run in this folder has used Slurm
+    earlier_runs.mark_slurm(here / ".snakemake")
     if queued:
         with pytest.raises(
             InputError, match=re.escape(f"{here}: jobs of an interrupted run") + f".*: scancel {queued}$"
         ):
-            slurm_orphans.refuse(here / ".snakemake")
+            earlier_runs.refuse_queued_jobs(here / ".snakemake")
     else:
-        slurm_orphans.refuse(here / ".snakemake")
+        earlier_runs.refuse_queued_jobs(here / ".snakemake")
 
 
 def test_without_an_answer_of_slurm_no_jobs_are_known(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert slurm_orphans.jobs(tmp_path) == []
+    assert earlier_runs.queued_jobs(tmp_path) == []
     monkeypatch.setenv("PATH", squeue(tmp_path / "fails", f"echo '12|rule_costs|{tmp_path}' >&2; exit 1"))
-    assert slurm_orphans.jobs(tmp_path) == []
-    monkeypatch.setattr(slurm_orphans, "_SECONDS", 0.2)
+    assert earlier_runs.queued_jobs(tmp_path) == []
+    monkeypatch.setattr(earlier_runs, "_SECONDS", 0.2)
     monkeypatch.setenv("PATH", squeue(tmp_path / "hangs", "exec /bin/sleep 5"))
-    assert slurm_orphans.jobs(tmp_path) == []
+    assert earlier_runs.queued_jobs(tmp_path) == []

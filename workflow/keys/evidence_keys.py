@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.compilation.source_hash import absolute_imports, closure
-from workflow.keys.closure import code_hash
+from workflow.keys.code_hash import code_hash
 from workflow.keys.key_files import write_key
 from workflow.keys.monte_carlo_batches import SURFACES, reference_file
 

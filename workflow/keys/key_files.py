@@ -16,8 +16,8 @@ from pathlib import Path
 
 from snakemake.io import ancient
 
-from workflow.keys.atomic_write import write_if_changed
-from workflow.keys.closure import code_hash
+from roughslip.atomic_write import write_if_changed
+from workflow.keys.code_hash import code_hash
 
 _draft_folders: list[tempfile.TemporaryDirectory] = []  # of a dry run; it is removed when the process ends
 _up_to_date: set[str] = set()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from roughslip.errors import InputError
-from workflow.keys import environment_check, key_files
-from workflow.recovery import integrity, run_lock, slurm_orphans, snakemake_metadata
+from workflow.keys import code_hash, key_files
+from workflow.recovery import earlier_runs, integrity, snakemake_metadata
 from workflow.study.scenes import Scenes
 
 STATE = Path(".snakemake")
@@ -19,8 +19,8 @@ def recover(scenes: Scenes) -> list[str]:
     A dry run changes nothing outside .snakemake, and nothing is changed while another run is at work. Raises InputError
     where the folder cannot be written to, where a scan cannot be read, and where jobs of an earlier run are queued.
     """
-    lines = environment_check.report((scenes.root / "requirements.lock").read_text(encoding="utf-8"))
-    is_alone, found = run_lock.hold(STATE)
+    lines = code_hash.report((scenes.root / "requirements.lock").read_text(encoding="utf-8"))
+    is_alone, found = earlier_runs.hold(STATE)
     if mistakes := [text for name in scenes.asked for text in scenes.scan_mistakes(name, STATE / "scans")]:
         raise InputError(mistakes)
     lines += found
@@ -28,7 +28,7 @@ def recover(scenes: Scenes) -> list[str]:
         return lines
     lines += snakemake_metadata.remove_damaged(STATE)
     if not key_files.is_dry_run():
-        slurm_orphans.refuse(STATE)
+        earlier_runs.refuse_queued_jobs(STATE)
         scans = [Path(scenes.scan_file(name)) for name in scenes.asked if "scan" in scenes.stages(name)]
         integrity.remove_leftovers(Path("results"), scans)
     scenes.write_keys()

@@ -30,13 +30,19 @@ __all__ = ["compiled"]
 _SOURCE = Path(__file__).resolve().parents[2]
 _DAYS_KEPT = 30.0  # days that compiled functions of older code are kept
 _DIGEST_BYTES = hashlib.sha256().digest_size
+# numba would take an option that is not given from the caller for which it happens to compile a function first. The
+# bits of a result then depended on the order of calls. A division by zero is inf or NaN, as in numpy.
+_OPTIONS = {"error_model": "numpy", "fastmath": False, "forceinline": False}
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that compiles a function at its first call and caches it. options : those of numba's njit"""
+    """Return a decorator that compiles a function at its first call and caches it.
+
+    options : those of numba's njit; where not given, those of the caller do not count
+    """
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = numba.njit(**options)(function)
+        dispatcher = numba.njit(**{**_OPTIONS, **options})(function)
         # What `cache=True` does, with the folder and the lock of this module.
         dispatcher._cache = _Cache(function)
         return dispatcher
@@ -59,16 +65,20 @@ class _Locator(caching._CacheLocator):
         self._folder = _module_folder(file)
 
     def get_cache_path(self) -> str:
+        """The folder of the compiled forms."""
         return str(self._folder)
 
     def get_source_stamp(self) -> str:
+        """What numba compares to see that a compiled form is of the present code."""
         return self._folder.name
 
     def get_disambiguator(self) -> str:
-        return "0"  # names of functions are unique within a module
+        """What numba adds to the name of a file; names of functions are unique within a module."""
+        return "0"
 
     @classmethod
     def from_function(cls, py_func: object, py_file: str) -> _Locator | None:
+        """The locator of a function; None where its folder cannot be written to."""
         locator = cls(py_file)
         try:
             locator.ensure_cache_path()
@@ -78,6 +88,8 @@ class _Locator(caching._CacheLocator):
 
 
 class _Implementation(caching.CompileResultCacheImpl):
+    """What a compiled form is stored as, in the folder of the project or, failing that, of the user."""
+
     _locator_classes: list[Any] = [_Locator, caching.UserWideCacheLocator]  # noqa: RUF012
 
 
@@ -118,6 +130,7 @@ class _Cache(caching.FunctionCache):
         self._cache_file = _CheckedFiles(self._cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
+        """The compiled form for these types of arguments; after a miss the folder is locked."""
         found = super().load_overload(sig, target_context)
         if found is None and self._enabled:
             _lock(self.cache_path)
@@ -129,6 +142,7 @@ class _Cache(caching.FunctionCache):
         return found
 
     def save_overload(self, sig: object, data: Any) -> None:
+        """Store a compiled form, and release the folder."""
         try:
             super().save_overload(sig, data)
         finally:

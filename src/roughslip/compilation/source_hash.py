@@ -12,10 +12,11 @@ import hashlib
 import json
 import os
 import sys
-import uuid
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
+
+from roughslip.atomic_write import write_if_changed
 
 MOST_KEPT = 2000  # files; more are the remains of many edits, and the memory starts anew
 
@@ -119,14 +120,8 @@ def keep() -> None:
     """Write the memory of parsed files. Where it cannot be written, the next process parses again."""
     content = json.dumps(_kept())
     text = f"{_seal(content)}\n{content}"
-    file = _memory()
-    if file.is_file() and file.read_bytes() == text.encode():
-        return
     with contextlib.suppress(OSError):  # a read-only folder, a full disk
-        file.parent.mkdir(parents=True, exist_ok=True)
-        partial = file.with_name(f".{file.name}.{uuid.uuid4().hex}")
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, file)
+        write_if_changed(_memory(), text)
 
 
 def _memory() -> Path:

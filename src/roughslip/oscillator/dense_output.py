@@ -28,7 +28,7 @@ class Quintic(NamedTuple):
     b5: float
 
 
-@compiled()
+@compiled(forceinline=True)
 def quintic(h: float, y0: float, d0: float, e0: float, y1: float, d1: float, e1: float) -> Quintic:
     """The quintic with value y, slope d and second derivative e at the two ends of a step h."""
     w, v = 0.2 * h, 0.05 * h * h
@@ -41,7 +41,7 @@ def velocity(y0: State, y1: State) -> Quintic:
     return quintic(y1.tau - y0.tau, y0.u, y0.a, y0.j, y1.u, y1.a, y1.j)
 
 
-@compiled()
+@compiled(forceinline=True)
 def value(b: Quintic, t: float) -> float:
     """The quintic at the fraction t."""
     r = 1.0 - t
@@ -49,7 +49,7 @@ def value(b: Quintic, t: float) -> float:
     return r * r * low + t * t * t * (10.0 * r * r * b.b3 + t * (5.0 * r * b.b4 + t * b.b5))
 
 
-@compiled()
+@compiled(forceinline=True)
 def slope(b: Quintic, t: float) -> float:
     """Its derivative by t."""
     r = 1.0 - t
@@ -58,13 +58,13 @@ def slope(b: Quintic, t: float) -> float:
     return 5.0 * (r * r * (low + 6.0 * t * t * (b.b3 - b.b2)) + t * t * high)
 
 
-@compiled()
+@compiled(forceinline=True)
 def lowest(b: Quintic) -> float:
     """A number that the quintic does not fall below."""
     return min(min(min(b.b0, b.b1), min(b.b2, b.b3)), min(b.b4, b.b5))
 
 
-@compiled()
+@compiled(forceinline=True)
 def sign_changes(b: Quintic) -> int:
     """Number of sign changes of the control points: the number of roots of the quintic, or an even number more."""
     changes, last = 0, b.b0
@@ -94,7 +94,7 @@ def first_zero(b: Quintic) -> float:
     return t
 
 
-@compiled()
+@compiled(forceinline=True)
 def stationary(b: Quintic) -> float:
     """The fraction of an extreme of a quintic whose slope has different signs at the ends, by bisection."""
     low, high = 0.0, 1.0

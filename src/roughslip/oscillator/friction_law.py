@@ -18,7 +18,7 @@ from numba.extending import overload
 from roughslip.errors import InputError, ParameterError, real
 
 CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
-OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED}  # of the compiled formulas
+OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED, "forceinline": False}  # of the compiled formulas
 LAWS: dict[str, type[FrictionLaw]] = {}
 _LAW_OF: dict[type, type[FrictionLaw]] = {}  # by the type of its compiled parameters
 

@@ -87,7 +87,7 @@ WEIGHTS, ERROR5, ERROR3 = (tuple(map(float, row[[0, *range(5, 12)]])) for row in
 NODES = tuple(map(float, C))
 
 
-@compiled(error_model="numpy", fastmath=CONTRACTED)
+@compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
     """The sum of products of two tuples of the same length."""
     total = row[0] * values[0]
@@ -176,7 +176,7 @@ def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coeff
     return end, h * max(x_error, u_error)
 
 
-@compiled(error_model="numpy")
+@compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def _estimate(fifth: float, third: float) -> float:
     """Of order 7 from differences of order 5 and 3, as DOP853 combines them."""
     size = fifth * fifth + 0.01 * third * third

@@ -19,10 +19,10 @@ from typing import Any
 import netCDF4
 import numpy as np
 
+from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
 from roughslip.scan.limits import check_archive, check_hdf5, check_points, check_size, check_text, first_line
 from roughslip.scan.topography import Topography, topography
-from roughslip.store import replacing
 
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "μm": 1e-6, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
 

@@ -1,16 +1,11 @@
-"""Section `ensemble` of a scene."""
+"""Sections `ensemble`, `map` and `survival` of a scene: the runs of the oscillator, of figure5 and figure_map."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
 from typing import Literal
 
-from roughslip.limits import MOST_NUMBERS
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
-from roughslip.scene.friction import STATISTICS
-from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
 
 Process = Literal["recursion", "embedding", "spectral"]
 Marginal = Literal["beta", "empirical", "paper"]
@@ -78,49 +73,46 @@ class Ensemble(Section):
     )
 
 
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {"ensemble": {"nodes_per_correlation_length": ("count_error",)}}
+@section
+class StickSlipMap(Section):
+    """Probability of stick-slip over damping and belt velocity, of figure_map."""
 
-NODES, ERROR = "ensemble.nodes_per_correlation_length", "ensemble.count_error"
-MARGINAL, PROCESS = "ensemble.marginal", "ensemble.process"
-DURATION, LENGTH = "ensemble.duration_periods", "friction.statistics.correlation_length_m"
-PARALLEL = "oscillator.windows_in_parallel"
-DEPTH, LEVELS = "oscillator.penetration_percentile", "strip.penetration_percentiles"
-
-
-def mistakes(scene: Values) -> Iterator[Mistake]:
-    """What does not go together in ensemble, friction and oscillator."""
-    nodes, error, marginal = (given(scene, key) for key in (NODES, ERROR, MARGINAL))
-    if nodes == AUTO and error is None:
-        yield missing(f"{NODES} = {AUTO} needs it", ERROR, NODES)
-    elif nodes is not None and nodes != AUTO and error is not None:
-        yield not_together(ERROR, error, NODES, nodes, allowed=f"only {AUTO} takes it")
-    empirical, statistics = marginal == "empirical", given(scene, STATISTICS)
-    if statistics is not None and empirical:
-        yield refused(marginal, f"beta or paper where {STATISTICS} replaces the windows", MARGINAL, STATISTICS)
-    parallel = given(scene, PARALLEL)
-    if parallel is not None and parallel != 1 and empirical:
-        allowed = "1, or beta or paper for the marginal"
-        yield not_together(PARALLEL, parallel, MARGINAL, marginal, allowed=allowed)
-    depth, levels = given(scene, DEPTH), given(scene, LEVELS)
-    if depth is not None and statistics is not None:
-        yield not_together(DEPTH, depth, STATISTICS)
-    elif depth is not None and levels and not levels[0] <= depth <= levels[-1]:
-        allowed = f"between the first and last of {LEVELS}, {levels[0]} and {levels[-1]}"
-        yield refused(depth, allowed, DEPTH, LEVELS)
-    elif depth is not None and depth != 50 and empirical:
-        allowed = "50, where quantiles of the windows are kept"
-        yield not_together(DEPTH, depth, MARGINAL, marginal, allowed=allowed)
-    length = given(scene, LENGTH)
-    if scene["ensemble"].get("process", "recursion") != "recursion" and _path_nodes(scene) > MOST_NUMBERS:
-        allowed = f"long enough for at most {MOST_NUMBERS} nodes (0.8 GB of memory) over the belt's way in a run, "
-        keys = (LENGTH, "oscillator", DURATION, NODES, PROCESS)
-        yield refused(length, f"{allowed}or {PROCESS}: recursion", *keys)
+    belt_velocities_m_per_s: tuple[float, ...] = many(
+        "First and last velocity of the belt; those between are spaced evenly in their logarithm",
+        number("A velocity, as oscillator.belt_velocity_m_per_s", "m/s", above=0, at_most=1000),
+        fewest=2,
+        most=2,
+    )
+    damping_ratios: tuple[float, ...] = many(
+        "First and last damping ratio; those between are spaced evenly",
+        number("A damping ratio, as oscillator.damping_ratio", at_least=0, at_most=10),
+        fewest=2,
+        most=2,
+    )
+    points: int = integer("Points on either axis", at_least=2, at_most=200)
+    realisations: int = integer(
+        "Realisations of the friction process, the same at every point", at_least=8, at_most=10000
+    )
+    duration_periods: float = number(
+        "Duration of a run in natural periods, of which the second half counts", at_least=20, at_most=10000
+    )
 
 
-def _path_nodes(scene: Values) -> float:
-    """Nodes of a friction path over the distance that the belt moves in a run; 0 where they are not known."""
-    keys = (LENGTH, "oscillator.belt_velocity_m_per_s", "oscillator.natural_frequency_rad_per_s", DURATION, NODES)
-    length, velocity, omega, periods, nodes = (given(scene, key) for key in keys)
-    if None in (length, velocity, omega, periods, nodes) or nodes == AUTO:
-        return 0.0
-    return float(velocity * periods * 2 * math.pi / omega / length * nodes)
+@section
+class Survival(Section):
+    """Lifetimes of stick-slip and of steady sliding near the limit of existence, of figure_map."""
+
+    scatter_factors: tuple[float, ...] = many(
+        "Multiples of the standard deviation of friction, strictly increasing",
+        number("A multiple", above=0, at_most=100),
+        most=20,
+    )
+    points: int = integer(
+        "Damping ratios around the limit of existence, as far from it as the scatter moves it", at_least=2, at_most=200
+    )
+    realisations: int = integer(
+        "Realisations of the friction process at each, from rest on the belt and from steady sliding",
+        at_least=8,
+        at_most=10000,
+    )
+    duration_periods: float = number("Duration of a run in natural periods", at_least=20, at_most=10000)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Literal
 
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section
-from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, strictly_increasing
 
 TableInterpolation = Literal["monotone_cubic", "linear"]
 Follows = Literal["slip", "belt", "time"]
@@ -101,56 +99,3 @@ class Oscillator(Section):
         at_most=1_000_000,
         default=1,
     )
-
-
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "oscillator": {"law": ("friction_table",), "friction_follows": ("correlation_time_s",)}
-}
-
-LAW, TABLE, STATIC = "oscillator.law", "oscillator.friction_table", "oscillator.static_friction"
-FOLLOWS, TIME = "oscillator.friction_follows", "oscillator.correlation_time_s"
-FREQUENCY, FORCE = "oscillator.excitation_frequency_rad_per_s", "oscillator.excitation_force_n"
-BY_PERIOD = "ensemble.count_by_period"
-
-
-def mistakes(scene: Values) -> Iterator[Mistake]:
-    """What does not go together in oscillator and friction."""
-    belt = scene["oscillator"]
-    law, table, static = belt.get("law", "stribeck"), belt.get("friction_table"), belt.get("static_friction")
-    if law == "table" and "friction_table" not in belt:
-        yield missing(f"{LAW} = table needs it", TABLE, LAW)
-    elif law != "table" and table is not None:
-        yield not_together(TABLE, table, LAW, law, allowed="only table takes it")
-    elif table is not None:
-        yield from _table_mistakes(table, static)
-    follows, time = belt.get("friction_follows", "slip"), belt.get("correlation_time_s")
-    if follows == "time" and time is None:
-        yield missing(f"{FOLLOWS} = time needs it", TIME, FOLLOWS)
-    elif follows != "time" and time is not None:
-        yield not_together(TIME, time, FOLLOWS, follows, allowed="only time takes it")
-    if (belt.get("excitation_force_n") or 0) > 0:
-        if belt.get("excitation_frequency_rad_per_s") == 0:
-            frequency = belt["excitation_frequency_rad_per_s"]
-            yield refused(frequency, f"a number > 0 [rad/s] where {FORCE} is not 0", FREQUENCY, FORCE)
-        if given(scene, BY_PERIOD):
-            allowed = f"false where {FORCE} is not 0, because no cycle repeats the last there"
-            yield refused(True, allowed, BY_PERIOD, FORCE)
-    for key in ("friction.mean_at_median", "friction.statistics.mean"):
-        mean = given(scene, key)
-        if law != "table" and static is not None and mean is not None and static < mean:
-            reason = "or stick holds less than slip" if law == "coulomb" else "or eq. (13) turns negative at high speed"
-            yield refused(static, f"at least {key} = {mean}, {reason}", STATIC, key)
-
-
-def _table_mistakes(table: Values, static: float | None) -> Iterator[Mistake]:
-    speeds, values = table.get("speeds_m_per_s"), table.get("values")
-    if speeds is None or values is None:
-        return
-    keys = f"{TABLE}.values", f"{TABLE}.speeds_m_per_s"
-    if len(speeds) != len(values):
-        yield Mistake(keys, f"{len(values)} values are not allowed; one for each of the {len(speeds)} speeds")
-    if speeds[0] != 0 or not strictly_increasing(speeds):
-        yield refused(speeds, "strictly increasing speeds from 0 on", keys[1])
-    if static is not None and static < values[0]:
-        allowed = f"at least the first of {keys[0]} = {values[0]}, or stick holds less than slip"
-        yield refused(static, allowed, STATIC, keys[0])

@@ -24,7 +24,7 @@ def slice_for(scene: Scene, stage: str) -> Scene:
 
 def stages_needed(scene: Scene) -> set[str]:
     """Names of the stages that the targets of the scene need."""
-    return _reached(scene, (EVERY_SCENE, *scene["targets"]))
+    return _needed(scene, (EVERY_SCENE, *scene["targets"]))
 
 
 def figures(scene: Scene) -> list[str]:
@@ -43,7 +43,7 @@ def captions() -> dict[str, str]:
 def needs(scene: Scene, target: str) -> list[str]:
     """Sections and keys without which the stages of a target cannot run."""
     found: dict[str, None] = {}
-    for name in sorted(_reached(scene, (target,))):
+    for name in sorted(_needed(scene, (target,))):
         stage = declarations()[name]
         for key in (*stage.reads.split(), *([stage.batches.size] if stage.batches else [])):
             section = key.partition(".")[0]
@@ -54,14 +54,12 @@ def needs(scene: Scene, target: str) -> list[str]:
 
 def skip_reasons(scene: Scene) -> dict[str, str]:
     """The stages of any target that do not run for those of the scene, each with the reason."""
-    needed, blocked = stages_needed(scene), _blocked(scene)
-    found = {}
-    for name in sorted(_of_any_target() - needed):
-        if name in blocked:
-            found[name] = blocked[name]
-        else:
-            found[name] = f"not asked for: {', '.join(target for target in targets() if name in _all_of(target))}"
-    return found
+    reached = _reached(scene, tuple(scene["targets"]))
+    asking = {name: ", ".join(target for target in targets() if name in _all_of(target)) for name in _of_any_target()}
+    return {
+        name: reached.get(name) or f"not asked for: {asking[name]}"
+        for name in sorted(_of_any_target() - stages_needed(scene))
+    }
 
 
 @cache
@@ -94,40 +92,28 @@ def runs(scene: Scene, stage: Stage) -> bool:
     return not key or (get(scene, key) is not None) != stage.runs_if.startswith("not ")
 
 
-def _reached(scene: Scene, wanted: tuple[str, ...]) -> set[str]:
-    """Stages that these targets need: their own, and those that make the inputs of a needed one.
+def _needed(scene: Scene, wanted: tuple[str, ...]) -> set[str]:
+    return {name for name, reason in _reached(scene, wanted).items() if not reason}
 
-    An input that nothing can replace is needed even if the condition of the stage that makes it does not hold.
+
+def _reached(scene: Scene | None, wanted: tuple[str, ...]) -> dict[str, str]:
+    """Stages that these targets may need: their own, those that make the inputs of one, and companions.
+
+    Each has the first condition that fails on every way to it, as the reason why it does not run; "" where it is
+    needed. An input that nothing can replace is needed even if the condition of the stage that makes it does not hold.
+    Without a scene all conditions hold.
     """
-    found: set[str] = set()
-    pending = [name for target in wanted for name in _starts(target)]
-    while pending:
-        name = pending.pop()
-        if name not in found:
-            found.add(name)
-            made = _edges(declarations()[name])
-            pending += [other for other, always in made if always or runs(scene, declarations()[other])]
-            pending += _companions(name)
-    return found
-
-
-def _blocked(scene: Scene) -> dict[str, str]:
-    """Stages that the targets of the scene would need but for a condition, with the first condition that fails."""
     found: dict[str, str] = {}
-    pending = [(name, "") for target in scene["targets"] for name in _starts(target)]
-    seen = set(pending)
+    pending = [(name, "") for target in wanted for name in _starts(target)]
     while pending:
         name, reason = pending.pop(0)
-        if reason:
-            found.setdefault(name, reason)
-        following = [(other, always) for other, always in _edges(declarations()[name])]
-        following += [(other, True) for other in _companions(name)]
-        for other, always in following:
+        if name in found and (reason or not found[name]):
+            continue
+        found[name] = reason
+        for other, is_always in (*_edges(declarations()[name]), *((one, True) for one in _companions(name))):
             stage = declarations()[other]
-            step = (other, reason or ("" if always or runs(scene, stage) else _reason(stage)))
-            if step not in seen:
-                seen.add(step)
-                pending.append(step)
+            holds = is_always or scene is None or runs(scene, stage)
+            pending.append((other, reason or ("" if holds else _reason(stage))))
     return found
 
 
@@ -157,15 +143,7 @@ def _companions(name: str) -> list[str]:
 @cache
 def _all_of(target: str) -> frozenset[str]:
     """Every stage that a target may need, in any scene."""
-    found: set[str] = set()
-    pending = _starts(target)
-    while pending:
-        name = pending.pop()
-        if name not in found:
-            found.add(name)
-            pending += [other for other, _ in _edges(declarations()[name])]
-            pending += _companions(name)
-    return frozenset(found)
+    return frozenset(_reached(None, (target,)))
 
 
 @cache

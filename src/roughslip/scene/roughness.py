@@ -2,12 +2,36 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
-from typing import Literal, get_args
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal, get_args
 
-from roughslip.scene.covariances import covariance_shapes
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section, text
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
+
+MODELS = Path(__file__).resolve().parents[1] / "surface" / "models.py"
+
+
+@cache
+def covariance_shapes() -> dict[str, dict[str, tuple[float, float]]]:
+    """By the name of each model, its literal `kind`, the ranges of its shape parameters: its literal `shapes`.
+
+    They are read from the source of `surface/models.py`: numpy is not imported.
+    """
+    classes = [node for node in ast.parse(MODELS.read_text(encoding="utf-8")).body if isinstance(node, ast.ClassDef)]
+    found = {str(own["kind"]): own.get("shapes", {}) for own in map(_literals, classes) if "kind" in own}
+    return dict(sorted(found.items()))
+
+
+def _literals(model: ast.ClassDef) -> dict[str, Any]:
+    """The attributes `kind` and `shapes` of a class, where it has them."""
+    named = [(node.targets[0], node.value) for node in model.body if isinstance(node, ast.Assign)]
+    named += [(node.target, node.value) for node in model.body if isinstance(node, ast.AnnAssign) and node.value]
+    values = {ast.unparse(name): value for name, value in named}
+    return {name: ast.literal_eval(values[name]) for name in ("kind", "shapes") if name in values}
+
 
 COVARIANCES = covariance_shapes()
 Family = Literal["beta", "weibull", "lognormal"]

@@ -1,30 +1,45 @@
-"""Rules that tie several keys of a scene together: those of each section, those between sections, those of targets."""
+"""Rules that tie several keys of a scene together: conditions on values, and forms that exclude each other."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, TRAINING_NODES, TRAINING_SPACING, VARIABLE_COUNTS
-from roughslip.scene import ensemble, expansion, friction, oscillator, roughness, running, square, stick_slip_map
+from roughslip.limits import (
+    FIELD_GROUPS,
+    FIELD_NUMBERS,
+    FIELD_SAMPLES,
+    FUNCTIONALS,
+    MOST_NUMBERS,
+    TRAINING_NODES,
+    TRAINING_SPACING,
+    VARIABLE_COUNTS,
+)
+from roughslip.scene import contact, friction, roughness
+from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
-from roughslip.scene.mistakes import Mistake, Values, given, missing, refused, strictly_increasing
+from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, shown, strictly_increasing
 from roughslip.scene.plan import needs, stages_needed
+from roughslip.scene.types import get
+
+# Keys that one word of another key needs, and that no other word takes: the key, the other key, the word.
+_TAKEN_BY = (
+    ("expansion.cdf_error", "expansion.samples", AUTO),
+    ("ensemble.count_error", "ensemble.nodes_per_correlation_length", AUTO),
+    ("oscillator.friction_table", "oscillator.law", "table"),
+    ("oscillator.correlation_time_s", "oscillator.friction_follows", "time"),
+)
 
 # In an overlay, by section: keys that a key replaces, where the overlay does not give those too.
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    **friction.REPLACES,
-    **square.REPLACES,
-    **roughness.REPLACES,
-    **expansion.REPLACES,
-    **oscillator.REPLACES,
-    **ensemble.REPLACES,
-}
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = {**friction.REPLACES, **contact.REPLACES, **roughness.REPLACES}
+for _key, _other, _ in _TAKEN_BY:
+    _section, _, _name = _other.partition(".")
+    REPLACES.setdefault(_section, {})[_name] = (_key.partition(".")[2],)
 
 
 class _Rule(NamedTuple):
-    keys: tuple[str, ...]  # of the values that `holds` takes; the first is the one refused
+    keys: tuple[str, ...]  # of the values that `holds` takes, defaults among them; the first is the one refused
     holds: Callable[..., bool]
     allowed: str  # a format of the same values
 
@@ -38,6 +53,16 @@ _MULTIPLES = {
     "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
     "expansion_spacing_m": "length_m window_m window_spacing_m",
 }
+_EXTENDED = ("sobol", "monte_carlo")  # designs that can be extended
+_ASCENDING = (
+    *("strip.penetration_percentiles", "ensemble.damping_ratios"),
+    *("map.belt_velocities_m_per_s", "map.damping_ratios", "survival.scatter_factors"),
+)
+_STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
+_FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
+_HARDNESS, _MARGINAL = "material.hardness_pa", "ensemble.marginal"
+_LENGTH, _PROCESS = "friction.statistics.correlation_length_m", "ensemble.process"
+MOST_JOBS = 2000  # of one total: Snakemake plans each of them, and each takes a second or two to start
 
 
 def training_columns(columns: float) -> int:
@@ -48,6 +73,20 @@ def training_columns(columns: float) -> int:
 def _is_multiple(length: float, cell: float) -> bool:
     cells = length / cell
     return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
+
+
+def _fits_left_out(samples: Any, modes: int, targets: list[str]) -> bool:
+    """Whether the expansion at every node has more samples than terms in each of its leave-outs."""
+    if "figure_field" not in targets or samples == AUTO:
+        return True
+    return samples >= FIELD_SAMPLES and samples - math.ceil(samples / FIELD_GROUPS) > modes + 1
+
+
+def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: Any) -> bool:
+    """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept."""
+    if process == "recursion" or nodes == AUTO:
+        return True
+    return velocity * periods * 2 * math.pi / omega / length * nodes <= MOST_NUMBERS
 
 
 _RULES = (
@@ -136,7 +175,7 @@ _RULES = (
     ),
     _Rule(
         ("strip.expansion_spacing_m", "strip.cell_m", "roughness.fractal"),
-        lambda spacing, cell, fractal: spacing == cell or fractal.get("shortest_wavelength_m", 0.0) > 2 * spacing,
+        lambda spacing, cell, fractal: spacing == cell or (fractal["shortest_wavelength_m"] or 0.0) > 2 * spacing,
         "strip.cell_m = {1} [m], or less than half of roughness.fractal.shortest_wavelength_m",
     ),
     _Rule(
@@ -149,7 +188,43 @@ _RULES = (
         lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
         f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
-    _Rule(("strip.penetration_percentiles",), strictly_increasing, "strictly increasing percentiles"),
+    *(_Rule((key,), strictly_increasing, "strictly increasing") for key in _ASCENDING),
+    _Rule(
+        ("expansion.design", "expansion.samples"),
+        lambda design, samples: samples != AUTO or design in _EXTENDED,
+        f"{' or '.join(_EXTENDED)} with expansion.samples = {AUTO}, to be extended",
+    ),
+    _Rule(
+        ("expansion.samples", "square.modes", "targets"),
+        _fits_left_out,
+        f"at least {FIELD_SAMPLES} for figure_field, and without a {FIELD_GROUPS}th of them more than its terms, "
+        "square.modes = {1} and a constant",
+    ),
+    _Rule(
+        ("square.modes", "square.nodes", "expansion.samples", "targets"),
+        lambda modes, nodes, samples, targets: (
+            "figure_field" not in targets or samples == AUTO or FIELD_GROUPS * modes * nodes**2 <= FIELD_NUMBERS
+        ),
+        f"{FIELD_GROUPS} times the modes times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (0.8 GB of memory) "
+        "for figure_field",
+    ),
+    _Rule(
+        ("expansion.samples", "square.nodes", "targets"),
+        lambda samples, nodes, targets: (
+            "figure_field" not in targets or samples == AUTO or samples * nodes**2 <= FIELD_NUMBERS
+        ),
+        f"samples times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (1.5 GB of memory) for figure_field",
+    ),
+    _Rule(
+        ("expansion.target", _HARDNESS),
+        lambda target, _: target != "censored",
+        f"trial_pressure, squared_pressure or best where the surface yields, at {_HARDNESS} = {{1}} [Pa]",
+    ),
+    _Rule(
+        ("targets", _HARDNESS),
+        lambda targets, _: "figure_field" not in targets,
+        f"figure_field ranks the pressures of a node, and those at {_HARDNESS} are equal: leave it out",
+    ),
     _Rule(
         ("strip.penetration_percentiles", "friction.mean_at_median"),
         lambda percentiles, _: 50 in percentiles,
@@ -178,7 +253,87 @@ _RULES = (
         lambda drawn, realisations: drawn <= realisations,
         "at most ensemble.realisations = {1}",
     ),
-    _Rule(("ensemble.damping_ratios",), strictly_increasing, "strictly increasing damping ratios"),
+    _Rule(
+        ("oscillator.excitation_frequency_rad_per_s", _FORCE),
+        lambda frequency, force: frequency > 0 or force == 0,
+        f"a number > 0 [rad/s] where {_FORCE} is not 0",
+    ),
+    _Rule(
+        ("ensemble.count_by_period", _FORCE),
+        lambda by_period, force: not by_period or force == 0,
+        f"false where {_FORCE} is not 0, because no cycle repeats the last there",
+    ),
+    _Rule(
+        ("targets", _FORCE),
+        lambda targets, force: "figure_map" not in targets or force == 0,
+        f"figure_map draws limits of the free oscillator, and {_FORCE} is not 0",
+    ),
+    *(
+        _Rule(
+            (_STATIC, mean, _LAW),
+            lambda static, mean, law: law == "table" or static >= mean,
+            f"at least {mean} = {{1}}; below it friction turns negative at high speed, or stick holds less than slip",
+        )
+        for mean in ("friction.mean_at_median", f"{friction.STATISTICS}.mean")
+    ),
+    _Rule(
+        (_STATIC, f"{_TABLE}.values"),
+        lambda static, values: static >= values[0],
+        f"at least the first of {_TABLE}.values = {{1}}, or stick holds less than slip",
+    ),
+    _Rule(
+        (f"{_TABLE}.values", f"{_TABLE}.speeds_m_per_s"),
+        lambda values, speeds: len(values) == len(speeds),
+        f"one value for each of {_TABLE}.speeds_m_per_s = {{1}}",
+    ),
+    _Rule(
+        (f"{_TABLE}.speeds_m_per_s",),
+        lambda speeds: speeds[0] == 0 and strictly_increasing(speeds),
+        "strictly increasing speeds from 0 on",
+    ),
+    _Rule(
+        (_MARGINAL, friction.STATISTICS),
+        lambda marginal, _: marginal != "empirical",
+        f"beta or paper where {friction.STATISTICS} replaces the windows",
+    ),
+    _Rule(
+        ("oscillator.windows_in_parallel", _MARGINAL),
+        lambda windows, marginal: windows == 1 or marginal != "empirical",
+        f"1 where {_MARGINAL} is {{1}}",
+    ),
+    _Rule(
+        (_DEPTH, "strip.penetration_percentiles"),
+        lambda depth, levels: depth == 50 or levels[0] <= depth <= levels[-1],
+        "between the first and the last of strip.penetration_percentiles = {1}",
+    ),
+    _Rule(
+        (_DEPTH, _MARGINAL),
+        lambda depth, marginal: depth == 50 or marginal != "empirical",
+        f"50 where {_MARGINAL} is {{1}}: quantiles of the windows are kept at 50 alone",
+    ),
+    _Rule(
+        (_DEPTH, friction.STATISTICS),
+        lambda depth, _: depth == 50,
+        f"one of {_DEPTH} and {friction.STATISTICS}, which replaces the windows",
+    ),
+    _Rule(
+        (
+            *(_LENGTH, _PROCESS, "oscillator.belt_velocity_m_per_s", "oscillator.natural_frequency_rad_per_s"),
+            *("ensemble.duration_periods", "ensemble.nodes_per_correlation_length"),
+        ),
+        _path_fits,
+        f"long enough for at most {MOST_NUMBERS} nodes (0.8 GB of memory) over the belt's way in a run, "
+        f"or {_PROCESS}: recursion",
+    ),
+    *(
+        _Rule(
+            (batches.size, total),
+            lambda size, count: count == AUTO or count <= MOST_JOBS * size,
+            f"enough that {total} = {{1}} takes at most {MOST_JOBS} jobs",
+        )
+        for batches in (stage.batches for stage in declarations().values() if stage.batches)
+        for total in batches.totals.values()
+    ),
 )
 
 
@@ -194,29 +349,24 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
 
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
-    found: list[Mistake] = []
-    for section in _SECTIONS:
+    for section, forms in (("friction", friction), ("square", contact), ("roughness", roughness)):
         if isinstance(scene.get(section), dict):
-            found += _SECTIONS[section].mistakes(scene)
-    found += stick_slip_map.mistakes(scene)
-    yield from (mistake for mistake in found if all(map(sound, mistake.keys)))
+            yield from (mistake for mistake in forms.mistakes(scene) if all(map(sound, mistake.keys)))
+    for key, other, word in _TAKEN_BY:
+        value, found = given(scene, key), get(scene, other)
+        if not (sound(key) and sound(other)) or found is None:
+            continue
+        if found == word and value is None:
+            yield missing(f"{other} = {word} needs it", key, other)
+        elif found != word and value is not None:
+            yield not_together(key, value, other, found, allowed=f"only {word} takes it")
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     for keys, holds, allowed in _RULES:
-        values = [given(scene, key) for key in keys]
+        values = [get(scene, key) for key in keys]
         known = all(value is not None for value in values) and all(map(sound, keys))
         if known and unread.isdisjoint(key.partition(".")[0] for key in keys) and not holds(*values):
-            yield refused(values[0], allowed.format(*values), *keys)
-
-
-_SECTIONS = {
-    "friction": friction,
-    "square": square,
-    "expansion": expansion,
-    "batches": running,
-    "oscillator": oscillator,
-    "ensemble": ensemble,
-    "roughness": roughness,
-}
+            words = (shown(value) if isinstance(value, list) else value for value in values)
+            yield refused(values[0], allowed.format(*words), *keys)
 
 
 def _sections_not_read(scene: Values) -> set[str]:

@@ -1,6 +1,6 @@
 """The scene: a section for each subject, read by the stages as `job.scene`.
 
-A new section is a module with its dataclass and a field here.
+A new section is a dataclass in a module of its subject, and a field of `Scene`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from typing import Any
 
-from roughslip.scene.ensemble import Ensemble
+from roughslip.scene.contact import Material, Square, Strip
+from roughslip.scene.ensemble import Ensemble, StickSlipMap, Survival
 from roughslip.scene.expansion import Expansion
 from roughslip.scene.fields import (
     Section,
@@ -20,18 +21,38 @@ from roughslip.scene.fields import (
     group,
     integer,
     many,
+    number,
     section,
     text,
 )
 from roughslip.scene.friction import Friction
-from roughslip.scene.material import Material
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
 from roughslip.scene.roughness import Roughness
-from roughslip.scene.running import Batches, Numerics
-from roughslip.scene.square import Square
-from roughslip.scene.stick_slip_map import StickSlipMap, Survival
-from roughslip.scene.strip import Strip
+
+
+@section
+class Numerics(Section):
+    """Tolerances of the solvers."""
+
+    contact_tolerance: float = number(
+        "Relative residual to which a contact problem is solved", at_least=1e-14, at_most=0.001, default=None
+    )
+    oscillator_tolerance: float = number(
+        "Relative error allowed in the slip motion per unit of omega t", at_least=1e-13, at_most=0.001, default=None
+    )
+
+
+@section
+class Batches(Section):
+    """Number of samples that a job takes; no result depends on it."""
+
+    square_samples: int = integer("Squares solved in a job", at_least=1, at_most=100_000_000, default=None)
+    strip_samples: int = integer("Strips solved in a job", at_least=1, at_most=100_000_000, default=None)
+    expansion_samples: int = integer(
+        "Strips on which a job evaluates the expansion", at_least=1, at_most=100_000_000, default=None
+    )
+    realisations: int = integer("Realisations integrated in a job", at_least=1, at_most=100_000_000, default=None)
 
 
 @section

@@ -1,6 +1,7 @@
 """Stage comparison: Figure 3 of several scenes in one picture, and the numbers that it draws."""
 
 from roughslip import store
+from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
 from roughslip.figures.comparison import COMPARED, MOST, comparison
 from roughslip.figures.style import save
@@ -26,7 +27,7 @@ def work(job: Job) -> None:
     results = {folder.name: store.read(folder / "figure3.nc") for folder in folders}
     figure = comparison(results)
     for path in (job.arguments.png, job.arguments.svg):
-        with store.replacing(path) as temporary:
+        with replacing(path) as temporary:
             save(figure, temporary)
     numbers = {}
     for scene, result in results.items():

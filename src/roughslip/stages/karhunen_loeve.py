@@ -5,8 +5,8 @@ import sys
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.scene.contact import Square
 from roughslip.scene.declarations import Stage
-from roughslip.scene.square import Square
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import StationaryCovariance

@@ -5,8 +5,8 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
-from roughslip.store import replacing
 
 KEPT = ("figure2.png", "figure3.png", "figure5.png", "claims.json", "costs.json", "summary.csv")
 

@@ -11,7 +11,7 @@ import scipy
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
-from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.friction_law import OPTIONS, FrictionLaw
 
 INTERPOLATIONS = ("monotone_cubic", "linear")
 
@@ -28,7 +28,7 @@ class TableParameters(NamedTuple):
     table: np.ndarray
 
 
-@compiled()
+@compiled(**OPTIONS)
 def _row_at(speed: float, table: np.ndarray) -> int:
     """The row that holds a speed; the first continues below its knot, the last, a constant, above it."""
     low, high = 0, table.shape[0]
@@ -41,27 +41,27 @@ def _row_at(speed: float, table: np.ndarray) -> int:
     return low
 
 
-@compiled()
+@compiled(**OPTIONS)
 def _friction(speed: float, table: np.ndarray) -> float:
     row = table[_row_at(speed, table)]
     d = speed - row[0]
     return row[1] + d * (row[2] + d * (row[3] + d * row[4]))
 
 
-@compiled()
+@compiled(**OPTIONS)
 def _slope(speed: float, table: np.ndarray) -> float:
     row = table[_row_at(speed, table)]
     d = speed - row[0]
     return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
 
 
-@compiled()
+@compiled(**OPTIONS)
 def _curvature(speed: float, table: np.ndarray) -> float:
     row = table[_row_at(speed, table)]
     return 2.0 * row[3] + 6.0 * row[4] * (speed - row[0])
 
 
-@compiled()
+@compiled(**OPTIONS)
 def _row_ends(row: int, table: np.ndarray) -> tuple[float, float]:
     return table[row, 0], table[row + 1, 0] if row + 1 < table.shape[0] else np.inf
 

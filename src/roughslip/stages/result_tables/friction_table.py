@@ -9,7 +9,7 @@ from roughslip.friction.marginal import SHAPES, standardised_distribution
 from roughslip.friction.penetration import Trend, p_value, p_value_of_equality, penetration_curve, trend
 from roughslip.friction.statistics import PERCENTS, Combined
 from roughslip.probability import Estimate
-from roughslip.scene.strip import Strip
+from roughslip.scene.contact import Strip
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 

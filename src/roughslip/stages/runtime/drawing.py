@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
+from roughslip.atomic_write import replacing
 from roughslip.figures.style import save
 from roughslip.stages.runtime.command import Job
 
@@ -20,6 +21,6 @@ def draw_and_save(
     owner = {name: result for result in results for name in result}
     figure = draw({name: result[name] for name, result in owner.items()})
     for path in (job.arguments.png, job.arguments.svg):
-        with store.replacing(path) as temporary:
+        with replacing(path) as temporary:
             save(figure, temporary)
     store.write(job.arguments.output, {name: owner.get(name, results[0]).variable(name) for name in drawn}, job.key)

@@ -1,4 +1,4 @@
-"""The stages of the square against closed forms: modes by number and by share, designs, contact at the centre."""
+"""The stages of the square against closed forms: modes, designs, contact at the centre, as many solves as needed."""
 
 import math
 
@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
+from roughslip.chaos.designs import design as draw_design
 from roughslip.chaos.designs import latin_hypercube, monte_carlo
 from roughslip.errors import IllPosedError, InputError
 from roughslip.scene.types import scene_of
-from roughslip.stages import contact_square, design, karhunen_loeve
-from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.geometry import STREAM_EXPANSION_DESIGN, STREAM_LATIN_HYPERCUBE
+from roughslip.stages import adaptive_training, contact_square, design, karhunen_loeve
+from roughslip.stages.from_scene.geometry import (
+    STREAM_EXPANSION_DESIGN,
+    STREAM_LATIN_HYPERCUBE,
+    STREAM_MONTE_CARLO,
+)
 from tests.stages.scenes import CONTACT, changed
 
 SQ = 2e-7
@@ -89,7 +93,7 @@ def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
     """With one mode: its height is the first variable of the stream of that number."""
     arguments = {"surface": lifted, "designs": None, "design": "monte_carlo", "first": 100, "last": 130}
     found = run(contact_square, CONFIGURATION, **arguments)
-    drawn = np.array([monte_carlo([7, geometry.STREAM_MONTE_CARLO, number], 36)[:4] for number in range(100, 130)])
+    drawn = np.array([monte_carlo([7, STREAM_MONTE_CARLO, number], 36)[:4] for number in range(100, 130)])
     single = np.flatnonzero(np.count_nonzero(SQ * drawn > PLANE, axis=1) == 1)
     assert len(single) >= 8  # 4 0.2 0.8^3 of 30 are 12
     for row in single:
@@ -99,8 +103,7 @@ def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
         assert found["area_fraction"][row] == pytest.approx(1 / 36)
 
 
-RMS = 2e-7
-RESOLVED = {"covariance": "gaussian", "rms_height_m": RMS, "correlation_length_m": 0.1035}
+RESOLVED = {"covariance": "gaussian", "rms_height_m": SQ, "correlation_length_m": 0.1035}
 WHITE = RESOLVED | {"correlation_length_m": 1e-3}
 
 
@@ -108,40 +111,35 @@ def modes_of(run, roughness, nodes, **truncation):
     return run(karhunen_loeve, {"roughness": roughness, "square": {"edge_m": 1.0, "nodes": nodes, **truncation}})
 
 
-def test_what_the_modes_carry_is_told_in_the_mean_at_the_centre_and_at_the_corner(run):
+def test_what_the_modes_carry_in_the_mean_at_the_centre_and_at_the_corner(run):
     """The study's 101 modes on its 64 nodes; each share is also that of the stored variance."""
     found = modes_of(run, RESOLVED, 64, modes=101)
     shares = [float(found[f"captured_{where}"]) for where in ("variance", "at_centre", "at_corner")]
     np.testing.assert_allclose(shares, [0.950, 0.957, 0.718], atol=0.002)
-    variance = found["variance"] / RMS**2
+    variance = found["variance"] / SQ**2
     np.testing.assert_allclose(shares, [variance.mean(), variance[32, 32], variance[0, 0]], rtol=1e-12)
 
 
-def test_a_share_of_independent_heights_is_refused_and_an_order_is_not(run):
-    """All modes are alike: 95 of 100 for 0.95, and a quarter of them for 0.25, which is the limit."""
-    with pytest.raises(IllPosedError) as caught:
-        modes_of(run, WHITE, 10, variance_share=0.95)
-    assert "\n" not in str(caught.value)
-    for said in ("95 of 100 modes", "lower square.variance_share", "square.modes", "strips of Figure 3 are embedded"):
-        assert said in str(caught.value)
+def test_a_share_that_takes_too_many_modes_is_refused_and_an_order_is_not(run):
+    """Independent heights: all modes are alike, and a quarter of them is the limit. Of 34 x 34 nodes a quarter carries
+    0.8730 of a cusped field (LAPACK on the matrix), and 0.8754 by its spectrum."""
     assert len(modes_of(run, WHITE, 10, variance_share=0.25)["eigenvalue"]) == 25
-    with pytest.raises(IllPosedError, match="26 of 100 modes"):
-        modes_of(run, WHITE, 10, variance_share=0.26)
-    whole = modes_of(run, WHITE, 10, modes=100)
-    np.testing.assert_array_equal(whole["captured_at_corner"], 1.0)
-
-
-def test_a_number_of_modes_predicted_too_low_is_told_in_the_same_way(run):
-    """Of 34 x 34 nodes a quarter carries 0.8730 of this field (LAPACK on the matrix), and 0.8754 by its spectrum."""
+    np.testing.assert_array_equal(modes_of(run, WHITE, 10, modes=100)["captured_at_corner"], 1.0)
     cusp = RESOLVED | {"covariance": "exponential", "correlation_length_m": 4 / 34}
-    with pytest.raises(IllPosedError, match=r"more than a quarter of the 1156 modes.*lower square\.variance_share"):
-        modes_of(run, cusp, 34, variance_share=0.8745)
+    for roughness, nodes, share, said in (
+        (WHITE, 10, 0.95, "95 of 100 modes"),
+        (WHITE, 10, 0.26, "26 of 100 modes"),
+        (cusp, 34, 0.8745, "more than a quarter of the 1156 modes"),
+    ):
+        with pytest.raises(IllPosedError, match=rf"{said}.*lower square\.variance_share.*strips of Figure 3"):
+            modes_of(run, roughness, nodes, variance_share=share)
 
 
 DESIGNS = {"seed": 7, "square": {"latin_hypercube_samples": 4000}, "expansion": {"samples": 200}}
 
 
-def test_designs_have_a_variable_a_mode(run):
+def test_designs_have_a_variable_a_mode_and_are_no_larger_than_memory(run):
+    """1e8 numbers are allowed; each design that is larger has a line."""
     modes = modes_of(run, RESOLVED, 8, modes=11)
     found = run(design, DESIGNS, surface=modes.path)
     for name, samples, stream in (
@@ -150,20 +148,45 @@ def test_designs_have_a_variable_a_mode(run):
     ):
         drawn = latin_hypercube(np.random.default_rng([7, stream]), samples, 11)
         np.testing.assert_array_equal(found[name], drawn)
-
-
-def test_designs_too_large_for_memory_are_refused_with_a_line_each():
-    """1e8 numbers are allowed."""
     assert design.samples_of(scene_of(DESIGNS), 25_000) == {"latin_hypercube": 4000, "expansion": 200}
-    with pytest.raises(InputError) as caught:
-        design.samples_of(scene_of(DESIGNS), 25_001)
-    assert [line.partition(";")[0] for line in caught.value.lines] == [
-        "square.latin_hypercube_samples: 4000 is not allowed"
-    ]
-    with pytest.raises(InputError) as caught:
-        design.samples_of(scene_of(DESIGNS), 500_001)
-    assert [line.partition(":")[0] for line in caught.value.lines] == [
-        "square.latin_hypercube_samples",
-        "expansion.samples",
-    ]
-    assert all("500001 modes" in line and "lower square.variance_share" in line for line in caught.value.lines)
+    for count, keys in ((25_001, ["square.latin"]), (500_001, ["square.latin", "expansion.sa"])):
+        with pytest.raises(InputError) as caught:
+            design.samples_of(scene_of(DESIGNS), count)
+        assert [line[:12] for line in caught.value.lines] == keys
+
+
+ADAPTIVE = changed(
+    CONTACT,
+    roughness={"rms_height_m": 5e-8, "correlation_length_m": 6e-7},
+    square={"edge_m": 6e-4, "nodes": 8, "modes": 64, "penetration_percentile": 50.0},
+    expansion={"variables": 2, "degree": 2, "target": "trial_pressure", "samples": "auto", "design": "sobol"},
+)
+
+
+@pytest.mark.slow
+def test_solves_found_while_running_are_those_of_a_design_with_as_many_samples(run, stored):
+    """Bit for bit, with the design, in the variables that stage chaos_square reads."""
+    modes = run(karhunen_loeve, ADAPTIVE, "adaptive_modes").path
+    found = run(adaptive_training, changed(ADAPTIVE, expansion={"cdf_error": 0.008}), surface=modes)
+    did, count = run.did, len(found["pressure"])
+    assert adaptive_training.LEAST < count == did["solves"] == adaptive_training.LEAST * 2 ** (did["fits"] - 1)
+    xi = draw_design("sobol", [7, STREAM_EXPANSION_DESIGN], count, 64)
+    np.testing.assert_array_equal(found["xi"], xi)
+    given = stored("design.nc", expansion=(("sample", "mode"), xi))
+    known = run(contact_square, ADAPTIVE, surface=modes, designs=given, design="expansion", first=0, last=count)
+    for name in known:
+        np.testing.assert_array_equal(found[name], known[name])
+        assert found.variable(name).dimensions == known.variable(name).dimensions
+    assert {name: found.attributes[name] for name in ("first", "design")} == {"first": 0, "design": "expansion"}
+    assert did["cdf_error"] == pytest.approx(found["cdf_error_scatter"] + found["cdf_error_bias"], abs=1e-6)
+    assert did["cdf_error"] <= did["cdf_error_asked"] == 0.008
+    run(adaptive_training, changed(ADAPTIVE, expansion={"cdf_error": 0.2, "design": "monte_carlo"}), surface=modes)
+    assert run.did["solves"] == adaptive_training.LEAST  # enough for so large an error
+
+
+def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold():
+    """165 terms are the study's; 2^20 numbers of 1e8 are 95 modes or terms at a node."""
+    assert adaptive_training.numbers(10, 10, 4, 64) == (128, 2**14)
+    assert adaptive_training.numbers(165, 165, 16, 101) == (256, 2**14)
+    assert adaptive_training.numbers(715, 715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
+    assert adaptive_training.numbers(165, 165, 16, 50_000) == (256, 2**10)  # 2000

@@ -1,10 +1,6 @@
-"""The stages of the strip, their numbers against closed forms: windows of a known contact, an expansion that is exact,
-friction of known windows."""
+"""The stages of the strip: windows of a known contact, an exact expansion, scales, full yield and light load."""
 
-import csv
-import io
 import math
-from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,11 +8,16 @@ import pytest
 from scipy.special import ndtri
 
 from roughslip.contact.influence import Influence
+from roughslip.contact.solve import solve
+from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
-from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction
+from roughslip.stages import chaos_strip, contact_strip, expansion_strip
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.geometry import training_columns
 from roughslip.stages.from_scene.surface_model import surface_model
+from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
 from tests.stages.scenes import CONTACT, changed
 
 SQ = 2e-7
@@ -25,7 +26,6 @@ CONFIGURATION = changed(
     roughness={"correlation_length_across_m": 9e-6},
     strip={"samples": 8, "training_samples": 3},
     expansion={"target": "trial_pressure", "degree": 1},
-    friction={"mean_at_median": 0.3, "least_contact_fraction": 0.001},
 )
 NX, NY, FIRST, COUNT, WINDOW, SPACING = 88, 5, 4, 16, 20, 4  # nodes; first column and number of windows; columns
 CELL_AREA = 5e-6**2
@@ -80,13 +80,7 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
     assert pressed[0][0].diagonal == pytest.approx(  # of a square cell under its own load
         4 * 5e-6 * math.log(1 + math.sqrt(2)) / math.pi / (2.1e11 / (1 - 0.3**2))
     )
-
-
-def test_without_training_strips_there_are_no_columns(run, monkeypatch):
-    fields = {"pressure": np.ones((NX, NY)), "signed_gap": np.zeros((NX, NY)), "residual": 0.0, "work": 1}
-    solution = SimpleNamespace(**fields, **HOW)
-    monkeypatch.setattr(contact_strip, "sweep", lambda *_, **__: [solution, solution])
-    assert "pressure" not in run(contact_strip, CONFIGURATION, first=3, last=4)
+    assert "pressure" not in run(contact_strip, CONFIGURATION, first=3, last=4)  # no training strip
 
 
 @pytest.fixture
@@ -140,95 +134,6 @@ def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear, m
     assert found.attributes["first"] == 1
 
 
-STRIPS, MANY, WINDOWS = 12, 40, 60
-FRICTION = changed(CONFIGURATION, strip={"penetration_percentiles": [10.0, 50.0, 90.0], "window_spacing_m": 1e-5})
-
-
-@pytest.fixture(scope="module")
-def friction_of_known_windows(run, stored):
-    """A / N of the expansion is correlated with that of the solved windows; the levels lie at 3, 2 and 1 in 1e-9 / Pa.
-
-    One window has less than the least contact, 0.001 of 0.1 x 0.025 mm^2, and one a little more.
-
-    Returns result, solved and expanded A / N (strips, levels, windows), the former NaN where the contact is too small,
-    and the solved sum(A) / sum(N) by level.
-    """
-    rng = np.random.default_rng(5)
-    noise = np.apply_along_axis(np.convolve, 2, rng.standard_normal((MANY, 3, WINDOWS + 9)), np.ones(10) / 10, "valid")
-    levels = np.array([3.0, 2.0, 1.0])[None, :, None]
-    expanded = 1e-9 * (levels * 1.5 + 0.2 * noise)
-    solved = 1e-9 * (levels + 0.2 * noise[:STRIPS] + 0.02 * rng.standard_normal((STRIPS, 3, WINDOWS)))
-    shape = ("sample", "level", "window")
-    area = {name: 1e-10 * rng.uniform(1, 2, ratio.shape) for name, ratio in (("s", solved), ("e", expanded))}
-    area["s"][:2, 2, 0] = 2.4e-12, 2.6e-12
-    contact = []
-    for name, first, last in (("z", 0, 5), ("y", 5, STRIPS)):  # named in another order than numbered
-        part = slice(first, last)
-        fields = {"area": (shape, area["s"][part]), "force": (shape, area["s"][part] / solved[part])}
-        residual = (("sample", "level"), np.full((last - first, 3), 1e-11 * (1 + first)))
-        contact.append(stored(f"{name}.nc", {"first": first}, residual=residual, **fields))
-    expansion = stored("e.nc", {"first": 0}, area=(shape, area["e"]), force=(shape, area["e"] / expanded))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction, "REPLICATES", 40)  # intervals have tests of their own
-        found = run(friction, FRICTION, contact=contact, expansion=[expansion])
-    total = area["s"].sum(axis=(0, 2)) / (area["s"] / solved).sum(axis=(0, 2))
-    solved[0, 2, 0] = np.nan
-    return found, solved, expanded, total
-
-
-def test_friction_of_known_windows(friction_of_known_windows):
-    """The definitions: tau so that the mean is 0.3 at the median; moments over all windows, pairs of one strip."""
-    found, solved, expanded, total = friction_of_known_windows
-    shear = float(found["shear_strength"])
-    assert found["combined_mean"][1] == pytest.approx(0.3, rel=1e-12)
-    # the control explains all but the solved windows' own noise, so that all 40 strips determine the mean
-    everywhere = expanded.mean(axis=(0, 2)) - np.array([1.5, 1.0, 0.5]) * 1e-9
-    own = 2e-11 / math.sqrt(STRIPS * WINDOWS)
-    np.testing.assert_allclose(found["combined_mean"] / shear, everywhere, rtol=0, atol=3 * own)
-    np.testing.assert_allclose(
-        found["mean"], shear * np.stack([np.nanmean(solved, axis=(0, 2)), expanded.mean(axis=(0, 2))])
-    )
-    np.testing.assert_allclose(
-        found["std"], shear * np.stack([np.nanstd(solved, axis=(0, 2)), expanded.std(axis=(0, 2))]), rtol=1e-9
-    )
-    # 12 solved and 28 new strips: a perfect control would give 40 / 12
-    assert np.all((found["combined_mean_gain"] > 2.5) & (found["combined_mean_gain"] < 40 / 12))
-    ratios = [found[f"combined_{name}_variance_ratio_high"] for name in ("mean", "std")]
-    np.testing.assert_allclose([found[f"combined_{name}_gain_low"] for name in ("mean", "std")], 1 / np.array(ratios))
-    np.testing.assert_allclose(found["ratio_of_sums"][0], shear * total)
-    assert found["largest_residual"] == pytest.approx(6e-11)
-    np.testing.assert_allclose(found["missing_share"], [[0, 0, 1 / (STRIPS * WINDOWS)], [0, 0, 0]])
-
-
-def test_lags_and_lengths_of_known_windows(friction_of_known_windows):
-    """Noise averaged over ten windows: its autocorrelation falls along 1 - k / 10, to 1/e near six of them."""
-    found, *_ = friction_of_known_windows
-    np.testing.assert_allclose(found["lag"], 1e-5 * np.arange(WINDOWS), atol=1e-18)
-    np.testing.assert_allclose(found["triangle"], np.maximum(1 - found["lag"] / 1e-4, 0.0), atol=1e-12)
-    curve = found["autocorrelation"]
-    assert curve.shape == (2, 3, WINDOWS)
-    np.testing.assert_allclose(curve[1, :, :10], np.tile(1 - np.arange(10) / 10, (3, 1)), atol=0.15)
-    np.testing.assert_allclose(found["length_one_over_e"][1], 6.3e-5, rtol=0.2)
-
-
-def test_what_is_drawn_and_tabled_is_at_its_penetration(friction_of_known_windows, folder):
-    found, solved, *_ = friction_of_known_windows
-    edges, density = found["histogram_edge"], found["histogram"]
-    mu = float(found["shear_strength"]) * solved[:, 1]
-    assert (edges[0], edges[-1]) == (pytest.approx(mu.min()), pytest.approx(mu.max()))
-    counts = [np.count_nonzero((low <= mu) & (mu < high)) for low, high in pairwise(edges)]
-    np.testing.assert_allclose(density[:-1], np.array(counts[:-1]) / mu.size / np.diff(edges)[:-1])
-    rows = list(csv.DictReader(io.StringIO((folder / "summary.csv").read_text())))
-    assert [float(row["percentile"]) for row in rows] == [10.0, 50.0, 90.0]
-    for level, row in enumerate(rows):
-        assert float(row["combined_mean"]) == pytest.approx(found["combined_mean"][level], rel=1e-5)
-        assert float(row["skewness"]) == pytest.approx(found["skewness"][0, level], rel=1e-5)
-        assert float(row["combined_std"]) == pytest.approx(found["combined_std"][level], rel=1e-5)
-        length = found["length_least_squares_low"][0, level]
-        assert float(row["length_least_squares_low_m"]) == pytest.approx(length, rel=1e-5)
-        assert int(row["beta_at_bound"]) == found["beta_at_bound"][0, level]
-
-
 COARSE = changed(CONFIGURATION, strip={"expansion_spacing_m": 1e-5, "samples": 2})
 
 
@@ -280,3 +185,110 @@ def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
     for name in ("area", "force"):
         np.testing.assert_allclose(lifted[name][:, 0], plain[name][:, 0], rtol=1e-9)
         np.testing.assert_allclose(lifted[name][:, 1], plain[name].mean(axis=1), rtol=1e-9)
+
+
+LONG = changed(
+    CONTACT,
+    strip={
+        "length_m": 8e-4,
+        "window_m": 2e-4,
+        "penetration_percentiles": [30.0, 50.0, 80.0],
+        "training_samples": 6,
+        "samples": 6,
+    },
+    expansion={"target": "squared_pressure", "degree": 1},
+)
+MODULUS = 2.1e11 / (1 - 0.3**2)
+
+
+@pytest.fixture(scope="module")
+def strips(run):
+    """strips(configuration) are the window sums of six solved strips."""
+
+    def solved(configuration: dict, name: str):
+        return run(contact_strip, configuration, name, first=0, last=6)
+
+    return solved
+
+
+@pytest.fixture(scope="module")
+def elastic_strips(strips):
+    return strips(LONG, "elastic")
+
+
+def test_friction_of_a_surface_that_yields_is_at_least_shear_strength_over_hardness(strips, elastic_strips):
+    """N <= H A on every window at any load. Where nothing yields the contact is the elastic one."""
+    hardness = 0.5 * float(np.max(elastic_strips["force"] / np.maximum(elastic_strips["area"], 1e-30)))
+    found = strips(changed(LONG, material={"hardness_pa": hardness}), "yields")
+    touched = found["area"] > 0
+    mu, _ = friction_coefficient(found["area"][touched], found["force"][touched], 1.0, 1e-30)
+    # sums of some hundred nodes, in another order than the product
+    assert np.all(mu * hardness >= 1 - 1e-12)
+    assert mu.max() * hardness > 1.2
+    assert np.all(found["area"] >= elastic_strips["area"])  # the plane sinks in further where summits give way
+    hard = strips(changed(LONG, material={"hardness_pa": 1e13}), "hard")
+    assert np.array_equal(hard["area"], elastic_strips["area"])
+    np.testing.assert_allclose(hard["force"], elastic_strips["force"], rtol=1e-8, atol=1e-8 * hard["force"].max())
+
+
+def test_friction_does_not_change_when_all_lengths_do_and_falls_as_the_modulus_rises(strips, elastic_strips):
+    """u, B and the cells have one length, so pressures stay; they are proportional to E*, areas are not."""
+    lengths = ("length_m", "margin_m", "width_m", "cell_m", "window_m", "window_spacing_m")
+    larger = changed(
+        LONG,
+        roughness={"rms_height_m": 4 * SQ, "correlation_length_m": 4 * 1.5e-5},
+        strip={name: 4 * LONG["strip"][name] for name in lengths},
+    )
+    scaled, stiff = (
+        strips(larger, "larger"),
+        strips(changed(LONG, material={"young_modulus_pa": 8 * 2.1e11}), "stiff"),
+    )
+    # powers of two change no digit; the area of a node near the edge of contact could differ only by a node
+    np.testing.assert_allclose(scaled["area"], 16 * elastic_strips["area"], rtol=1e-12)
+    np.testing.assert_allclose(scaled["force"], 16 * elastic_strips["force"], rtol=1e-8)
+    np.testing.assert_allclose(stiff["area"], elastic_strips["area"], rtol=1e-12)
+    np.testing.assert_allclose(stiff["force"], 8 * elastic_strips["force"], rtol=1e-8)
+
+
+@pytest.mark.slow
+def test_friction_of_a_large_patch_at_light_load_depends_on_its_slope_alone():
+    """mu = tau kappa / (E* g) with the rms slope g, and kappa is the same at loads that differ threefold.
+
+    It lies between sqrt(8 / pi) = 1.60 (Persson, J. Chem. Phys. 115 (2001) 3840) and sqrt(2 pi) = 2.51 for independent
+    summits (Bush, Gibson and Thomas, Wear 35 (1975) 87). A cell at the edge counts whole: (pi - 1 + ln 2) / 24 of a
+    cell is subtracted for every edge (Yastrebov, Anciaux and Molinari, J. Mech. Phys. Solids 107 (2017) 469).
+
+    Over three other sets of eight surfaces kappa was 2.20 to 2.39 at 5 % and 2.22 to 2.28 at 20 %.
+    """
+    grid, length, levels, surfaces = Grid(256, 256, 1e-6, 1e-6), 2e-5, (5.0, 20.0), 8
+    influence = Influence(grid, MODULUS)
+    slope = 2 * SQ / length  # minus the Laplacian of Sq^2 exp(-(r / l)^2) at 0 is 4 Sq^2 / l^2
+    area, force = np.zeros((2, surfaces, 2))
+    sampler = embed(covariance_of("gaussian", SQ, length), grid)
+    for number in range(surfaces):
+        heights = sampler.sample(np.random.default_rng([5, number]))
+        for row, percentile in enumerate(levels):
+            solution = solve(influence, heights - SQ * float(ndtri(1 - percentile / 100)), 1e-6)
+            edges = sum(np.count_nonzero(np.diff(solution.contact, axis=axis)) for axis in (0, 1))
+            area[number, row] = np.count_nonzero(solution.contact) - (math.pi - 1 + math.log(2)) / 24 * edges
+            force[number, row] = solution.pressure.sum()
+    mu, _ = friction_coefficient(area.sum(axis=0), force.sum(axis=0), 1.0, 1e-30)
+    kappa = mu * MODULUS * slope
+    assert np.all((kappa > 1.6) & (kappa < 2.51))
+    assert force[:, 1].sum() > 2.5 * force[:, 0].sum()
+    assert abs(kappa[1] / kappa[0] - 1) < 0.07
+
+
+def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips, elastic_strips):
+    """The expansion keeps p <= H, so N <= H A in its windows too; its friction lies as near as on elastic strips."""
+    hardness = 0.7 * float(np.max(elastic_strips["force"] / np.maximum(elastic_strips["area"], 1e-30)))
+    configuration = changed(LONG, material={"hardness_pa": hardness})
+    solved = strips(configuration, "training")
+    fitted = run(chaos_strip, configuration, contact=[solved.path])
+    found = run(expansion_strip, configuration, expansion=fitted.path, first=0, last=6)
+    assert np.all(found["force"] <= hardness * found["area"] * (1 + 1e-12))
+    capped = np.isclose(solved["pressure"], hardness, rtol=1e-15)
+    assert 0.02 < capped[:, 2].mean() < 0.9  # some yield, and not all
+    deep = 2
+    mu = [source["area"][:, deep] / source["force"][:, deep] for source in (solved, found)]
+    np.testing.assert_allclose(mu[1].mean(), mu[0].mean(), rtol=0.1)

@@ -1,0 +1,134 @@
+"""Stage friction on known windows: its definitions, lengths, trends, and what is drawn and tabled."""
+
+import csv
+import io
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from roughslip import store
+from roughslip.stages import friction
+from roughslip.stages.result_tables.friction_table import COMBINED, TRENDS
+from tests.stages.scenes import CONTACT, changed
+
+STRIPS, MANY, WINDOWS = 12, 40, 60
+SCENE = changed(
+    CONTACT,
+    strip={"penetration_percentiles": [10.0, 50.0, 90.0], "window_spacing_m": 1e-5},
+    friction={"mean_at_median": 0.3, "least_contact_fraction": 0.001},
+)
+
+
+@pytest.fixture(scope="module")
+def known(run, stored):
+    """A / N of the expansion is correlated with that of the solved windows; the levels lie at 3, 2 and 1 in 1e-9 / Pa.
+
+    One window has less than the least contact, 0.001 of 0.1 x 0.025 mm^2, and one a little more.
+
+    Returns result, solved and expanded A / N (strips, levels, windows), the former NaN where the contact is too small,
+    and the solved sum(A) / sum(N) by level.
+    """
+    rng = np.random.default_rng(5)
+    noise = np.apply_along_axis(np.convolve, 2, rng.standard_normal((MANY, 3, WINDOWS + 9)), np.ones(10) / 10, "valid")
+    levels = np.array([3.0, 2.0, 1.0])[None, :, None]
+    expanded = 1e-9 * (levels * 1.5 + 0.2 * noise)
+    solved = 1e-9 * (levels + 0.2 * noise[:STRIPS] + 0.02 * rng.standard_normal((STRIPS, 3, WINDOWS)))
+    shape = ("sample", "level", "window")
+    area = {name: 1e-10 * rng.uniform(1, 2, ratio.shape) for name, ratio in (("s", solved), ("e", expanded))}
+    area["s"][:2, 2, 0] = 2.4e-12, 2.6e-12
+    contact = []
+    for name, first, last in (("z", 0, 5), ("y", 5, STRIPS)):  # named in another order than numbered
+        part = slice(first, last)
+        fields = {"area": (shape, area["s"][part]), "force": (shape, area["s"][part] / solved[part])}
+        residual = (("sample", "level"), np.full((last - first, 3), 1e-11 * (1 + first)))
+        contact.append(stored(f"{name}.nc", {"first": first}, residual=residual, **fields))
+    expansion = stored("e.nc", {"first": 0}, area=(shape, area["e"]), force=(shape, area["e"] / expanded))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction, "REPLICATES", 40)  # intervals have tests of their own
+        found = run(friction, SCENE, contact=contact, expansion=[expansion])
+    total = area["s"].sum(axis=(0, 2)) / (area["s"] / solved).sum(axis=(0, 2))
+    solved[0, 2, 0] = np.nan
+    return found, solved, expanded, total
+
+
+def test_friction_of_known_windows(known):
+    """The definitions: tau so that the mean is 0.3 at the median; moments over all windows, pairs of one strip."""
+    found, solved, expanded, total = known
+    shear = float(found["shear_strength"])
+    assert found["combined_mean"][1] == pytest.approx(0.3, rel=1e-12)
+    # the control explains all but the solved windows' own noise, so that all 40 strips determine the mean
+    everywhere = expanded.mean(axis=(0, 2)) - np.array([1.5, 1.0, 0.5]) * 1e-9
+    own = 2e-11 / math.sqrt(STRIPS * WINDOWS)
+    np.testing.assert_allclose(found["combined_mean"] / shear, everywhere, rtol=0, atol=3 * own)
+    np.testing.assert_allclose(
+        found["mean"], shear * np.stack([np.nanmean(solved, axis=(0, 2)), expanded.mean(axis=(0, 2))])
+    )
+    np.testing.assert_allclose(
+        found["std"], shear * np.stack([np.nanstd(solved, axis=(0, 2)), expanded.std(axis=(0, 2))]), rtol=1e-9
+    )
+    # 12 solved and 28 new strips: a perfect control would give 40 / 12
+    assert np.all((found["combined_mean_gain"] > 2.5) & (found["combined_mean_gain"] < 40 / 12))
+    ratios = [found[f"combined_{name}_variance_ratio_high"] for name in ("mean", "std")]
+    np.testing.assert_allclose([found[f"combined_{name}_gain_low"] for name in ("mean", "std")], 1 / np.array(ratios))
+    np.testing.assert_allclose(found["ratio_of_sums"][0], shear * total)
+    assert found["largest_residual"] == pytest.approx(6e-11)
+    np.testing.assert_allclose(found["missing_share"], [[0, 0, 1 / (STRIPS * WINDOWS)], [0, 0, 0]])
+
+
+def test_lags_lengths_and_trends_of_known_windows(known):
+    """Noise averaged over ten windows: its autocorrelation falls along 1 - k / 10, to 1/e near six of them."""
+    found, *_ = known
+    np.testing.assert_allclose(found["lag"], 1e-5 * np.arange(WINDOWS), atol=1e-18)
+    np.testing.assert_allclose(found["triangle"], np.maximum(1 - found["lag"] / 1e-4, 0.0), atol=1e-12)
+    curve = found["autocorrelation"]
+    assert curve.shape == (2, 3, WINDOWS)
+    np.testing.assert_allclose(curve[1, :, :10], np.tile(1 - np.arange(10) / 10, (3, 1)), atol=0.15)
+    np.testing.assert_allclose(found["length_one_over_e"][1], 6.3e-5, rtol=0.2)
+    for name in (*TRENDS, *(f"combined_{name}" for name in COMBINED[:3])):
+        change, levels = found[f"trend_{name}_change"], found[name]
+        np.testing.assert_allclose(change, levels[..., -1] - levels[..., 0], rtol=1e-9)
+    slope = (found["mean"][:, 2] - found["mean"][:, 0]) / 80  # of three levels at equal distances
+    np.testing.assert_allclose(found["trend_mean_slope"], slope, rtol=1e-9)
+    for name in found:
+        if f"{name}_low" in found:
+            assert np.all(~(found[f"{name}_low"] > found[f"{name}_high"])), name
+
+
+def test_what_is_drawn_and_tabled_is_at_its_penetration(known, folder):
+    found, solved, *_ = known
+    edges, density = found["histogram_edge"], found["histogram"]
+    mu = float(found["shear_strength"]) * solved[:, 1]
+    assert (edges[0], edges[-1]) == (pytest.approx(mu.min()), pytest.approx(mu.max()))
+    counts = [np.count_nonzero((low <= mu) & (mu < high)) for low, high in pairwise(edges)]
+    np.testing.assert_allclose(density[:-1], np.array(counts[:-1]) / mu.size / np.diff(edges)[:-1])
+    rows = list(csv.DictReader(io.StringIO((folder / "summary.csv").read_text())))
+    assert [float(row["percentile"]) for row in rows] == [10.0, 50.0, 90.0]
+    for level, row in enumerate(rows):
+        assert float(row["combined_mean"]) == pytest.approx(found["combined_mean"][level], rel=1e-5)
+        assert float(row["skewness"]) == pytest.approx(found["skewness"][0, level], rel=1e-5)
+        assert float(row["combined_std"]) == pytest.approx(found["combined_std"][level], rel=1e-5)
+        length = found["length_least_squares_low"][0, level]
+        assert float(row["length_least_squares_low_m"]) == pytest.approx(length, rel=1e-5)
+        assert int(row["beta_at_bound"]) == found["beta_at_bound"][0, level]
+
+
+def test_one_level_has_no_trend(run, known, folder):
+    """Its intervals are those of the level among others but for the random numbers."""
+    found, *_ = known
+    paths = [folder / name for name in ("one-z.nc", "one-y.nc", "one-e.nc")]
+    for path, source in zip(paths, ("z.nc", "y.nc", "e.nc"), strict=True):
+        batch = store.read(folder / source)
+        variables = {
+            name: one._replace(values=one.values[:, 1:2]) if "level" in one.dimensions else one
+            for name, one in batch.variables.items()
+        }
+        store.write(path, variables, store.Key({}, "code"), {"first": batch.attributes["first"]})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction, "REPLICATES", 40)
+        scene = changed(SCENE, strip={"penetration_percentiles": [50.0]})
+        one = run(friction, scene, "one", contact=paths[:2], expansion=paths[2:], summary=folder / "one.csv")
+    assert not [name for name in one if name.startswith("trend_")]
+    for name in ("mean", "std", "skewness"):
+        np.testing.assert_allclose(one[name][:, 0], found[name][:, 1], rtol=1e-12)

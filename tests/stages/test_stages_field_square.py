@@ -1,7 +1,8 @@
-"""The stage of the whole field: maps against Monte Carlo of their own, mirror images, what is written and refused."""
+"""The stage of the whole field: maps against another Monte Carlo, mirror images, what is written and refused."""
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 from scipy.special import ndtri
 
 from roughslip.contact.influence import Influence, Material
@@ -75,12 +76,9 @@ def test_what_is_written_makes_the_fields(found, modes):
     )
     index = np.einsum("km,mxy->kxy", xi, found["direction"])
     expected = np.empty(index.shape)
-    for place in np.ndindex(NODES, NODES):
-        at, link, t = found["knot"], found["link_pressure"][:, *place], index[:, *place]
-        inside = np.interp(t, at, link)
-        slopes = np.diff(link) / np.diff(at)
-        expected[:, *place] = inside + np.where(t > at[-1], slopes[-1] * (t - at[-1]), 0.0)
-        expected[:, *place] += np.where(t < at[0], slopes[0] * (t - at[0]), 0.0)
+    for place in np.ndindex(NODES, NODES):  # linear between the knots, and beyond them
+        link = make_interp_spline(found["knot"], found["link_pressure"][:, *place], k=1)
+        expected[:, *place] = link(index[:, *place])
     deviation = found["deviation"].mean()
     assert np.sqrt(np.mean((expected - found["expected_pressure"]) ** 2)) < 0.1 * deviation
     assert np.sqrt(np.mean((expected - found["solved_pressure"]) ** 2)) < 0.6 * deviation
@@ -91,17 +89,15 @@ def test_what_is_written_makes_the_fields(found, modes):
 
 
 def test_as_many_surfaces_as_asked_and_no_more_than_memory_holds():
-    def scene(samples, nodes):
-        return scene_of({"expansion": {"samples": samples}, "square": {"nodes": nodes}})
+    def surfaces(samples, nodes, modes):
+        return field_square.surfaces_of(
+            scene_of({"expansion": {"samples": samples}, "square": {"nodes": nodes}}), modes
+        )
 
-    assert field_square.surfaces_of(scene("auto", 64), 101) == 2048
-    assert field_square.surfaces_of(scene("auto", 10), 600) == 2400
-    assert field_square.surfaces_of(scene(2000, 64), 101) == 2000
-    assert field_square.surfaces_of(scene(900, 298), 101) == 900  # 10 x 101 modes x 298^2 are 89.7 million numbers
+    assert surfaces("auto", 64, 101) == 2048
+    assert surfaces("auto", 10, 600) == 2400
+    assert surfaces(900, 298, 101) == 900  # 10 x 101 modes x 298^2 are 89.7 million numbers
     with pytest.raises(InputError, match=r"expansion\.samples: 902 surfaces.* times 99856 nodes .* 1\.5 GB of memory"):
-        field_square.surfaces_of(scene(902, 316), 101)
-
-
-def test_fewer_surfaces_than_modes_end_in_an_error(run, modes):
+        surfaces(902, 316, 101)
     with pytest.raises(InputError, match="37 surfaces are too few for 36 modes"):
-        run(field_square, changed(SCENE, expansion={"samples": 37}), "few", surface=modes.path)
+        surfaces(37, 6, 36)

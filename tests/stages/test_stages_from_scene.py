@@ -1,4 +1,4 @@
-"""From a scene, and from the model of a scan, to meshes, windows, random streams, surfaces and targets."""
+"""From a scene, and from the model of a scan, to meshes, windows, nodes, surfaces, targets and variables."""
 
 import numpy as np
 import pytest
@@ -12,61 +12,44 @@ from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import expansion, geometry, surface_model
-from roughslip.stages.from_scene.geometry import TRAINING_SPACING, training_columns
+from roughslip.stages.from_scene.expansion import candidates, directions, heights_around
+from roughslip.stages.from_scene.geometry import TRAINING_SPACING, central_nodes, training_columns, training_nodes
 from roughslip.stages.result_tables import scan_table
-from roughslip.surface.model import gaussian_model
+from roughslip.surface.karhunen_loeve import karhunen_loeve
+from roughslip.surface.model import GaussianModel, gaussian_model
 from roughslip.surface.models import covariance_of
 
-
-def configuration(**strip):
-    """The strip of the paper's scene: lengths that are no whole numbers of cells in floating point."""
-    return scene_of(
-        {
-            "square": {"edge_m": 6e-4, "nodes": 10},
-            "strip": {
-                "length_m": 2.4e-3,
-                "margin_m": 3e-4,
-                "width_m": 2.5e-5,
-                "cell_m": 2.5e-6,
-                "window_m": 6e-4,
-                "window_spacing_m": 1.5e-5,
-            }
-            | strip,
-        }
-    )
+# Of the paper's scene: lengths that are no whole numbers of cells in floating point.
+STRIP = {
+    "length_m": 2.4e-3,
+    "margin_m": 3e-4,
+    "width_m": 2.5e-5,
+    "cell_m": 2.5e-6,
+    "window_m": 6e-4,
+    "window_spacing_m": 1.5e-5,
+}
 
 
-def test_meshes_have_the_size_of_the_scene():
-    square = geometry.square_grid(configuration())
-    assert (square.nx, square.ny, square.nx * square.dx) == (10, 10, pytest.approx(6e-4))
-    strip = geometry.strip_grid(configuration())
-    assert (strip.nx, strip.ny) == (1200, 10)
-    assert (strip.nx * strip.dx, strip.ny * strip.dy) == pytest.approx((3e-3, 2.5e-5))
-
-
-@pytest.mark.parametrize("margin", [0.0, 3e-4])
-def test_windows_fill_the_middle_of_the_strip(margin):
-    windows = geometry.windows(configuration(margin_m=margin))
-    nx = geometry.strip_grid(configuration(margin_m=margin)).nx
-    assert windows.middle == geometry.middle(configuration(margin_m=margin))
-    assert windows.middle.start == nx - windows.middle.stop == round(margin / 2.5e-6)
+@pytest.mark.parametrize(
+    ("margin", "length", "middle"), [(0.0, 2.4e-3, 960), (3e-4, 2.4e-3, 960), (3e-4, 2.41e-3, 964)]
+)
+def test_windows_lie_on_the_middle_of_the_strip(margin, length, middle):
+    """They fill 2.4 mm: four windows are a whole number of spacings. Of 2.41 mm four columns are left."""
+    scene = scene_of({"strip": STRIP | {"margin_m": margin, "length_m": length}})
+    grid, windows = geometry.strip_grid(scene), geometry.windows(scene)
+    assert grid.shape == (middle + 2 * round(margin / 2.5e-6), 10)
+    assert (grid.nx * grid.dx, grid.ny * grid.dy) == pytest.approx((length + 2 * margin, 2.5e-5))
+    assert windows.middle == geometry.middle(scene)
+    assert windows.middle.start == grid.nx - windows.middle.stop == round(margin / 2.5e-6)
     assert (windows.length, windows.spacing, windows.count) == (240, 6, 121)
     last = windows.middle.start + (windows.count - 1) * windows.spacing + windows.length
-    assert last == windows.middle.stop  # four windows are a whole number of spacings here
-
-
-def test_windows_that_do_not_fill_the_strip_stay_on_it():
-    windows = geometry.windows(configuration(length_m=2.41e-3))
-    assert windows.count == 121
-    assert windows.middle.stop - windows.middle.start == 964
+    assert windows.middle.stop - last == middle - 960
 
 
 def test_training_columns_lie_on_the_middle_at_equal_distances():
     columns = training_columns(slice(120, 1080))
     assert set(np.diff(columns)) == {TRAINING_SPACING}
-    assert columns[0] - 120 < TRAINING_SPACING
-    assert 0 < 1080 - columns[-1] <= TRAINING_SPACING
-    assert len(columns) == 120
+    assert columns[0] - 120 < TRAINING_SPACING >= 1080 - columns[-1] > 0
     assert list(training_columns(slice(0, 4))) == []
 
 
@@ -83,41 +66,35 @@ def test_boxes_of_local_means_follow_the_correlation_length(length, near, far):
 
 
 FIELD = {"covariance": "exponential", "rms_height_m": 2e-7, "correlation_length_m": 5e-6}
-STRIP = {"strip": {"length_m": 2.4e-3, "margin_m": 3e-4, "width_m": 2.5e-5, "cell_m": 2.5e-6}}
 
 
-def test_a_field_with_every_key():
-    roughness = FIELD | {"covariance": "matern", "smoothness": 1.5, "correlation_length_across_m": 2e-6, "lay_rad": 0.3}
-    model = surface_model.surface_model(scene_of({"roughness": roughness}))
+def model_of(**roughness):
+    return surface_model.surface_model(scene_of({"roughness": FIELD | roughness}))
+
+
+def test_a_field_with_every_key_and_a_distribution_of_heights():
+    """The correction reaches the covariance that is asked, where a Gaussian field has one for it."""
+    model = model_of(covariance="matern", smoothness=1.5, correlation_length_across_m=2e-6, lay_rad=0.3)
     assert model.covariance == covariance_of("matern", 2e-7, 5e-6, 2e-6, 0.3, smoothness=1.5)
-    assert model.lengths_m == model.covariance.axis_lengths_m
-    assert model.marginal is None
-
-
-def test_a_law_of_heights():
+    assert (model.lengths_m, model.marginal) == (model.covariance.axis_lengths_m, None)
     law = {"family": "lognormal", "shapes": [0.4], "mirrored": True}
-    model = surface_model.surface_model(scene_of({"roughness": FIELD | {"marginal": law}}))
+    model, corrected = model_of(marginal=law), model_of(marginal=law | {"correct_correlation": True})
     assert model.marginal == FamilyDistribution("lognormal", 2e-7, (0.4,), True)
     assert model.covariance == covariance_of("exponential", 2e-7, 5e-6)
-    corrected = surface_model.surface_model(
-        scene_of({"roughness": FIELD | {"marginal": law | {"correct_correlation": True}}})
-    )
     lag = np.array(5e-6)
-    assert corrected.covariance.wanted(lag) == model.covariance(lag)
-    assert corrected.covariance(lag) > model.covariance(lag)
-    smooth = FIELD | {"covariance": "gaussian", "marginal": law | {"correct_correlation": True}}
+    assert corrected.covariance.wanted(lag) == model.covariance(lag) < corrected.covariance(lag)
     with pytest.raises(IllPosedError, match="no Gaussian field"):
-        surface_model.surface_model(scene_of({"roughness": smooth}))
+        model_of(covariance="gaussian", marginal=law | {"correct_correlation": True})
 
 
 def test_the_band_of_a_fractal_is_that_of_the_strip_unless_given():
     fractal = {"hurst": 0.8, "azimuths": 8, "gamma": 1.5}
-    roughness = {"rms_height_m": 2e-7, "fractal": fractal}
-    law = surface_model.surface_model(scene_of({"roughness": roughness, **STRIP})).law
+    scene = {"roughness": {"rms_height_m": 2e-7, "fractal": fractal}, "strip": STRIP}
+    law = surface_model.surface_model(scene_of(scene)).law
     assert law.longest_wavelength_m == pytest.approx(3e-3)
     assert 1 / law.frequencies[-1] > 5e-6 > 1 / law.frequencies[-1] / 1.5
     fractal |= {"longest_wavelength_m": 6e-5, "shortest_wavelength_m": 8e-6}
-    law = surface_model.surface_model(scene_of({"roughness": roughness, **STRIP})).law
+    law = surface_model.surface_model(scene_of(scene)).law
     assert (law.longest_wavelength_m, law.shortest_wavelength_m) == (6e-5, 8e-6)
 
 
@@ -149,35 +126,141 @@ def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, family):
         assert model.marginal is None
     else:
         np.testing.assert_array_equal(model.marginal.from_gaussian(score), law.from_gaussian(score))
-    parts = scan_table.sub_areas_of(store.read(path), scan)
-    assert parts == found.sub_areas
-
-
-def test_without_twins_there_is_nothing_to_show():
-    with pytest.raises(IllPosedError, match="larger area"):
-        scan_table.of_twins([], np.array([0.0, 1.0]))
-
-
-class Surface:
-    rms_height_m, lengths_m = 5e-8, (1e-5, 1e-5)
-
-
-GRID = Grid(8, 8, 1e-6, 1e-6)
-
-
-def configuration_of_target(target):
-    return {
-        "expansion": {"target": target},
-        "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
-    }
+    assert scan_table.sub_areas_of(store.read(path), scan) == found.sub_areas
 
 
 @pytest.mark.parametrize("named", [*KINDS, "best"])
-def test_the_square_tries_what_is_named_or_all(named):
-    found = expansion.targets(scene_of(configuration_of_target(named)), Surface(), GRID)
-    assert tuple(target.kind for target in found) == (KINDS if named == "best" else (named,))
+def test_the_square_tries_what_is_named_or_all_and_the_strip_what_serves_on_every_mesh(named):
+    """Nothing is censored where the surface yields."""
+    asked = {"expansion": {"target": named}, "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3}}
+    surface, grid = GaussianModel(covariance_of("gaussian", 5e-8, 1e-5), (1e-5, 1e-5)), Grid(8, 8, 1e-6, 1e-6)
+    kinds = KINDS if named == "best" else (named,)
+    assert tuple(target.kind for target in expansion.targets(scene_of(asked), surface, grid)) == kinds
+    strip = expansion.strip_target(scene_of(asked), surface, grid)
+    assert strip.kind == ("squared_pressure" if named == "best" else named)
+    asked["material"]["hardness_pa"] = 1e9
+    yields = tuple(target.kind for target in expansion.targets(scene_of(asked), surface, grid))
+    assert yields == tuple(kind for kind in kinds if kind != "censored")
 
 
-@pytest.mark.parametrize(("named", "taken"), [("trial_pressure", "trial_pressure"), ("best", "squared_pressure")])
-def test_the_strip_takes_what_is_named_or_what_serves_on_every_mesh(named, taken):
-    assert expansion.strip_target(scene_of(configuration_of_target(named)), Surface(), GRID).kind == taken
+SURFACE = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0))
+
+
+@pytest.mark.parametrize(
+    ("nx", "ny", "nodes"),
+    [
+        (10, 10, [(5, 5), (5, 4), (4, 5), (4, 4)]),
+        (9, 9, [(4, 4)]),
+        (10, 9, [(5, 4), (4, 4)]),
+        (1, 1, [(0, 0)]),
+        (2, 2, [(1, 1), (1, 0), (0, 1), (0, 0)]),
+    ],
+)
+def test_central_nodes_are_the_centre_and_its_mirror_images(nx, ny, nodes):
+    grid = Grid(nx, ny, 1.0, 1.0)
+    found = list(zip(*map(np.ndarray.tolist, central_nodes(SURFACE.lengths_m, grid)[:2]), strict=True))
+    assert found == nodes
+    assert found[0] == grid.centre
+    assert {(nx - 1 - i, ny - 1 - j) for i, j in found} == set(found)
+
+
+def test_training_nodes_lie_half_a_length_from_the_central_ones():
+    """Lengths of 6 and 12 cells: nodes 3 and 6 cells out; each with its mirror images, the centre first."""
+    grid = Grid(32, 31, 1.0, 1.0)
+    nodes = training_nodes((6.0, 12.0), grid)
+    found = set(zip(nodes.x.tolist(), nodes.y.tolist(), strict=True))
+    assert found == {(i, j) for i in (12, 15, 16, 19) for j in (9, 15, 21)}
+    assert (nodes.x[0], nodes.y[0]) == grid.centre
+    outermost = (3.5**2 - 0.5**2) / 6**2 + 6**2 / 12**2
+    assert nodes.distance2[[0, -1]] == pytest.approx([0.0, outermost])
+    assert np.all(np.diff(nodes.distance2) >= 0)
+    for n, length in (
+        (10, 2.9),
+        (6, 6.0),
+    ):  # half of 2.9 cells is one cell; half of 6 is 3, which on 6 nodes is the border
+        small = Grid(n, n, 1.0, 1.0)
+        assert np.array_equal(training_nodes((length, length), small), central_nodes((length, length), small))
+
+
+def asked(variables, length=6.0, nodes=24, count=60, **rotation):
+    """Candidates on a mesh, the modes of its surface and its nodes."""
+    surface, grid = (
+        GaussianModel(covariance_of("gaussian", 1.0, length), (length, length)),
+        Grid(nodes, nodes, 1.0, 1.0),
+    )
+    modes = karhunen_loeve(surface.covariance, grid, count).modes
+    places = training_nodes(surface.lengths_m, grid)
+    configuration = {"expansion": {"variables": variables, **rotation}}
+    return candidates(scene_of(configuration), surface, grid, modes, places), surface, grid, modes, places
+
+
+@pytest.mark.parametrize("variables", [9, "best"])
+def test_beyond_them_is_what_the_heights_around_have_besides(variables):
+    """Orthonormal at every node, the height first. The span lacks at most a hundredth of the variance nearby."""
+    few, surface, grid, modes, places = asked(3)  # up to eight variables are the functionals and nothing else
+    np.testing.assert_array_equal(few.directions, directions(surface, grid, modes, places, 3)[0])
+    assert (few.given, few.count) == (3, 3)
+    found, surface, grid, modes, places = asked(variables)
+    assert (found.given, found.count) == (8, None if variables == "best" else 9)
+    np.testing.assert_array_equal(found.directions[:, :8], directions(surface, grid, modes, places, 8)[0])
+    for one, x, y in zip(found.directions, places.x, places.y, strict=True):
+        np.testing.assert_allclose(one @ one.T, np.eye(len(one)), atol=1e-12)
+        np.testing.assert_allclose(one[0], modes[:, x, y] / np.linalg.norm(modes[:, x, y]), atol=1e-12)
+        near = modes[:, x + 3, y - 2]
+        assert np.sum((one @ near) ** 2) > 0.99 * np.sum(near**2)
+
+
+def test_heights_around_a_node_are_those_at_offsets_from_it():
+    """A length of six cells: a far mean of 12 to either side, offsets of two nodes; those off the mesh are dropped."""
+    _, surface, grid, modes, places = asked(2)
+    found = heights_around(surface, grid, modes, places)
+    least, most = 2 * (int(min(places.x)) // 2), 2 * ((23 - int(max(places.x))) // 2)
+    offsets = [(i, j) for i in range(-least, most + 1, 2) for j in range(-least, most + 1, 2)]
+    assert found.shape == (16, len(offsets), 60)
+    for node in (0, 7, 15):
+        expected = [modes[:, places.x[node] + i, places.y[node] + j] for i, j in offsets]
+        np.testing.assert_array_equal(found[node], expected)
+
+
+def test_raw_modes_lead_and_train_at_the_centre_alone():
+    found, *_ = asked(5, rotation="none")
+    np.testing.assert_array_equal(found.directions, np.eye(60)[None, :5])
+    assert (found.given, found.count) == (5, 5)
+    assert found.distance2.tolist() == [0.0]
+    best, *_ = asked("best", rotation="none")
+    np.testing.assert_array_equal(best.directions, np.eye(60)[None, :12])
+    pressure, gap = np.arange(32.0).reshape(2, 16), np.zeros((2, 16))
+    samples = found.samples(np.arange(120.0).reshape(2, 60), pressure, gap)
+    assert samples.variables.tolist() == [[[0, 1, 2, 3, 4]], [[60, 61, 62, 63, 64]]]
+    assert samples.pressure.tolist() == [[0], [16]]
+
+
+def test_more_variables_than_the_surface_has_around_the_centre_are_refused():
+    """Independent heights: 25 around each node."""
+    found, *_ = asked(25, length=0.1, nodes=10, count=100)
+    assert found.directions.shape == (4, 25, 100)
+    with pytest.raises(IllPosedError, match="26 variables were asked for; around the centre the surface has 25"):
+        asked(26, length=0.1, nodes=10, count=100)
+    with pytest.raises(IllPosedError, match="only 5 of the 6 variables"):
+        asked(6, count=5)
+
+
+@pytest.mark.parametrize(("lay", "symmetries"), [(0.0, 2), (0.6, 1)])
+def test_signs_of_the_variables_are_those_of_surfaces_turned_with_their_nodes(lay, symmetries):
+    """Mirrored along x and along y; where the lay is aslant, turned by half a turn. A turned surface of the modes is
+    one of the modes again, as their covariance stays the same."""
+    covariance = covariance_of("gaussian", 1.0, 6.0, 9.0, lay)
+    surface, grid = GaussianModel(covariance, covariance.axis_lengths_m), Grid(24, 24, 1.0, 1.0)
+    modes = karhunen_loeve(covariance, grid, 30).modes
+    places = training_nodes(surface.lengths_m, grid)
+    found, odd = directions(surface, grid, modes, places, 8)
+    assert odd.shape == (8, symmetries)
+    flips = [(0,), (1,)] if symmetries == 2 else [(0, 1)]
+    at = {node: number for number, node in enumerate(zip(places.x.tolist(), places.y.tolist(), strict=True))}
+    flat = modes.reshape(30, -1).T
+    for flip, signs in zip(flips, odd.T, strict=True):
+        turn, left, *_ = np.linalg.lstsq(flat, np.flip(modes, [1 + axis for axis in flip]).reshape(30, -1).T)
+        assert np.all(left < 1e-20)
+        for (x, y), number in at.items():
+            image = at[23 - x if 0 in flip else x, 23 - y if 1 in flip else y]
+            np.testing.assert_allclose(found[image] @ turn, found[number] * (-1.0) ** signs[:, None], atol=1e-7)

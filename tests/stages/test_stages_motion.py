@@ -1,10 +1,12 @@
-"""The stages of the oscillator, their numbers against the published limits, the cycle's own identities and counts."""
+"""The stages of the oscillator: published limits, identities of the cycle, counts, nodes that friction paths take."""
 
 import numpy as np
 import pytest
 
 from roughslip.chaos.distribution import wilson_interval
-from roughslip.stages import cycles, deterministic, oscillator
+from roughslip.errors import ConvergenceError
+from roughslip.stages import cycles, deterministic, oscillator, path_resolution
+from roughslip.stages.path_resolution import Thinned, error_bounds
 from roughslip.stages.runtime import skip_reasons
 from tests.stages.scenes import OSCILLATOR
 
@@ -50,7 +52,7 @@ def hardly_scattered(run):
     return run(oscillator, CONFIGURATION, "hardly", first=1, last=4)
 
 
-def test_limits_and_cycle_without_scatter(without_scatter):
+def test_limits_cycle_and_counts_without_scatter(without_scatter):
     """mu_D' of eq. (13) by hand; the cycle leaves stick at F mu_s - 2 D V and returns to it at V on the belt."""
     found = without_scatter
     slope = -0.3 * 1.42 / (1 + 1.42 * 0.948) ** 2 + 0.02 * 0.948
@@ -61,12 +63,7 @@ def test_limits_and_cycle_without_scatter(without_scatter):
     assert found["reattachment"] < found["departure"]
     for name, value in CONFIGURATION["friction"]["statistics"].items():
         assert found[f"friction_{name}"] == value
-
-
-def test_counts_without_scatter_fall_to_none(without_scatter):
-    """One cycle a period of the cycle; at 0.34, above the limit, none but the first slips of the start."""
-    found = without_scatter
-    np.testing.assert_array_equal(found["damping_ratio"], DAMPINGS)
+    # one cycle a period of the cycle; at 0.34, above the limit, none but the first slips of the start
     assert found["cycles"][1] == pytest.approx(30 * 2 * np.pi / found["period"], abs=1)
     assert found["cycles"][0] > 10
     assert found["cycles"][2] <= 1
@@ -155,7 +152,7 @@ def test_keys_of_the_ensemble_reach_the_runs(run, stored):
     np.testing.assert_array_equal(places("paper", marginal="paper"), default)
 
 
-def test_an_ensemble_of_known_runs_is_summed_up(run, stored):
+def test_an_ensemble_of_known_runs_is_summed_up(run, stored, capsys):
     """Ten runs, in two batches named in another order than numbered, at three dampings."""
     rng = np.random.default_rng(3)
     counts = rng.integers(5, 20, (10, 3))
@@ -190,57 +187,35 @@ def test_an_ensemble_of_known_runs_is_summed_up(run, stored):
         **{name: ((), value) for name, value in scalars.items()},
     )
     found = run(cycles, CONFIGURATION, deterministic=plain, ensemble=batches)
-    np.testing.assert_array_equal(found["damping_ratio"], DAMPINGS)
     np.testing.assert_array_equal(found["deterministic_cycles"], [20, 18, 0])
     np.testing.assert_allclose(found["mean_cycles"], counts.mean(axis=0))
-    np.testing.assert_allclose(found["mean_cycles_error"], counts.std(axis=0, ddof=1) / np.sqrt(10))
+    error = counts.std(axis=0, ddof=1) / np.sqrt(10)
+    np.testing.assert_allclose(found["mean_cycles_error"], error)
     np.testing.assert_allclose(found["difference"], [20, 18, 0] - counts.mean(axis=0))
-    half = 2.2621571627409915 * counts.std(axis=0, ddof=1) / np.sqrt(10)  # of Student's t with 9 degrees of freedom
+    half = 2.2621571627409915 * error  # of Student's t with 9 degrees of freedom
     np.testing.assert_allclose(found["difference_high"] - found["difference"], half)
     np.testing.assert_allclose(found["difference"] - found["difference_low"], half)
     np.testing.assert_allclose(found["mean_micro_slips"], micro.mean(axis=0))
     np.testing.assert_allclose(found["still_cycling"], [0.8, 0.5, 0.2])
-    assert found["cycling_share"] == pytest.approx(0.7)
-    assert (found["cycling_share_low"], found["cycling_share_high"]) == pytest.approx(wilson_interval(7, 10)[:2])
+    share = [found[f"cycling_share{end}"] for end in ("", "_low", "_high")]
+    assert share == pytest.approx([0.7, *wilson_interval(7, 10)])
     assert np.isnan([found["normality_jarque_bera_p"], found["normality_anderson_darling_p"]]).all()  # of 60 events
-    assert (found["reattachment_mean"], found["reattachment_std"]) == (
-        pytest.approx(place.mean()),
-        pytest.approx(place.std()),
-    )
+    assert "too few for a test of normality" in capsys.readouterr().err
+    assert found["reattachment_mean"] == pytest.approx(place.mean())
+    assert found["reattachment_std"] == pytest.approx(place.std())
     assert found["reattachment_skewness"] == pytest.approx(np.mean((place - place.mean()) ** 3) / place.std() ** 3)
     # whole runs are resampled: six events of one are hardly more than one; percentiles are sqrt(9/10) as wide
     runs = place.reshape(10, 6).mean(axis=1)
     half = (found["reattachment_mean_high"] - found["reattachment_mean_low"]) / 2
     assert half == pytest.approx(1.96 * runs.std() / np.sqrt(10), rel=0.15)
-    assert found["reattachment_mean_low"] < found["reattachment_mean"] < found["reattachment_mean_high"]
-    width = np.diff(found["histogram_edge"])
-    assert np.sum(found["histogram"] * width) == pytest.approx(1.0)
-    np.testing.assert_allclose(found["histogram"] * width * 60, np.round(found["histogram"] * width * 60), atol=1e-9)
     edges = found["histogram_edge"]
     assert (edges[0], edges[-1]) == (pytest.approx(place.min()), pytest.approx(place.max()))
+    np.testing.assert_allclose(found["histogram"] * np.diff(edges) * 60, np.histogram(place, edges)[0])
     assert (found["events"], found["realisations"], found["nominal_damping"]) == (60, 10, 0.17)
-    np.testing.assert_array_equal(found["position"], drawn[0])
-    np.testing.assert_array_equal(found["velocity"], drawn[1])
-    np.testing.assert_array_equal(found["deterministic_position"], np.arange(5.0))
+    np.testing.assert_array_equal([found["position"], found["velocity"]], drawn)
     np.testing.assert_array_equal(found["deterministic_velocity"], -np.arange(5.0))
     for name, value in scalars.items():
         assert found[f"deterministic_{name}"] == value
-
-
-def test_normality_is_judged_where_there_are_events_enough(capsys):
-    """Of 40 runs of 20 normal or exponential places; successive ones are independent."""
-    rng, owner = np.random.default_rng(8), np.repeat(np.arange(40), 20)
-    normal, skew = (
-        cycles.normality_variables(1e-3 * draw, owner, np.random.default_rng(9))
-        for draw in (3 + rng.standard_normal(800), rng.standard_exponential(800))
-    )
-    for test in ("jarque_bera_p", "anderson_darling_p"):
-        assert normal[f"normality_{test}"].values > 0.01
-        assert skew[f"normality_{test}"].values < 0.01
-    assert abs(normal["successive_correlation"].values) < 4 / np.sqrt(800)
-    few = cycles.normality_variables(np.arange(20.0), np.arange(20), rng)
-    assert np.isnan([variable.values for variable in few.values()]).all()
-    assert "too few for a test of normality" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -260,3 +235,60 @@ def test_what_runs_left_out_is_counted(run):
     run(deterministic, by_period, "by_period")
     assert run.skipped[skip_reasons.STICK] == 0
     assert 24 * len(DAMPINGS) < run.skipped[skip_reasons.BY_PERIOD] < 30 * len(DAMPINGS)
+
+
+def asked(error: float, std: float = 1e-9, dampings: tuple[float, ...] = (0.1, 0.17)) -> dict:
+    auto = {"nodes_per_correlation_length": "auto", "count_error": error, "damping_ratios": list(dampings)}
+    return scattered(std) | {"ensemble": CONFIGURATION["ensemble"] | auto | {"duration_periods": 10}}
+
+
+@pytest.mark.parametrize("step", [1, 3, 7])
+@pytest.mark.parametrize("size", [1, 5, 100])
+def test_thinned_pieces_are_the_thinned_path(step, size):
+    path = np.arange(100.0)
+    pieces = [path[k : k + size] for k in range(0, 100, size)]
+    assert np.array_equal(np.concatenate(list(Thinned(pieces, step))), path[::step])
+
+
+def test_bounds_of_a_known_change():
+    """Changes 1 and 3 at a damping of mean 20: 2 +- 12.7062 cycles, twice that, over the largest mean of 40."""
+    fine = np.array([[40.0, 20.0], [40.0, 20.0]])
+    lower, upper = error_bounds(fine + np.array([[0.0, 1.0], [0.0, 3.0]]), fine)
+    assert (lower, upper) == (0.0, pytest.approx(2 * (2 + 12.706204736) / 40))
+    lower, upper = error_bounds(fine - np.array([[0.0, 4.0], [0.0, 4.0]]), fine)
+    assert (lower, upper) == (pytest.approx(2 * (4 - 1.5) / 40), pytest.approx(2 * (4 + 1.5) / 40))  # 3 of 2 paths
+    assert error_bounds(np.zeros((8, 2)), np.zeros((8, 2))) == (0.0, 0.0)
+
+
+def test_bounds_cover_a_change_of_few_paths():
+    """One path in ten counts one cycle less: in most trials with eight none shows it, and still the bound covers it."""
+    rng = np.random.default_rng(1)
+    fine = np.full((8, 1), 20.0)
+    trials = [error_bounds(fine - (rng.random((8, 1)) < 0.1), fine)[1] >= 2 * 0.1 / 20 for _ in range(400)]
+    assert np.mean(trials) > 0.95
+
+
+@pytest.mark.slow
+def test_nodes_and_paths_that_an_error_takes(run):
+    """Without scatter the fewest nodes, and paths for the rule of three: three changes in so many of eight cycles. At a
+    damping where counts scatter eight paths do not determine an error of a fifth. Every trial is kept."""
+    found = run(path_resolution, asked(0.01))
+    assert found["nodes_per_correlation_length"] == 4
+    assert 0 < found["count_error"] <= 0.01
+    assert found["count_error"] * found["tried_paths"][-1] == pytest.approx(2 * 3 / 8)
+    found = run(path_resolution, asked(0.2, 0.05, (0.17, 0.31)), "scatter")
+    assert found["tried_error"][-1] == found["count_error"] <= 0.2
+    assert found["tried_paths"][-1] > 8
+    assert found["tried_nodes"][-1] == found["nodes_per_correlation_length"]
+
+
+def test_an_error_that_nodes_or_paths_do_not_reach(run, monkeypatch):
+    """Too few paths; then counts that change by a tenth whenever the spacing is halved, to the most nodes."""
+    monkeypatch.setattr(path_resolution, "MOST_PATHS", 8)
+    with pytest.raises(ConvergenceError, match="8 paths determine it no closer"):
+        run(path_resolution, asked(0.001, 0.05, (0.17, 0.31)), "undecided")
+    monkeypatch.setattr(path_resolution, "MOST_NODES", 8)
+    monkeypatch.setattr(path_resolution, "error_bounds", lambda coarse, fine: (0.1, 0.1))
+    with pytest.raises(ConvergenceError, match="8 nodes are not enough") as caught:
+        run(path_resolution, asked(0.01), "few")
+    assert (caught.value.residual, caught.value.work) == (0.1, 2 * (8 + 8) * 2)  # 4 and 8 nodes, two dampings

@@ -35,17 +35,12 @@ def names(requirements: list[str]) -> set[str]:
 
 
 @pytest.mark.parametrize("name", ["requirements-dev.lock", "requirements-peers.lock", "requirements-cluster.lock"])
-def test_what_another_lock_shares_with_the_run_it_holds_alike(name):
-    """Else installing the tools for checks, or the public solvers, would change what computes."""
+def test_another_lock_holds_what_a_run_needs_alike(name):
+    """Else the tools for checks, or the public solvers, would change what computes."""
     run, other = pins("requirements.lock"), pins(name)
     shared = run.keys() & other.keys()
     assert {package: other[package] for package in shared} == {package: run[package] for package in shared}
-
-
-@pytest.mark.parametrize("name", ["requirements-peers.lock", "requirements-cluster.lock"])
-def test_all_that_a_run_needs_is_there_beside_others(name):
-    """Peers are measured in one process with it, and a job on a cluster is a run."""
-    assert pins("requirements.lock").keys() - pins(name).keys() == set()
+    assert name == "requirements-dev.lock" or shared == run.keys()  # the others are complete environments
 
 
 def test_a_cluster_takes_the_plug_in_alone_beside_the_run():
@@ -59,24 +54,21 @@ def test_one_version_of_each_package_on_every_python(name):
     assert [package for package, found in pins(name).items() if len(found) > 1] == []
 
 
-@pytest.mark.parametrize("name", LOCKS)
-def test_locks_hold_no_address(name):
-    assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", LOCKS[name]) == []
-
-
-def test_every_declared_dependency_is_locked():
-    assert names(PROJECT["project"]["dependencies"]) - pins("requirements.lock").keys() == set()
-    assert names(EXTRAS["scans"]) - pins("requirements.lock").keys() == set()
-    assert names(EXTRAS["cluster"]) - pins("requirements-cluster.lock").keys() == set()
-    assert names(EXTRAS["peers"]) - pins("requirements-peers.lock").keys() == set()
-    assert names(PROJECT["dependency-groups"]["dev"]) - pins("requirements-dev.lock").keys() == set()
-
-
-def test_tools_for_checks_and_peers_stay_out_of_the_run():
+def test_every_declared_dependency_is_locked_and_no_lock_has_an_address():
+    declared = {
+        "requirements.lock": PROJECT["project"]["dependencies"] + EXTRAS["scans"],
+        "requirements-cluster.lock": EXTRAS["cluster"],
+        "requirements-peers.lock": EXTRAS["peers"],
+        "requirements-dev.lock": PROJECT["dependency-groups"]["dev"],
+    }
+    assert declared.keys() == LOCKS.keys()
+    assert {name for lock, needed in declared.items() for name in names(needed) - pins(lock).keys()} == set()
     others = names(PROJECT["dependency-groups"]["dev"]) | names(EXTRAS["peers"])
     assert others & pins("requirements.lock").keys() == set()
+    for text in LOCKS.values():
+        assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", text) == []
 
 
-def test_the_version_is_told_alike():
+def test_the_version_is_the_same_everywhere():
     citation = re.search(r"(?m)^version: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8")).group(1)
     assert {PROJECT["project"]["version"], citation} == {roughslip.__version__}

@@ -58,20 +58,16 @@ def source(tmp_path: Path) -> Path:
 
 
 def test_a_closure_is_what_an_import_can_execute(source):
-    assert [file.relative_to(source).as_posix() for file in closure(STAGE, source)] == REACHED
+    """Also where imports run in a circle, and without a subpackage and what only that imports."""
 
+    def names(**options: str) -> list[str]:
+        return [file.relative_to(source).as_posix() for file in closure(STAGE, source, **options)]
 
-def test_a_subpackage_can_be_left_out(source):
-    names = [file.relative_to(source).as_posix() for file in closure(STAGE, source, without="pkg.sub")]
-    assert names == [name for name in REACHED if not name.startswith("pkg/sub/") and name != "pkg/grid.py"]
-
-
-def test_a_cycle_of_imports_ends(source):
+    assert names() == REACHED
+    without = [name for name in REACHED if not name.startswith("pkg/sub/") and name != "pkg/grid.py"]
+    assert names(without="pkg.sub") == without
     (source / "pkg/errors.py").write_text("import pkg.grid\n")
-    assert len(closure(STAGE, source)) == len(REACHED)
-
-
-def test_a_missing_module_is_named_with_its_importer(source):
+    assert names() == REACHED
     (source / "pkg/lazy.py").write_text("import pkg.gone\n")
     with pytest.raises(ModuleNotFoundError, match=r"lazy\.py imports pkg\.gone"):
         closure(STAGE, source)
@@ -86,7 +82,6 @@ def test_a_missing_module_is_named_with_its_importer(source):
         ("pkg/stages/contact.py", "memory_mb=260", "memory_mb=300", False),
         ("pkg/sub/other.py", "", "x = 1\n", False),
         ("pkg/stages/contact.py", "x + 1", "x + 2", True),
-        ("pkg/stages/contact.py", "x + 1", "x - 1", True),
         ("pkg/stages/contact.py", "x + 1", "x + 1.0", True),
         ("pkg/stages/contact.py", '"""Solve."""', 'y = """Solve."""', True),
         ("pkg/stages/contact.py", "from pkg import lazy", "from pkg import lazy, lonely", True),
@@ -129,20 +124,9 @@ def forget(monkeypatch: pytest.MonkeyPatch, kept: Path) -> None:
     source_hash._kept.cache_clear()
 
 
-def test_parsed_files_are_remembered_for_the_next_process(source, tmp_path, monkeypatch):
+@pytest.mark.parametrize("damage", ["none", "flip", "cut", "bytes", "folder", "other Python"])
+def test_parsed_files_are_remembered_and_a_damaged_memory_is_not_used(source, tmp_path, monkeypatch, damage):
     kept = tmp_path / "cache/syntax.json"
-    forget(monkeypatch, kept)
-    first = closure_hash(STAGE, source)
-    source_hash.keep()
-    forget(monkeypatch, kept)
-    with monkeypatch.context() as without:
-        without.setattr("roughslip.compilation.source_hash.ast.parse", None)
-        assert closure_hash(STAGE, source) == first
-
-
-@pytest.mark.parametrize("damage", ["flip", "cut", "bytes", "folder", "other Python"])
-def test_a_damaged_memory_is_not_used(source, tmp_path, monkeypatch, damage):
-    kept = tmp_path / "syntax.json"
     forget(monkeypatch, kept)
     first = closure_hash(STAGE, source)
     source_hash.keep()
@@ -154,10 +138,13 @@ def test_a_damaged_memory_is_not_used(source, tmp_path, monkeypatch, damage):
     elif damage == "other Python":
         monkeypatch.setattr("roughslip.compilation.source_hash.sys.version", "3.99")
     else:
-        changed = {"flip": text.replace(digest, digest[::-1]), "cut": text[:-9], "bytes": f"\udcff{text}"}[damage]
-        kept.write_bytes(changed.encode(errors="surrogateescape"))
+        changes = {"none": text, "flip": text.replace(digest, digest[::-1]), "cut": text[:-9], "bytes": f"\udcff{text}"}
+        kept.write_bytes(changes[damage].encode(errors="surrogateescape"))
     forget(monkeypatch, kept)
-    assert source_hash._kept() == {}
+    if damage == "none":
+        monkeypatch.setattr("roughslip.compilation.source_hash.ast.parse", None)
+    else:
+        assert source_hash._kept() == {}
     assert closure_hash(STAGE, source) == first
     source_hash.keep()  # where it cannot be written, this passes without a message
 

@@ -19,7 +19,7 @@ TIME = "correlation_time_s: 2.6e-4"
 
 def test_overlays_merge_to_any_depth(mine):
     scene = mine(
-        "extends: a\nstrip: {samples: 20}",
+        b"\xef\xbb\xbfextends: a\nstrip: {samples: 20}",  # a byte order mark is read over
         a="extends: b\nstrip: {samples: 30, training_samples: 9}",
         b="extends: paper\nensemble: {damping_ratios: [0.2]}\nseed: 7",
     )
@@ -30,20 +30,10 @@ def test_overlays_merge_to_any_depth(mine):
     assert scene == expected
 
 
-def test_a_byte_order_mark_is_read_over(mine):
-    assert mine(b"\xef\xbb\xbfextends: paper\nseed: 5\n")["seed"] == 5
-
-
 def test_overlays_in_a_circle(mine):
     assert lines_of(mine, "extends: a", a="extends: b", b="extends: a") == [
         "scenes/b.yaml: extends: 'a' is not allowed; overlays run in a circle: mine -> a -> b -> a"
     ]
-
-
-def test_a_file_elsewhere_may_overlay_a_scene_of_its_own_name(folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    Path("paper.yaml").write_text("extends: paper\nseed: 3\n")
-    assert load("./paper.yaml", Path("scenes"))["seed"] == 3
 
 
 def test_one_form_of_friction_replaces_the_other(mine):
@@ -105,6 +95,8 @@ def test_names_and_files(folder, monkeypatch):
     ]
     (folder / "folder.yaml").mkdir()
     assert lines(Path("folder.yaml")) == ["folder.yaml: no such file"]
+    Path("paper.yaml").write_text("extends: paper\nseed: 3\n")  # elsewhere, of a scene of its own name
+    assert load("./paper.yaml", Path("scenes"))["seed"] == 3
 
 
 def test_all_mistakes_at_once(mine):

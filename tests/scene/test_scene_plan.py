@@ -12,13 +12,8 @@ from tests.scene.shipped import SCAN, SCENES, SCHEMA, properties, shipped_scene
 
 ALWAYS = {"claims", "costs", "report"}
 SEVERAL = {"reference", "comparison", "verify"}  # of several scenes together, asked for by name
-SQUARE = {"karhunen_loeve", "design", "contact_square", "chaos_square", "figure2"}
-STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-LAW = {*STRIP, "figure3", "figure3_law"}
 OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
-FIELD = {"field_square", "figure_field"}
-MAP = {"stick_slip_map", "lifetimes", "figure_map"}
 FIGURES = {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"}
 
 
@@ -70,30 +65,8 @@ def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
     assert {stage for stage in declarations() if slice_for(scene, stage) != slice_for(changed, stage)} == stages
 
 
-def test_only_stages_that_the_targets_need():
-    paper, given = shipped_scene("paper"), shipped_scene("given")
-    adaptive = paper | {"expansion": paper["expansion"] | {"samples": "auto", "cdf_error": 0.01}}
-    resolving = paper | {"ensemble": paper["ensemble"] | {"nodes_per_correlation_length": "auto", "count_error": 0.01}}
-    for scene, target, stages in (
-        (paper, "figure2", SQUARE),
-        (paper, "figure3", LAW),
-        (paper, "figure5", STRIP | OSCILLATOR),
-        (paper, "figure_map", STRIP | MAP),
-        (paper, "figure_field", {"karhunen_loeve"} | FIELD),
-        (adaptive, "figure2", SQUARE | {"adaptive_training"}),
-        (adaptive, "figure3", LAW),
-        (adaptive, "figure_field", {"karhunen_loeve"} | FIELD),
-        (resolving, "figure5", STRIP | OSCILLATOR | {"path_resolution"}),
-        (resolving, "figure3", LAW),
-        (resolving, "figure_map", STRIP | MAP),
-        (given, "figure5", OSCILLATOR),
-        (given, "figure_map", MAP),
-    ):
-        assert stages_needed(scene | {"targets": [target]}) == stages | ALWAYS, target
-    assert stages_needed(paper) == SQUARE | LAW | OSCILLATOR | ALWAYS
-
-
 def test_given_statistics_need_nothing_but_an_oscillator(mine):
+    """tests/workflow/test_plans.py has the stages of other targets."""
     paper = shipped_scene("paper")
     own = {key: paper[key] for key in ("description", "seed", "oscillator", "ensemble")}
     own |= {"targets": ["figure5"], "friction": shipped_scene("given")["friction"]}
@@ -116,16 +89,13 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
     )
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_every_stage_runs_or_has_a_reason(name):
-    scene = shipped_scene(name)
-    reasons = skip_reasons(scene)
-    assert reasons.keys() == declarations().keys() - stages_needed(scene) - SEVERAL
-    for stage, reason in reasons.items():
-        assert set(scene["targets"]).isdisjoint(reason.removeprefix("not asked for: ").split(", ")), stage
-
-
-def test_reasons():
+def test_every_stage_runs_or_has_a_reason():
+    for name in SCENES:
+        scene = shipped_scene(name)
+        reasons = skip_reasons(scene)
+        assert reasons.keys() == declarations().keys() - stages_needed(scene) - SEVERAL
+        asked = {reason.removeprefix("not asked for: ") for reason in reasons.values()}
+        assert set(scene["targets"]).isdisjoint(target for some in asked for target in some.split(", "))
     paper, given = skip_reasons(shipped_scene("paper")), skip_reasons(shipped_scene("given"))
     assert paper["field_square"] == "not asked for: figure_field"
     assert paper["adaptive_training"] == "expansion.samples is given"

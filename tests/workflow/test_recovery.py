@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 OLD, NEW = 1.6e9, 1.7e9
 KEY, A, B, TABLE = "keys/a.json", "a.nc", "b.nc", "b.csv"
 RECORDS = ["usage/a.json", "usage/b.json", "usage/absent.json"]
+UNREADABLE = "checksum mismatch: usage/a.json; removed, its job runs again"
 
 
 def write(name: str, text: str, seconds: float) -> None:
@@ -40,11 +41,11 @@ def repair() -> list[str]:
     return integrity.repair(integrity.jobs_of(RECORDS))
 
 
-def rewrite_record(name: str, **changes: object) -> None:
-    """Change a record and seal it again."""
-    content = json.loads(Path(name).read_text())
+def rewrite_record(**changes: object) -> None:
+    """Change the record of the first job and seal it again."""
+    content = json.loads(Path("usage/a.json").read_text())
     del content[record.SEAL]
-    Path(name).write_text(json.dumps(record.sealed({**content, **changes})))
+    Path("usage/a.json").write_text(json.dumps(record.sealed({**content, **changes})))
 
 
 @pytest.fixture
@@ -67,31 +68,26 @@ def dry_run(chain):
     key_files._draft_folders.pop().cleanup()
 
 
-def test_intact_results_are_left_alone(chain):
+@pytest.mark.parametrize("name", ["", A, TABLE, B])
+def test_a_damaged_or_lost_result_takes_its_record_with_it(chain, name):
+    """A damaged one is moved. Intact results are left alone."""
     before = files()
-    assert repair() == []
-    assert files() == before
-
-
-@pytest.mark.parametrize("name", [A, TABLE])
-def test_a_damaged_result_is_moved_and_its_job_runs_again(chain, name):
-    write(name, "flipped", NEW)
-    assert repair() == [f"checksum mismatch: {name}; moved to {name}.damaged and rebuilt"]
-    assert Path(f"{name}.damaged").read_text() == "flipped"
-    assert not Path(f"usage/{name[0]}.json").exists()
-
-
-def test_a_lost_result_takes_its_record_with_it(chain):
-    Path(B).unlink()
-    assert repair() == []
-    assert not Path("usage/b.json").exists()
-    assert Path("usage/a.json").exists()
+    if name == B:
+        Path(B).unlink()
+    elif name:
+        write(name, "flipped", NEW)
+    lines = [f"checksum mismatch: {name}; moved to {name}.damaged and rebuilt"] if name in (A, TABLE) else []
+    assert repair() == lines
+    gone = {name, f"usage/{name[0]}.json"} if name else set()
+    assert {file: before[file] for file in before.keys() - gone} == {
+        file: content for file, content in files().items() if file != f"{name}.damaged"
+    }
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"stage": "a"}', "\udcff"])
 def test_a_damaged_record_is_removed(chain, content):
     Path("usage/a.json").write_bytes(content.encode("utf-8", "surrogateescape"))
-    assert repair() == ["checksum mismatch: usage/a.json; removed, its job runs again"]
+    assert repair() == [UNREADABLE]
     assert not Path("usage/a.json").exists()
 
 
@@ -103,69 +99,52 @@ def test_each_value_of_a_record_is_covered_by_its_checksum(chain):
         assert record.read(Path("usage/a.json")) is None, name
 
 
-@pytest.mark.parametrize("part", ["made", "read"])
-@pytest.mark.parametrize("content", [None, 7, ["a.nc"]])
-def test_a_record_without_files_is_damaged(chain, part, content):
-    rewrite_record("usage/a.json", **{part: content})
-    assert repair() == ["checksum mismatch: usage/a.json; removed, its job runs again"]
-
-
-@pytest.mark.parametrize("is_link", [False, True])
-def test_a_record_of_files_elsewhere_is_damaged(chain, tmp_path_factory, is_link):
+@pytest.mark.parametrize("made", ["{elsewhere}/secret", "link/secret", None, 7, [A]])
+def test_a_record_of_files_elsewhere_or_of_none_is_damaged(chain, tmp_path_factory, made):
     """It may come from a copied scene or from another author: no file outside its own results is touched."""
     secret = tmp_path_factory.mktemp("home") / "secret"
     secret.write_text("mine")
-    if is_link:
-        Path("link").symlink_to(secret.parent)
-    rewrite_record("usage/a.json", made={"link/secret" if is_link else str(secret): "0" * 64})
-    assert repair() == ["checksum mismatch: usage/a.json; removed, its job runs again"]
+    Path("link").symlink_to(secret.parent)
+    rewrite_record(made={made.format(elsewhere=secret.parent): "0" * 64} if isinstance(made, str) else made)
+    assert repair() == [UNREADABLE]
     assert [file.name for file in secret.parent.iterdir()] == ["secret"]
 
 
 def test_a_changed_input_elsewhere_keeps_its_time(chain, tmp_path_factory):
     outside = tmp_path_factory.mktemp("home") / "scan.x3p"
     write(str(outside), "now", OLD)
-    rewrite_record("usage/a.json", read={str(outside): "0" * 64})
+    rewrite_record(read={str(outside): "0" * 64})
     assert repair() == []
     assert outside.stat().st_mtime == OLD
 
 
-def test_a_change_that_file_times_hide_gets_a_new_time(chain):
-    """As after the clock was set back; no result is removed, so that the edit can be taken back."""
-    write(KEY, "other", OLD)
-    assert repair() == []
-    assert Path(KEY).stat().st_mtime > NEW
-    assert files().keys() >= {A, B, TABLE, "usage/a.json", "usage/b.json"}
+def test_times_of_keys_follow_their_contents(chain):
+    """A change that times hide, as after the clock was set back, gets a new time; no result is removed.
 
-
-def test_a_key_whose_content_has_returned_is_no_newer_than_its_results(chain):
-    """As after a run of an edit that ended early: without .snakemake its time alone would make all jobs run again."""
+    A key whose content has returned, as after a run of an edit that ended early, is no newer than its results.
+    """
     write(KEY, KEY, NEW + 9)
     assert repair() == []
     assert Path(KEY).stat().st_mtime == NEW
     write(KEY, "other", NEW + 9)
     assert repair() == []
     assert Path(KEY).stat().st_mtime == NEW + 9
-
-
-def snakemake_record(output: str, **checksums: str) -> Path:
-    """Snakemake's record of an output, with the checksums of its inputs."""
-    file = Path(".snakemake/metadata") / urlsafe_b64encode(output.encode()).decode()
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps({"rule": "a", "input_checksums": {KEY: f"sha256:{checksums['key']}"}}))
-    return file
+    write(KEY, "other", OLD)
+    assert repair() == []
+    assert Path(KEY).stat().st_mtime > NEW
+    assert files().keys() >= {A, B, TABLE, "usage/a.json", "usage/b.json"}
 
 
 def test_a_record_of_snakemake_that_hides_a_change_is_removed(chain):
     """After results are put back from a copy, Snakemake takes the present key for the one that they were made from."""
     of_the_copy = record.checksum(Path(KEY))
     write(KEY, "other", NEW)
-    file = snakemake_record(A, key=record.checksum(Path(KEY)))
-    repair()
-    assert not file.exists()
-    file = snakemake_record(A, key=of_the_copy)
-    repair()
-    assert file.exists()
+    file = Path(".snakemake/metadata") / urlsafe_b64encode(A.encode()).decode()
+    file.parent.mkdir(parents=True)
+    for checksum, stays in ((record.checksum(Path(KEY)), False), (of_the_copy, True)):
+        file.write_text(json.dumps({"rule": "a", "input_checksums": {KEY: f"sha256:{checksum}"}}))
+        repair()
+        assert file.exists() is stays
 
 
 def test_results_from_the_future_are_corrected_and_hide_no_change(chain):
@@ -216,26 +195,21 @@ def test_a_dry_run_plans_an_edit_from_a_draft(dry_run):
 
 
 SOUND = json.dumps({"rule": "surface", "input": ["a"], "input_checksums": {"a": "sha256:0"}}).encode()
+DAMAGED = (b"", b"{", b"7", b"[]", SOUND[:20], SOUND.replace(b"face", b"f\xe1ce"), b'{"input_checksums":1}')
 
 
-@pytest.mark.parametrize(
-    "content", [b"", b"{", b"7", b"[]", SOUND[:20], SOUND.replace(b"face", b"f\xe1ce"), b'{"input_checksums":1}']
-)  # fmt: skip
-def test_a_damaged_record_of_snakemake_is_removed(tmp_path, content):
-    (tmp_path / "metadata").mkdir()
-    (tmp_path / "metadata" / "sound").write_bytes(SOUND)
-    (tmp_path / "metadata" / "damaged").write_bytes(content)
-    (line,) = snakemake_metadata.remove_damaged(tmp_path)
-    assert line.startswith(f"{tmp_path / 'metadata' / 'damaged'}: damaged record of Snakemake; removed")
-    assert [file.name for file in (tmp_path / "metadata").iterdir()] == ["sound"]
-
-
-def test_what_is_marked_as_incomplete_stays_so(tmp_path):
+def test_damaged_records_of_snakemake_are_removed(tmp_path):
+    """What is marked as incomplete stays so."""
     marks = {"whole": b'{"external_jobid": null}', "empty": b"", "damaged": b"\xff{"}
-    (tmp_path / "incomplete").mkdir()
-    for name, content in marks.items():
-        (tmp_path / "incomplete" / name).write_bytes(content)
-    assert snakemake_metadata.remove_damaged(tmp_path) == []
+    records = {"sound": SOUND} | {f"damaged {number}": content for number, content in enumerate(DAMAGED)}
+    for folder, contents in (("metadata", records), ("incomplete", marks)):
+        (tmp_path / folder).mkdir()
+        for name, content in contents.items():
+            (tmp_path / folder / name).write_bytes(content)
+    lines = snakemake_metadata.remove_damaged(tmp_path)
+    starts = [f"{tmp_path / 'metadata' / name}: damaged record of Snakemake; removed" for name in sorted(records)[:-1]]
+    assert [line[: len(start)] for line, start in zip(lines, starts, strict=True)] == starts
+    assert [file.name for file in (tmp_path / "metadata").iterdir()] == ["sound"]
     assert {file.name: file.read_bytes() for file in (tmp_path / "incomplete").iterdir()} == {**marks, "damaged": b""}
 
 
@@ -268,6 +242,9 @@ def other(state: Path):
 def test_a_stale_lock_is_cleared(state):
     assert earlier_runs.hold(state) == (True, [f"{state / 'locks'}: stale lock of an interrupted run; removed"])
     assert list((state / "locks").iterdir()) == []
+    (state.parent / "file").write_text("in the way")
+    with pytest.raises(InputError, match=r"file: cannot be written to"):
+        earlier_runs.hold(state.parent / "file")
 
 
 def test_the_lock_of_a_run_lasts_until_its_process_ends(state, other):
@@ -285,12 +262,6 @@ def test_the_lock_of_a_run_lasts_until_its_process_ends(state, other):
         earlier_runs._held.pop().close()
     assert earlier_runs.hold(state).is_alone
     assert list((state / "locks").iterdir()) == []
-
-
-def test_a_folder_that_cannot_be_locked_is_named(tmp_path):
-    (tmp_path / ".snakemake").write_text("in the way")
-    with pytest.raises(InputError, match=r"\.snakemake: cannot be written to"):
-        earlier_runs.hold(tmp_path / ".snakemake")
 
 
 def squeue(folder: Path, script: str) -> str:

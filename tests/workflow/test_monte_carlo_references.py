@@ -12,7 +12,7 @@ import pytest
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.scene.loader import load
-from workflow.keys.monte_carlo_batches import STRIPS, SURFACES, reference_file, solves, solves_key
+from workflow.keys.monte_carlo_batches import SAMPLES, SURFACES, reference_file, solves, solves_key
 from workflow.monte_carlo import friction, pressure
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -39,6 +39,7 @@ def clustered(generator, surfaces):
 
 
 def test_shares_and_their_errors_are_those_of_the_means_of_surfaces():
+    """Independent nodes have binomial errors."""
     values = clustered(np.random.default_rng(1), 300)
     levels = pressure.choose_levels(values)
     share, error = pressure.cumulative_shares(values, levels)
@@ -46,6 +47,10 @@ def test_shares_and_their_errors_are_those_of_the_means_of_surfaces():
     np.testing.assert_allclose(share, means.mean(axis=1), rtol=1e-13)
     np.testing.assert_allclose(error, means.std(axis=1, ddof=1) / math.sqrt(300), atol=1e-12)
     assert pressure.clustered_mean(values)[1] == pytest.approx(values.mean(axis=1).std(ddof=1) / math.sqrt(300))
+    values = np.maximum(np.random.default_rng(3).standard_normal((20_000, 4)), 0.0)
+    kept = pressure.describe_pressure(values[:, None, :], np.array([50.0]), [(0.0, 0.0)])
+    error = float(kept["contact_probability_standard_error"].values[0])
+    assert error == pytest.approx(math.sqrt(0.25 / 80_000), rel=0.02)
 
 
 def test_errors_of_quantiles_are_those_seen_in_many_references():
@@ -54,18 +59,6 @@ def test_errors_of_quantiles_are_those_seen_in_many_references():
     found = [pressure.quantiles_given_contact(clustered(generator, 400), probabilities) for _ in range(400)]
     values, errors = (np.array(part) for part in zip(*found, strict=True))
     np.testing.assert_allclose(errors.mean(axis=0), values.std(axis=0), rtol=0.15)
-
-
-def test_independent_nodes_give_binomial_errors():
-    values = np.maximum(np.random.default_rng(3).standard_normal((20_000, 4)), 0.0)
-    kept = pressure.describe_pressure(values[:, None, :], np.array([50.0]))
-    error = float(kept["contact_probability_standard_error"].values[0])
-    assert error == pytest.approx(math.sqrt(0.25 / 80_000), rel=0.02)
-
-
-def test_a_reference_without_contact_is_refused():
-    with pytest.raises(InputError, match="contact at every penetration"):
-        pressure.describe_pressure(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1), np.array([20.0, 50.0]))
 
 
 def test_a_controlled_mean_is_unbiased_and_its_standard_error_is_right():
@@ -86,9 +79,12 @@ def test_a_controlled_mean_is_unbiased_and_its_standard_error_is_right():
     assert error.mean() == pytest.approx(scatter, rel=0.05)
 
 
-def test_too_few_surfaces_for_a_control_are_refused():
+def test_too_few_surfaces_and_no_contact_are_refused():
     with pytest.raises(InputError, match="gather 20000 at least"):
         pressure.controlled_means(scene("paper"), np.ones((19_999, 1, 4)), np.ones((19_999, 1, 4)))
+    nothing = np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1)
+    with pytest.raises(InputError, match="contact at every penetration"):
+        pressure.describe_pressure(nothing, np.array([20.0, 50.0]), [(0.0, 0.0)] * 2)
 
 
 # The kept files.
@@ -99,32 +95,24 @@ def kept(request):
     return store.read(ROOT / reference_file(request.param))
 
 
-def test_the_kept_distribution_is_one(kept):
+def test_the_kept_distribution_gives_the_kept_numbers(kept):
+    """E p = int (1 - F) dp; quantiles given contact agree with F to a fifth of a step of the table."""
     assert list(kept["percentile"]) == list(pressure.PERCENTILES)
     assert int(kept["nodes"]) == 4
     for row in range(3):
-        level, share = kept["level"][row], kept["cumulative"][row]
+        level, share, contact = kept["level"][row], kept["cumulative"][row], kept["contact_probability"][row]
         assert level[0] == 0
         assert np.all(np.diff(level) > 0)
         assert np.all(np.diff(share) >= 0)
-        assert np.diff(share).max() < 0.003 * kept["contact_probability"][row]  # a step of the table
+        assert np.diff(share).max() < 0.003 * contact  # a step of the table
         assert share[-1] == 1
-        assert kept["contact_probability"][row] == 1 - share[0]
-        assert kept["cumulative_standard_error"][row, -1] == 0
-    assert np.all(np.diff(kept["contact_probability"]) > 0)  # deeper, more contact
-    assert np.all(np.diff(kept["mean_pressure"]) > 0)
-    assert np.all(np.diff(kept["quantile"], axis=1) > 0)
-
-
-def test_the_kept_numbers_follow_from_the_kept_distribution(kept):
-    """E p = int (1 - F) dp; quantiles given contact agree with F to a fifth of a step of the table."""
-    for row in range(3):
-        level, share = kept["level"][row], kept["cumulative"][row]
+        assert contact == 1 - share[0]
         mean = float(np.sum(np.diff(level) * (1 - 0.5 * (share[1:] + share[:-1]))))
         assert mean == pytest.approx(kept["mean_pressure"][row], rel=1e-3)
-        contact = kept["contact_probability"][row]
         at = np.interp(kept["quantile"][row], level, share)
         np.testing.assert_allclose((at - share[0]) / contact, kept["probability"], atol=5e-4)
+    assert np.all(np.diff(kept["contact_probability"]) > 0)  # deeper, more contact
+    assert np.all(np.diff(kept["mean_pressure"]) > 0)
 
 
 def test_the_kept_controlled_mean_is_the_same_and_better_known(kept):
@@ -140,6 +128,7 @@ def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
     """Var = F (1 - F) / n (1 + 3 rho) / 4 with a correlation rho of the four nodes, here between -0.08 and 1.
 
     The correlation is negative where heights are independent, because a node in contact presses its neighbours down.
+    The references judge Kolmogorov distances down to 0.01.
     """
     surfaces = int(kept["surfaces"])
     for row in range(3):
@@ -149,39 +138,44 @@ def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
         assert 0.5 * math.sqrt(1 - 3 * 0.08) < ratio.min()
         assert ratio.max() < 1
     assert np.array_equal(kept["contact_probability_standard_error"], kept["cumulative_standard_error"][:, 0])
-
-
-def test_the_kept_references_are_large_enough_to_judge():
-    """They judge Kolmogorov distances down to 0.01."""
-    for name, (surfaces, _) in SURFACES.items():
-        kept = store.read(ROOT / reference_file(name))
-        assert int(kept["surfaces"]) <= surfaces
-        assert kept["cumulative_standard_error"].max() < 0.0015
+    assert kept["cumulative_standard_error"].max() < 0.0015
 
 
 def test_kept_references_are_of_the_present_scenes(tmp_path, monkeypatch):
+    """Friction falls with penetration, and so does its scatter."""
     monkeypatch.chdir(tmp_path)
-    for name in SURFACES:
-        key = store.read_key(Path(solves_key(name, scene(name))))
-        assert json.loads(store.read(ROOT / reference_file(name)).attributes["configuration"]) == key.configuration
+    for kind, samples in SAMPLES.items():
+        for name, (most, _) in samples.items():
+            found = store.read(ROOT / reference_file(name, kind))
+            key = store.read_key(Path(solves_key(name, scene(name), kind)))
+            assert json.loads(found.attributes["configuration"]) == key.configuration
+            if kind == "pressure":
+                assert int(found["surfaces"]) <= most
+                continue
+            assert 1000 <= int(found["strips"]) <= most
+            assert np.all(np.diff(found["mean"]) < 0)
+            assert np.all(np.diff(found["std"]) < 0)
+            assert np.all(
+                found["mean_standard_error"] < 5e-3 * found["mean"]
+            )  # Student's interval of a run has as much
+            assert np.all(found["missing_share"][2:] == 0)  # from percentile 20 on every window has a contact
 
 
 # Their solves.
 
 
+def solved(first, last):
+    return pressure.solve_surfaces(scene("paper"), first, last)
+
+
 def test_the_present_solver_gives_the_pressures_of_the_reference():
-    """To the tolerance of a solve, 1e-6 of the heights, and the rounding of the numbers above."""
-    found, gap = pressure.solve_centre(scene("paper"), 0, 300)
+    """To the tolerance of a solve, 1e-6 of the heights, and the rounding of the numbers above. Batches are parts."""
+    found, gap = (solved(0, 300)[name].values for name in ("pressure", "gap"))
     assert np.count_nonzero(found, axis=(0, 2)).tolist() == CONTACTS
     np.testing.assert_allclose(found.mean(axis=(0, 2), dtype=np.float64), MEANS, rtol=1e-5)
     assert np.all((found == 0) | (np.abs(gap) < 1e-6 * 5e-8))
     assert found.dtype == np.float32
-
-
-def test_batches_do_not_depend_on_each_other():
-    whole = pressure.solve_centre(scene("paper"), 0, 12)
-    parts = [pressure.solve_centre(scene("paper"), first, first + 6) for first in (0, 6)]
-    assert np.array_equal(whole, np.concatenate(parts, axis=1))
+    assert np.array_equal(solved(6, 12)["pressure"].values, found[6:12])
 
 
 def test_a_reference_is_made_of_whole_batches():
@@ -223,27 +217,12 @@ def test_windows_of_independent_strips_have_the_errors_of_their_means():
         "strip": {"window_m": 1.0, "width_m": 1.0, "penetration_percentiles": [20, 50]},
         "friction": {"least_contact_fraction": 1e-3},
     }
-    kept = friction.describe_windows(area, np.full_like(area, 0.5), configuration)
+    kept = friction.gather_strips(configuration, [{"area": area, "force": np.full_like(area, 0.5)}])
     np.testing.assert_allclose(kept["mean"].values, 2 * area.mean(axis=(0, 2)), rtol=1e-12)
     np.testing.assert_allclose(kept["std"].values, 2 * area.std(axis=(0, 2)), rtol=1e-12)
-    np.testing.assert_allclose(
-        kept["mean_standard_error"].values, 2 * area.std(axis=(0, 2)) / math.sqrt(300), rtol=0.15
-    )
+    error = 2 * area.std(axis=(0, 2)) / math.sqrt(300)
+    np.testing.assert_allclose(kept["mean_standard_error"].values, error, rtol=0.15)
     assert int(kept["strips"].values) == 300
-
-
-def test_the_kept_friction_is_of_the_present_scene_and_falls_with_penetration(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for name, (strips, _) in STRIPS.items():
-        found = store.read(ROOT / reference_file(name, "friction"))
-        key = store.read_key(Path(solves_key(name, scene(name), "friction")))
-        assert json.loads(found.attributes["configuration"]) == key.configuration
-        assert 1000 <= int(found["strips"]) <= strips
-        assert np.all(np.diff(found["mean"]) < 0)
-        assert np.all(np.diff(found["std"]) < 0)
-        assert np.all(found["mean_standard_error"] < 5e-3 * found["mean"])  # Student's interval of a run has as much
-        assert np.all(np.diff(found["missing_share"]) <= 0)
-        assert np.all(found["missing_share"][2:] == 0)  # from percentile 20 on every window has a contact
 
 
 @pytest.mark.slow

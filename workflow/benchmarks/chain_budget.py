@@ -7,7 +7,6 @@ and more accurately. The change is then much better known than the number itself
 from __future__ import annotations
 
 import csv
-import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -16,11 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughslip.chaos.local import Samples, fit_local, jackknife_deviations
+from roughslip.chaos.local import jackknife_deviations
 from roughslip.contact.solve import solve
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.process import FrictionProcess
-from roughslip.friction.recursion import recursion
+from roughslip.friction.recursion import Recursion, recursion
 from roughslip.grid import Grid
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.probability import BetaDistribution
@@ -28,15 +27,7 @@ from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.stages.path_resolution import Thinned
 from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
-from workflow.benchmarks.chaos_problem import (
-    JUDGED,
-    MEDIAN,
-    PERCENTILES,
-    QUANTILES,
-    Square,
-    load_scene,
-    read_references,
-)
+from workflow.benchmarks.chaos import MEDIAN, PERCENTILES, MonteCarloReference, Square, describe, load_scene
 from workflow.benchmarks.runner import make_row, report_progress
 from workflow.evidence.rows import Row, case
 from workflow.monte_carlo.friction import solve_windows
@@ -50,8 +41,7 @@ DRAWS = 400_000
 DAMPING = (0.17, 0.3, 0.32)  # the paper's; where the scatter costs cycles; just below the limit of existence
 STREAMS = {"strips": 27, "square": 28, "oscillator": 29}  # the second entry of every seed
 
-Numbers = Mapping[str, float]
-Statistic = Callable[[np.ndarray], Numbers]  # from the indices of samples to numbers
+Statistic = Callable[[np.ndarray], Mapping[str, float]]  # from the indices of samples to numbers
 
 
 class Change(NamedTuple):
@@ -60,16 +50,6 @@ class Change(NamedTuple):
     value: float
     shift: float
     error: float
-
-
-class Friction(NamedTuple):
-    """Mean, standard deviation, correlation length [m] and shapes of the Beta distribution of mu_S."""
-
-    mean: float
-    std: float
-    length_m: float
-    a: float
-    b: float
 
 
 def compare_paired(samples: int, rough: Statistic, better: Statistic) -> dict[str, Change]:
@@ -81,19 +61,13 @@ def compare_paired(samples: int, rough: Statistic, better: Statistic) -> dict[st
     """
     everyone = np.arange(samples)
     group = everyone % min(GROUPS, samples)
-    whole = _ratios(everyone, rough, better)
-    without = [_ratios(everyone[group != number], rough, better) for number in range(group.max() + 1)]
     values, found = better(everyone), {}
-    for name, ratio in whole.items():
-        scatter = np.array([one[name] for one in without])
-        error = float(np.sqrt((len(scatter) - 1) * np.mean((scatter - scatter.mean()) ** 2)))
-        found[name] = Change(values[name], ratio - 1.0, error)
+    parts = [everyone, *(everyone[group != number] for number in range(group.max() + 1))]
+    both = [(rough(part), better(part)) for part in parts]
+    for name, value in values.items():
+        whole, *without = (one[name] / other[name] for one, other in both)
+        found[name] = Change(value, whole - 1.0, float(np.sqrt(len(without) - 1) * np.std(without)))
     return found
-
-
-def _ratios(chosen: np.ndarray, rough: Statistic, better: Statistic) -> dict[str, float]:
-    of_rough, of_better = rough(chosen), better(chosen)
-    return {name: of_rough[name] / value for name, value in of_better.items()}
 
 
 def rows_of_source(
@@ -112,43 +86,24 @@ def rows_of_source(
 # The pressure at the centre, Figure 2.
 
 
-def pressure_statistic(pressure: np.ndarray) -> Statistic:
-    """Return contact probability, mean, and quantiles given contact of pressures (surfaces, nodes) [Pa]."""
-
-    def numbers(chosen: np.ndarray) -> Numbers:
-        part = pressure[chosen].ravel()
-        positive = part[part > 0]
-        found = {"contact_probability": len(positive) / len(part), "mean_pressure": float(part.mean())}
-        return found | dict(zip(QUANTILES, map(float, np.quantile(positive, JUDGED)), strict=True))
-
-    return numbers
-
-
 def central_pressures(square: Square, grid: Grid, rough: np.ndarray, tolerance: float, step: int = 1) -> Statistic:
     """Return the statistic of the pressures at the central nodes.
 
     rough : (surfaces, nx, ny) [m] heights on a mesh of which every `step`-th node is one of the scene's
     """
     influence = elastic.influence(square.scene, grid)
-    nodes = geometry.central_nodes(square.model.lengths_m, square.grid)
-    found = np.empty((len(rough), len(nodes.x)))
-    for row, surface in enumerate(rough):
-        pressure = solve(influence, surface - square.planes[MEDIAN], tolerance).pressure
-        found[row] = pressure[step * nodes.x, step * nodes.y]
-    return pressure_statistic(found)
+    x, y = (step * nodes[: square.central] for nodes in (square.nodes.x, square.nodes.y))
+    planes = square.planes[MEDIAN]
+    pressure = np.array([solve(influence, surface - planes, tolerance).pressure[x, y] for surface in rough])
+    return lambda chosen: describe(pressure[chosen])
 
 
-def square_budget(name: str, surfaces: int, kept: Path) -> Iterator[Row]:
-    """Yield the rows of every source at the median.
-
-    kept : the Monte Carlo reference of the pressure at the centre
+def square_budget(square: Square, surfaces: int) -> Iterator[Row]:
+    """Yield the rows of modes, mesh and tolerance at the median.
 
     The mesh is varied on surfaces with all their modes, drawn on a mesh of half the cell.
     """
-    square = Square.of(name)
-    tolerance = square.scene.numerics.contact_tolerance
-    grid, fine = square.grid, Grid(2 * square.grid.nx, 2 * square.grid.ny, square.grid.dx / 2, square.grid.dy / 2)
-    modes = len(square.modes)
+    name, tolerance, grid, modes = square.name, square.scene.numerics.contact_tolerance, square.grid, len(square.modes)
     start = time.perf_counter()
     rough = np.stack([square.surface(one) for one in square.design("monte_carlo", surfaces, 0)])
     usual = central_pressures(square, grid, rough, tolerance)
@@ -162,6 +117,7 @@ def square_budget(name: str, surfaces: int, kept: Path) -> Iterator[Row]:
         better = central_pressures(square, grid, richer, tolerance)
         yield from rows_of_source(name, "modes", compare_paired(surfaces, usual, better), seconds, surfaces)
 
+    fine = Grid(2 * grid.nx, 2 * grid.ny, grid.dx / 2, grid.dy / 2)
     sample, seeds = square.model.sampler(fine), [[square.seed, STREAMS["square"], k] for k in range(surfaces)]
     on_both = np.stack([sample(np.random.default_rng(seed)) for seed in seeds])
     better = central_pressures(square, fine, on_both, tolerance, step=2)
@@ -172,98 +128,86 @@ def square_budget(name: str, surfaces: int, kept: Path) -> Iterator[Row]:
     few = max(20, surfaces // 10)
     tight = central_pressures(square, grid, rough[:few], TIGHT)
     yield from rows_of_source(name, "solver tolerance", compare_paired(few, usual, tight), seconds, few)
-    yield from _expansion_rows(name, square, kept)
 
 
-def _expansion_rows(name: str, square: Square, kept: Path) -> Iterator[Row]:
+def expansion_budget(square: Square, reference: MonteCarloReference) -> Iterator[Row]:
     """Yield the expansion's difference from the reference, and the sampling error that it estimates of itself."""
-    reference, terms = read_references(kept)[MEDIAN], square.scene.expansion
+    name, count = square.name, square.scene.expansion.samples
     start = time.perf_counter()
-    solved = square.solve(square.design("latin_hypercube", terms.samples, 0))
-    variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
-    pressure, gap = solved.pressure[:, MEDIAN], solved.gap[:, MEDIAN]
+    solved = square.solve(square.design("latin_hypercube", count, 0))
     fitting = time.process_time()
-    samples = Samples(variables, square.nodes.distance2, pressure, gap, square.odd)
-    found = fit_local(samples, terms.degree, square.target)
-    drawn = found.draw(np.random.default_rng([square.seed, geometry.STREAM_DRAWS]), DRAWS, left_out=True)
+    drawn = square.draw(square.fit(square.samples(solved, MEDIAN)), DRAWS, left_out=True)
     seconds, fit_seconds = time.perf_counter() - start, time.process_time() - fitting
-    differences = reference.differences(drawn[0])
-    numbers = [pressure_statistic(one[:, None])(np.arange(DRAWS)) for one in drawn]
+    numbers = [describe(one) for one in drawn]
     missed, scatter = {}, {}
     for key, value in numbers[0].items():
+        expected, error = reference.numbers[key]
+        missed[key] = Change(value, value / expected - 1.0, error / expected)
         deviations = jackknife_deviations(np.array([one[key] for one in numbers[1:]]))
-        missed[key] = Change(value, differences[key].seen, differences[key].reference_error)
         scatter[key] = Change(value, float(np.linalg.norm(deviations)) / value, 0.0)
-    yield from rows_of_source(name, "expansion", missed, seconds, terms.samples)
-    yield from rows_of_source(name, "sampling", scatter, seconds, terms.samples, fit_seconds=fit_seconds)
+    yield from rows_of_source(name, "expansion", missed, seconds, count)
+    yield from rows_of_source(name, "sampling", scatter, seconds, count, fit_seconds=fit_seconds)
 
 
 # The friction coefficient of windows, Figure 3.
 
 
-def friction_statistic(scene: Scene, area: np.ndarray, force: np.ndarray) -> Statistic:
-    """Return mean and standard deviation of mu at each penetration, in units of the mean at the median."""
+def window_moments(scene: Scene, area: np.ndarray, force: np.ndarray, percentiles: tuple[float, ...]) -> Statistic:
+    """Return mean and standard deviation of A / N of windows (strips, percentiles, windows) [m2], [N]."""
     least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
     mu, valid = friction_coefficient(area, force, 1.0, least)
 
-    def numbers(chosen: np.ndarray) -> Numbers:
+    def numbers(chosen: np.ndarray) -> dict[str, float]:
         found = {}
-        for level, percentile in enumerate(PERCENTILES):
+        for level, percentile in enumerate(percentiles):
             values = mu[chosen, level][valid[chosen, level]]
-            found[percentile] = float(values.mean()), float(values.std())
-        unit = found[50.0][0]
-        means = {f"mu_mean_{p:g}": mean / unit for p, (mean, _) in found.items() if p != 50.0}
-        return means | {f"mu_std_{p:g}": std / unit for p, (_, std) in found.items()}
+            found |= {f"mu_mean_{percentile:g}": float(values.mean()), f"mu_std_{percentile:g}": float(values.std())}
+        return found
 
     return numbers
 
 
 def strip_budget(name: str, scene: Scene, strips: int) -> Iterator[Row]:
-    """Yield the rows of mesh and tolerance of so many strips, drawn on a mesh of half the cell.
+    """Yield the rows of mesh and tolerance of so many strips, in units of the mean at the median.
 
-    Every second node of the field has the scene's cell, and every fourth node twice that.
+    Strips are drawn on a mesh of half the cell, of which every second node has the scene's.
     """
-    tolerance = scene.numerics.contact_tolerance
-    by_step = {step: load_scene(name, {"strip.cell_m": step / 2 * scene.strip.cell_m}) for step in (1, 2, 4)}
-    fine = by_step[1]
+    fine = load_scene(name, {"strip.cell_m": scene.strip.cell_m / 2})
     sample = surface_model.surface_model(fine).sampler(geometry.strip_grid(fine))
     seeds = [[scene.seed, STREAMS["strips"], number] for number in range(strips)]
-    fields = [sample(np.random.default_rng(seed)) for seed in seeds]
+    on_both = [sample(np.random.default_rng(seed)) for seed in seeds]
+    coarse = [field[::2, ::2] for field in on_both]
 
-    def solve_every(step: int, chosen: list[np.ndarray], limit: float) -> Statistic:
-        part = by_step[step]
-        area, force = solve_windows(part, [field[::step, ::step] for field in chosen], PERCENTILES, limit)
-        return friction_statistic(part, area, force)
+    def moments(of: Scene, fields: list[np.ndarray], tolerance: float) -> Statistic:
+        numbers = window_moments(of, *solve_windows(of, fields, PERCENTILES, tolerance), PERCENTILES)
 
+        def relative(chosen: np.ndarray) -> dict[str, float]:
+            found = numbers(chosen)
+            unit = found.pop("mu_mean_50")
+            return {key: value / unit for key, value in found.items()}
+
+        return relative
+
+    tolerance, few = scene.numerics.contact_tolerance, max(2, strips // 4)
     start = time.perf_counter()
-    usual = solve_every(2, fields, tolerance)
+    usual = moments(scene, coarse, tolerance)
     seconds = time.perf_counter() - start
-    changes = compare_paired(strips, usual, solve_every(1, fields, tolerance))
-    coarse = compare_paired(strips, solve_every(4, fields, tolerance), usual)
-    for row in rows_of_source(name, "mesh", changes, seconds, strips, FIRST_ORDER):
-        number = row["case"].rpartition("=")[2]
-        ratio = coarse[number].shift / changes[number].shift if changes[number].shift else math.nan
-        yield row | {"order": math.log2(ratio) if ratio > 0 else None}
-    few = fields[: max(2, strips // 4)]
-    paired = compare_paired(len(few), solve_every(2, few, tolerance), solve_every(2, few, TIGHT))
-    yield from rows_of_source(name, "solver tolerance", paired, seconds, len(few))
+    changes = compare_paired(strips, usual, moments(fine, on_both, tolerance))
+    yield from rows_of_source(name, "mesh", changes, seconds, strips, FIRST_ORDER)
+    changes = compare_paired(few, usual, moments(scene, coarse[:few], TIGHT))
+    yield from rows_of_source(name, "solver tolerance", changes, seconds, few)
 
 
-def read_summary(path: Path) -> dict[float, dict[str, float]]:
-    """Read the kept summary.csv of a scene: numbers by percentile, those that are empty left out."""
+def read_summary(path: Path) -> dict[float, dict[str, str]]:
+    """Return the rows of the kept summary.csv of a scene by percentile."""
     with path.open(encoding="utf-8") as table:
-        lines = [
-            {name: float(text) for name, text in line.items() if _is_number(text)} for line in csv.DictReader(table)
-        ]
-    return {line["percentile"]: line for line in lines}
+        return {float(row["percentile"]): row for row in csv.DictReader(table)}
 
 
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+def read_number(row: Mapping[str, str], name: str, unit: str = "") -> tuple[float, float]:
+    """Return a number of a row of summary.csv, and its standard error from its 95 % interval."""
+    value, low, high = (float(row[f"{name}{end}{unit}"]) for end in ("", "_low", "_high"))
+    return value, (high - low) / (2 * NORMAL)
 
 
 def strip_sampling(name: str, summary: Path) -> Iterator[Row]:
@@ -271,64 +215,76 @@ def strip_sampling(name: str, summary: Path) -> Iterator[Row]:
     by_percentile = read_summary(summary)
     for percentile in PERCENTILES:
         for kind in ("mean", "std"):
-            value, low, high = (by_percentile[percentile][f"combined_{kind}{end}"] for end in ("", "_low", "_high"))
             if kind == "std" or percentile != 50.0:  # the mean at the median sets the shear strength
-                change = Change(value, (high - low) / (2 * NORMAL * value), 0.0)
-                yield from rows_of_source(name, "sampling", {f"mu_{kind}_{percentile:g}": change}, 0.0, 0)
+                value, error = read_number(by_percentile[percentile], f"combined_{kind}")
+                change = {f"mu_{kind}_{percentile:g}": Change(value, error / value, 0.0)}
+                yield from rows_of_source(name, "sampling", change, 0.0, 0)
 
 
 # Cycles of the oscillator, Figure 5.
 
 
-def read_friction(summary: Path) -> tuple[Friction, Friction]:
-    """Read the friction at the median from the summary.csv of a scene: numbers, and their standard errors.
+class Friction(NamedTuple):
+    """Mean, standard deviation, correlation length [m] and shapes of the Beta distribution of mu_S."""
 
-    The errors follow from the 95 % intervals, also for shapes whose interval is one-sided.
-    """
+    mean: float
+    std: float
+    length_m: float
+    a: float
+    b: float
+
+    def paths(self, nodes: int) -> Recursion:
+        """Return paths of so many nodes a correlation length."""
+        marginal = BetaDistribution.of_moments(self.a, self.b, 0.0, self.std)
+        return recursion(FrictionProcess(marginal, self.length_m), self.length_m / nodes)
+
+
+def read_friction(summary: Path) -> tuple[Friction, Friction]:
+    """Read the friction at the median from the summary.csv of a scene: numbers, and their standard errors."""
     row = read_summary(summary)[50.0]
-    columns = ("combined_mean{}", "combined_std{}", "length_least_squares{}_m", "beta_a{}", "beta_b{}")
-    values = [[row[column.format(end)] for end in ("", "_low", "_high")] for column in columns]
-    return Friction(*(one[0] for one in values)), Friction(*((one[2] - one[1]) / (2 * NORMAL) for one in values))
+    length = read_number(row, "length_least_squares", "_m")
+    names = ("combined_mean", "combined_std", "beta_a", "beta_b")
+    mean, std, a, b = (read_number(row, name) for name in names)
+    values, errors = zip(mean, std, length, a, b, strict=True)
+    return Friction(*values), Friction(*errors)
 
 
 def count_cycles(
     scene: Scene, friction: Friction, paths: int, nodes: int, step: int = 1, tolerance: float | None = None
 ) -> np.ndarray:
     """Return cycles (paths, dampings) on paths of so many nodes a correlation length, reading every `step`-th node."""
-    marginal = BetaDistribution.of_moments(friction.a, friction.b, 0.0, friction.std)
-    drawn = recursion(FrictionProcess(marginal, friction.length_m), friction.length_m / nodes)
-    belt, periods, found = mass_on_belt.oscillator(scene), scene.ensemble.duration_periods, []
-    options = mass_on_belt.motion_options(scene)
+    drawn, options = friction.paths(nodes), mass_on_belt.motion_options(scene)
     options = options if tolerance is None else replace(options, tolerance=tolerance)
-    mean = mass_on_belt.law(scene, friction.mean)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, friction.mean)
+    periods, found = scene.ensemble.duration_periods, []
     for number in range(paths):
         path = Thinned(drawn.realisation([scene.seed, STREAMS["oscillator"], number]), step)
-        found.append(ensemble_counts(belt, mean, path, step * drawn.spacing, periods, DAMPING, options).cycles)
+        found.append(ensemble_counts(belt, law, path, step * drawn.spacing, periods, DAMPING, options).cycles)
     return np.array(found)
 
 
 def oscillator_budget(name: str, scene: Scene, paths: int, summary: Path) -> Iterator[Row]:
     """Yield the rows of every source, as shares of the mean count at each damping ratio."""
     friction, errors = read_friction(summary)
-    nodes = scene.ensemble.nodes_per_correlation_length
-    nodes = 8 if nodes == "auto" else int(nodes)
+    nodes = 2 * int(scene.ensemble.nodes_per_correlation_length)
     start = time.perf_counter()
-    usual = count_cycles(scene, friction, paths, 2 * nodes, 2)
+    usual = count_cycles(scene, friction, paths, nodes, 2)
     seconds = time.perf_counter() - start
     mean = np.maximum(usual.mean(axis=0), 1.0 / paths)
 
-    def changes(shift: np.ndarray, error: np.ndarray) -> dict[str, Change]:
-        columns = zip(DAMPING, mean, shift / mean, error / mean, strict=True)
-        return {f"cycles_{damping:g}": Change(float(m), float(s), float(e)) for damping, m, s, e in columns}
+    def rows(source: str, shift: np.ndarray, error: np.ndarray | float, factor: float = 1.0) -> list[Row]:
+        columns = np.transpose([mean, shift / mean, error / mean]).tolist()
+        changes = {f"cycles_{damping:g}": Change(*column) for damping, column in zip(DAMPING, columns, strict=True)}
+        return rows_of_source(name, source, changes, seconds, paths, factor)
 
-    def rows(source: str, difference: np.ndarray, factor: float = 1.0) -> list[Row]:
-        error = difference.std(axis=0, ddof=1) / np.sqrt(paths)
-        return rows_of_source(name, source, changes(difference.mean(axis=0), error), seconds, paths, factor)
-
-    yield from rows("path nodes", usual - count_cycles(scene, friction, paths, 2 * nodes), FIRST_ORDER)
-    yield from rows("integrator", usual - count_cycles(scene, friction, paths, 2 * nodes, 2, TIGHT))
-    for field, error in zip(Friction._fields[:3], errors, strict=False):
-        moved = friction._replace(**{field: getattr(friction, field) + error})
-        yield from rows(f"friction {field}", count_cycles(scene, moved, paths, 2 * nodes, 2) - usual)
-    deviation = usual.std(axis=0, ddof=1) / np.sqrt(scene.ensemble.realisations)
-    yield from rows_of_source(name, "sampling", changes(deviation, 0.0 * deviation), seconds, paths)
+    sources = {
+        "path nodes": (count_cycles(scene, friction, paths, nodes), FIRST_ORDER),
+        "integrator": (count_cycles(scene, friction, paths, nodes, 2, TIGHT), 1.0),
+    }
+    for field in ("mean", "std", "length_m"):
+        moved = friction._replace(**{field: getattr(friction, field) + getattr(errors, field)})
+        sources[f"friction {field}"] = count_cycles(scene, moved, paths, nodes, 2), 1.0
+    for source, (other, factor) in sources.items():
+        difference = usual - other
+        yield from rows(source, difference.mean(axis=0), difference.std(axis=0, ddof=1) / np.sqrt(paths), factor)
+    yield from rows("sampling", usual.std(axis=0, ddof=1) / np.sqrt(scene.ensemble.realisations), 0.0 * mean)

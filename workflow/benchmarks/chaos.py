@@ -1,8 +1,9 @@
 """Measure polynomial chaos: the distribution of the pressure at the centre of the square against its reference.
 
 Direct sampling, the paper's eqs. (8) and (9), and our expansion get the same numbers of contact solves, in several
-designs. A Monte Carlo reference with its own random numbers judges each distribution. The seconds of a row are those of
-its solves at that penetration alone, which are timed separately, and of its fit and draws.
+designs. A Monte Carlo reference with its own random numbers judges each distribution. Errors are net of its standard
+error s: sqrt(max(0, e^2 - s^2)). The seconds of a row are those of its solves at that penetration alone, which are
+timed separately, and of its fit and draws.
 """
 
 from __future__ import annotations
@@ -11,153 +12,291 @@ import math
 import statistics
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import ndtri
 
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.local import Samples, fit_local
+from roughslip import store
+from roughslip.chaos.designs import latin_hypercube, monte_carlo, sobol_places
+from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.contact.solve import solve, sweep
 from roughslip.errors import IllPosedError
-from roughslip.stages.from_scene import geometry
+from roughslip.scene.loader import load
+from roughslip.scene.types import Scene, scene_of
+from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
+from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
 from roughslip.stages.result_tables.centre_distribution import Expansion, draw
-from workflow.benchmarks.chaos_problem import (
-    KEPT_RESULTS,
-    PERCENTILES,
-    Difference,
-    MonteCarloReference,
-    Solved,
-    Square,
-    read_references,
-)
+from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from workflow.benchmarks.runner import OURS, make_row, report_progress, run_command, timed
 from workflow.evidence.rows import Row, case
+from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE
+
+ROOT = Path(__file__).parents[2]
+KEPT_RESULTS = ROOT / "results" / "reference"  # folders of scenes whose results git keeps
+# The second entry of every seed; the study and the reference use other streams.
+STREAMS = {"monte_carlo": 21, "latin_hypercube": 22, "sobol": 23}
+MEDIAN = 1  # index of the median penetration in PERCENTILES
+JUDGED = (0.5, 0.9, 0.99)  # quantiles given contact
+EQUATIONS = ("equation_8", "equation_9")
+EQUATION_DESIGNS = 3  # of each number of solves to which the equations are fitted
 
 Drawn = Callable[[int, int], np.ndarray]  # number of draws, and of their stream -> pressures (n,) [Pa]
-Method = Callable[[Square, Solved, int], Drawn]  # the last argument is the index of the penetration
-
-EQUATIONS = ("equation_8", "equation_9")
 
 
-def sample_directly(square: Square, solved: Solved, level: int) -> Drawn:
-    """Take the pressures themselves, at the central nodes."""
-    pressure = solved.pressure[:, level, : square.central].ravel()
-    return lambda count, stream: pressure
-
-
-def fit_equation(method: str) -> Method:
-    """Return a fit of eq. (8) or (9) to the samples in contact alone, as in stage chaos_square."""
-
-    def fit(square: Square, solved: Solved, level: int) -> Drawn:
-        basis = hermite_basis(solved.xi @ square.directions[0].T, square.indices)
-        one = Expansion(method, basis, solved.pressure[:, level, 0], square.indices)
-        coefficients = one.fit().coefficients
-        return lambda count, stream: draw(one, coefficients, count, [square.seed, geometry.STREAM_DRAWS, stream])
-
-    return fit
-
-
-def fit_local_expansion(square: Square, solved: Solved, level: int) -> Drawn:
-    """Fit our local expansion to all samples at all training nodes."""
-    variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
-    samples = Samples(variables, square.nodes.distance2, solved.pressure[:, level], solved.gap[:, level], square.odd)
-    found = fit_local(samples, int(square.indices.sum(axis=1).max()), square.target)
-    return lambda count, stream: found.draw(np.random.default_rng([square.seed, geometry.STREAM_DRAWS, stream]), count)
-
-
-# By the design of the solves: fits get Latin hypercubes, as in the study.
-METHODS: dict[str, dict[str, Method]] = {
-    "monte_carlo": {"monte_carlo": sample_directly},
-    "sobol": {"sobol": sample_directly},
-    "latin_hypercube": {
-        "latin_hypercube": sample_directly,
-        **{method: fit_equation(method) for method in EQUATIONS},
-        OURS: fit_local_expansion,
-    },
-}
-
-
-@dataclass(frozen=True)
-class Plan:
+class Plan(NamedTuple):
     """How often a scene is solved.
 
     latin_hypercube : designs of each number of samples
-    monte_carlo, sobol : designs of the largest number; fewer samples are parts of these, of Sobol points the first
-    equations : designs of each number to which the paper's equations are fitted
+    others : Monte Carlo and Sobol designs of the largest number; fewer samples are the first ones of these
     """
 
     latin_hypercube: Mapping[int, int]
-    monte_carlo: int
-    sobol: int
-    equations: int
-
-    def designs(self, square: Square) -> Iterator[tuple[str, int, Solved]]:
-        """Yield the kind of a design, its number, and its solves; each surface is solved once."""
-        most = max(self.latin_hypercube)
-        for kind, count in (("monte_carlo", self.monte_carlo), ("sobol", self.sobol)):
-            for number in range(count):
-                whole = square.solve(square.design(kind, most, number))
-                for samples in self.latin_hypercube:
-                    parts = most // samples if kind == "monte_carlo" else 1
-                    for part in range(min(parts, MOST_DESIGNS - number * parts)):
-                        yield kind, number * parts + part, whole.part(part * samples, (part + 1) * samples)
-        for samples, count in self.latin_hypercube.items():
-            for number in range(count):
-                yield "latin_hypercube", number, square.solve(square.design("latin_hypercube", samples, number))
+    others: int
 
 
-MOST_DESIGNS = 20
-# 1000 solves of `paper` take a third of a second, of `resolved` 12 s.
-PLANS = {
-    "paper": Plan({250: 6, 500: 6, 1000: MOST_DESIGNS, 2000: 4, 4000: 3}, 5, 6, 3),
-    "resolved": Plan({250: 4, 500: 4, 1000: 2, 2000: MOST_DESIGNS, 4000: 1}, 1, 1, 2),
-}
-
-
-@dataclass(frozen=True)
-class Sizes:
+class Sizes(NamedTuple):
     """What is measured.
 
+    plans : by scene
     draws : from each expansion, as in the study; a contact probability of 0.05 is then known to 0.7 %
     timed : solves that are timed at each penetration
     """
 
-    plans: Mapping[str, Plan] = field(default_factory=lambda: PLANS)
+    plans: Mapping[str, Plan]
     draws: int = 400_000
     timed: int = 100
 
 
-QUICK = Sizes({"paper": Plan({250: 1, 500: 1}, 1, 1, 1)}, 20_000, 5)
+# 1000 solves of `paper` take a third of a second, of `resolved` 12 s.
+USUAL = Sizes(
+    {
+        "paper": Plan({250: 6, 500: 6, 1000: 20, 2000: 4, 4000: 3}, 6),
+        "resolved": Plan({250: 4, 500: 4, 1000: 2, 2000: 20, 4000: 1}, 2),
+    }
+)
+QUICK = Sizes({"paper": Plan({250: 1, 500: 1}, 1)}, 20_000, 5)
+
+
+def load_scene(name: str, changes: Mapping[str, object] | None = None) -> Scene:
+    """Return a scene of the project.
+
+    changes : values of dotted keys, such as strip.cell_m, that replace those of the scene
+    """
+    values = load(name, ROOT / "config" / "scenes")
+    for key, value in (changes or {}).items():
+        section, field = key.split(".")
+        values = {**values, section: {**values[section], field: value}}
+    return scene_of(values)
+
+
+# The judge.
+
+
+def describe(pressure: np.ndarray) -> dict[str, float]:
+    """Return contact probability, mean [Pa], and quantiles given contact [Pa] of pressures of any shape."""
+    positive = pressure[pressure > 0]
+    quantiles = np.quantile(positive, JUDGED) if positive.size else np.full(len(JUDGED), np.nan)
+    found = {"contact_probability": positive.size / pressure.size, "mean_pressure": float(pressure.mean())}
+    return found | {f"quantile_{100 * p:.0f}": float(value) for p, value in zip(JUDGED, quantiles, strict=True)}
+
+
+class MonteCarloReference:
+    """The kept Monte Carlo reference of a scene at one penetration.
+
+    level, cumulative, error : (n,) [Pa], [-] the distribution with standard errors; level 0 is no contact
+    surfaces : how many were solved
+    numbers : value and standard error of what `describe` returns
+    plain_error : relative standard error of the same without control variate, where a surface counts its four nodes
+    """
+
+    def __init__(self, kept: Mapping[str, np.ndarray], row: int) -> None:
+        self.level, self.cumulative = kept["level"][row], kept["cumulative"][row]
+        self.error, self.surfaces = kept["cumulative_standard_error"][row], int(kept["surfaces"])
+        of_row = {
+            name: (float(kept[name][row]), float(kept[f"{name}_standard_error"][row]))
+            for name in ("contact_probability", "mean_pressure", "controlled_mean_pressure")
+        }
+        for probability in JUDGED:
+            place = row, int(np.argmin(np.abs(kept["probability"] - probability)))
+            numbers = float(kept["quantile"][place]), float(kept["quantile_standard_error"][place])
+            of_row[f"quantile_{100 * probability:.0f}"] = numbers
+        controlled = of_row.pop("controlled_mean_pressure")
+        self.plain_error = {name: error / value for name, (value, error) in of_row.items()}
+        self.numbers = {**of_row, "mean_pressure": controlled}
+
+    def distance(self, pressure: np.ndarray) -> float:
+        """Return the largest difference of the distribution of pressures (n,) [Pa], including the atom at zero.
+
+        It is net of the reference's error at the pressure of that difference. Linear interpolation of the reference
+        between levels errs by less than 1e-4.
+        """
+        ascending = np.sort(pressure)
+        points = np.concatenate([self.level, ascending[ascending > 0]])
+        expected = np.interp(points, self.level, self.cumulative)
+        sides = [np.searchsorted(ascending, points, side=side) / len(ascending) for side in ("right", "left")]
+        sides[1] = np.where(points > 0, sides[1], sides[0])
+        off = np.maximum(*(np.abs(share - expected) for share in sides))
+        worst = int(np.argmax(off))
+        error = float(np.interp(points[worst], self.level, self.error))
+        return math.sqrt(max(0.0, float(off[worst]) ** 2 - error**2))
+
+
+def read_references(name: str) -> list[MonteCarloReference]:
+    """Read the references of a scene in the order of PERCENTILES. Raises StoreError if the file is missing."""
+    kept = store.read(KEPT_RESULTS / name / "pressure.nc")
+    return [MonteCarloReference(kept, row) for row in range(len(PERCENTILES))]
+
+
+# Solves.
+
+
+class Solved(NamedTuple):
+    """A design xi (K, M) and its solves: pressure and gap (K, penetrations, nodes)."""
+
+    xi: np.ndarray
+    pressure: np.ndarray
+    gap: np.ndarray
+
+    def first(self, samples: int) -> Solved:
+        """Return so many samples."""
+        return Solved(*(part[:samples] for part in self))
+
+
+class Square:
+    """The square of a scene, with what solves and expansions need.
+
+    modes : (M, nx, ny) [m]
+    nodes : nodes whose pressure is kept; the first `central` ones are at the centre
+    directions, odd : (nodes, variables, M), and how the symmetries of the surface act on the variables
+    planes : (penetrations,) [m]
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name, self.scene = name, load_scene(name)
+        self.seed, self.degree, section = self.scene.seed, self.scene.expansion.degree, self.scene.square
+        self.model, self.grid = surface_model.gaussian_model(self.scene), geometry.square_grid(self.scene)
+        found = karhunen_loeve(self.model.covariance, self.grid, section.modes, share=section.variance_share)
+        self.modes, self.influence = found.modes, elastic.influence(self.scene, self.grid)
+        lengths = self.model.lengths_m
+        self.nodes, self.central = training_nodes(lengths, self.grid), len(central_nodes(lengths, self.grid).x)
+        self.directions, self.odd = expansion.directions(
+            self.model, self.grid, self.modes, self.nodes, self.scene.expansion.variables
+        )
+        self.target = expansion.targets(self.scene, self.model, self.grid)[0]
+        self.planes = np.array([float(self.model.plane_height(percentile)) for percentile in PERCENTILES])
+
+    def design(self, name: str, count: int, number: int) -> np.ndarray:
+        """Return xi (count, M) of the design of this name, size and number; Sobol points are the first of 2^n."""
+        seed, modes = [self.seed, STREAMS[name]], len(self.modes)
+        if name == "monte_carlo":
+            return np.array([monte_carlo([*seed, count * number + sample], modes) for sample in range(count)])
+        if name == "latin_hypercube":
+            return latin_hypercube(np.random.default_rng([*seed, count, number]), count, modes)
+        return ndtri(sobol_places(np.random.default_rng([*seed, number]), count, modes))
+
+    def surface(self, xi: np.ndarray) -> np.ndarray:
+        """Return heights (nx, ny) [m] of one sample."""
+        return self.model.heights(heights(self.modes, xi))
+
+    def solve(self, xi: np.ndarray, planes: Sequence[float] | None = None) -> Solved:
+        """Solve every sample of a design (K, M) at all penetrations, or at planes [m] of their own."""
+        planes = self.planes if planes is None else planes
+        pressure, gap = np.empty((2, len(xi), len(planes), len(self.nodes.x)))
+        for row, sample in enumerate(xi):
+            for level, solution in enumerate(sweep(self.influence, self.surface(sample), planes, TOLERANCE)):
+                pressure[row, level] = solution.pressure[self.nodes.x, self.nodes.y]
+                gap[row, level] = solution.gap[self.nodes.x, self.nodes.y]
+        return Solved(xi, pressure, gap)
+
+    def solve_seconds(self, samples: int) -> list[float]:
+        """Return the mean seconds of a solve at each penetration alone, including its surface."""
+        xi = self.design("monte_carlo", samples, 0)
+        found = []
+        for plane in self.planes:
+            solve(self.influence, self.surface(xi[0]) - plane, TOLERANCE)  # compiles at the first call
+            found.append(
+                timed(lambda at=plane: [solve(self.influence, self.surface(z) - at, TOLERANCE) for z in xi])[0]
+            )
+        return [seconds / samples for seconds in found]
+
+    def designs(self, plan: Plan) -> Iterator[tuple[str, int, Solved]]:
+        """Yield the kind of each design of a plan, its number, and its solves."""
+        for kind in ("monte_carlo", "sobol"):
+            for number in range(plan.others):
+                whole = self.solve(self.design(kind, max(plan.latin_hypercube), number))
+                for samples in plan.latin_hypercube:
+                    yield kind, number, whole.first(samples)
+        for samples, count in plan.latin_hypercube.items():
+            for number in range(count):
+                yield "latin_hypercube", number, self.solve(self.design("latin_hypercube", samples, number))
+
+    def samples(self, solved: Solved, level: int) -> Samples:
+        """Return what an expansion at a penetration is fitted to."""
+        variables = np.einsum("km,nvm->knv", solved.xi, self.directions)
+        return Samples(variables, self.nodes.distance2, solved.pressure[:, level], solved.gap[:, level], self.odd)
+
+    def fit(self, samples: Samples) -> LocalExpansion:
+        """Fit our local expansion to all samples at all training nodes."""
+        return fit_local(samples, self.degree, self.target)
+
+    def draw(self, one: LocalExpansion, count: int, stream: Sequence[int] = (), left_out: bool = False) -> np.ndarray:
+        """Return pressures (count,) [Pa] of the same draws for every expansion, as the study draws."""
+        generator = np.random.default_rng([self.seed, geometry.STREAM_DRAWS, *stream])
+        return one.draw(generator, count, left_out=left_out)
+
+
+# Methods.
+
+
+def prepare(method: str, square: Square, solved: Solved, level: int) -> Drawn:
+    """Return the draws of a method: the pressures at the central nodes themselves, or from an expansion fitted to them.
+
+    Eqs. (8) and (9) are fitted to the samples in contact alone, as in stage chaos_square.
+    """
+    if method in STREAMS:
+        pressure = solved.pressure[:, level, : square.central].ravel()
+        return lambda count, stream: pressure
+    if method == OURS:
+        found = square.fit(square.samples(solved, level))
+        return lambda count, stream: square.draw(found, count, [stream])
+    indices = multi_indices(square.scene.expansion.variables, square.degree)
+    basis = hermite_basis(solved.xi @ square.directions[0].T, indices)
+    one = Expansion(method, basis, solved.pressure[:, level, 0], indices)
+    coefficients = one.fit().coefficients
+    return lambda count, stream: draw(one, coefficients, count, [square.seed, geometry.STREAM_DRAWS, stream])
 
 
 def compare_methods(
     square: Square, references: Sequence[MonteCarloReference], plan: Plan, sizes: Sizes
 ) -> tuple[list[Row], dict[str, str]]:
-    """Return a row for each penetration, method and number of solves, and why designs were refused."""
-    solve_seconds = square.solve_seconds(sizes.timed)
-    found: dict[tuple[int, str, int], list[tuple[float, dict[str, Difference]]]] = defaultdict(list)
-    refused = {}
-    for kind, number, solved in plan.designs(square):
+    """Return a row for each penetration, method and number of solves, and why designs were refused.
+
+    The error of a row is the median net distance of its designs from the reference; `errors` has that of each.
+    """
+    solve_seconds, refused = square.solve_seconds(sizes.timed), {}
+    found: dict[tuple[int, str, int], list[tuple[float, float]]] = defaultdict(list)
+    for kind, number, solved in square.designs(plan):
         samples = len(solved.xi)
-        for method, prepare in METHODS[kind].items():
-            if method in EQUATIONS and number >= plan.equations:
-                continue
+        fitted = (OURS, *EQUATIONS[: 2 if number < EQUATION_DESIGNS else 0]) if kind == "latin_hypercube" else ()
+        for method in (kind, *fitted):
             for level, reference in enumerate(references):
+                call = lambda m=method, s=solved, at=level, n=number: prepare(m, square, s, at)(sizes.draws, n)  # noqa: E731
                 try:
-                    seconds, pressure = timed(
-                        lambda p=prepare, s=solved, at=level, n=number: p(square, s, at)(sizes.draws, n)
-                    )
+                    seconds, pressure = timed(call)
                 except IllPosedError as error:
                     refused[f"{case_of(square.name, level)} {method} {samples} {number}"] = str(error)
                     continue
                 whole = samples * solve_seconds[level] + seconds
-                found[level, method, samples].append((whole, reference.differences(pressure)))
-        if kind == "latin_hypercube" or number == 0:
-            report_progress(f"{square.name}: {kind} of {samples} solves")
-    rows = [
-        row_of_designs(case_of(square.name, level), method, samples, results)
-        for (level, method, samples), results in sorted(found.items())
-    ]
+                found[level, method, samples].append((whole, reference.distance(pressure)))
+        report_progress(f"{square.name}: {kind} {number} of {samples} solves")
+    rows = []
+    for (level, method, samples), results in sorted(found.items()):
+        turns, distances = (list(column) for column in zip(*results, strict=True))
+        errors, name = {"distance": distances}, case_of(square.name, level)
+        rows.append(make_row(name, method, statistics.median(distances), turns, samples, errors=errors))
     return rows, refused
 
 
@@ -166,28 +305,13 @@ def case_of(scene: str, level: int) -> str:
     return case(scene=scene, percentile=f"{PERCENTILES[level]:g}", quantity="pressure")
 
 
-def row_of_designs(name: str, method: str, samples: int, results: Sequence[tuple[float, dict[str, Difference]]]) -> Row:
-    """Return the row of several designs, each with its seconds and its differences from the reference.
-
-    error : the median Kolmogorov distance, net of the error of the reference
-    errors : by quantity, the net errors of every design; None where there is no value
-    """
-    errors = {}
-    for quantity in results[0][1]:
-        net = [differences[quantity].net for _, differences in results]
-        errors[quantity] = [value if math.isfinite(value) else None for value in net]
-    median = statistics.median(errors["distance"])
-    return make_row(name, method, median, [seconds for seconds, _ in results], samples, errors=errors)
-
-
 def measure(quick: bool, _: bool) -> dict[str, Any]:
     """Return the summary and the rows."""
-    sizes = QUICK if quick else Sizes()
+    sizes = QUICK if quick else USUAL
     rows: list[Row] = []
     refused: dict[str, str] = {}
     for name, plan in sizes.plans.items():
-        references = read_references(KEPT_RESULTS / name / "pressure.nc")
-        of_scene, reasons = compare_methods(Square.of(name), references, plan, sizes)
+        of_scene, reasons = compare_methods(Square(name), read_references(name), plan, sizes)
         rows += of_scene
         refused |= reasons
     return {"summary": {"refused": refused}, "rows": rows}

@@ -7,26 +7,18 @@ and transforms is not timed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import itertools
+from collections.abc import Iterable, Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve
-from roughslip.grid import Grid
-from workflow.benchmarks.contact_peers import PEERS, Peer, tune
+from workflow.benchmarks.contact_peers import PEERS, tune
 from workflow.benchmarks.contact_problem import LEVELS, MODULUS, Judge, Problem, plane_height, square, surface
-from workflow.benchmarks.runner import (
-    OURS,
-    make_row,
-    race,
-    report_progress,
-    report_rows,
-    run_command,
-    summarise_speed,
-)
+from workflow.benchmarks.runner import OURS, make_row, race, report_progress, report_rows, run_command, summarise_speed
 from workflow.evidence.rows import Row, case, fields, power
 
 PACKAGES = ("ducc0", "tamaas", "ContactMechanics", "NuMPI", "muGrid", "SurfaceTopography")
@@ -38,8 +30,7 @@ REFERENCE_TOLERANCE = 1e-12
 SETTINGS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 
 
-@dataclass(frozen=True)
-class Sizes:
+class Sizes(NamedTuple):
     """What is measured, and on which meshes.
 
     nodes : with the peers, every surface, level and tolerance
@@ -59,17 +50,13 @@ class Sizes:
 QUICK = Sizes((32,), (48,), (32,), levels=("50", "contact90"), quick=True)
 
 
-@dataclass(frozen=True)
 class Mesh:
     """What is set up once for a mesh: our operator, the judge, the peers."""
 
-    influence: Influence
-    judge: Judge
-    peers: dict[str, Peer]
-
-    @classmethod
-    def of(cls, grid: Grid, peers: Sequence[str] = ()) -> Mesh:
-        return cls(Influence(grid, MODULUS), Judge(grid), {name: PEERS[name](grid) for name in peers})
+    def __init__(self, n: int, peers: Iterable[str]) -> None:
+        grid = square(n)
+        self.influence, self.judge = Influence(grid, MODULUS), Judge(grid)
+        self.peers = {name: PEERS[name](grid) for name in peers if n <= EXTENT[name][0]}
 
     def problem(self, kind: str, level: str) -> Problem:
         heights = surface(kind, self.influence.grid)
@@ -79,27 +66,27 @@ class Mesh:
         return solve(self.influence, problem.interference, tolerance)
 
 
+def cases(sizes: Sizes) -> list[tuple[int, str, str, float]]:
+    """Return nodes on an edge, surface, level and tolerance of every case: 10 x 10 nodes of white heights first."""
+    kinds = [(10, "white")] + [(n, kind) for n in sizes.nodes for kind in ("gauss", "exp")]
+    found = [(*kind, level, one) for kind in kinds for level in sizes.levels for one in sizes.tolerances]
+    return found + [(n, "gauss", "50", sizes.tolerances[-1]) for n in sizes.growing]
+
+
 def compare_solvers(sizes: Sizes, peers: Sequence[str]) -> list[Row]:
-    """Return rows of 10 x 10 nodes of white heights, and of two surfaces on every mesh, plane and tolerance."""
+    """Return the rows of every case."""
     rows: list[Row] = []
     tuned: dict[tuple[str, str, str], float] = {}  # peer, surface, level: the setting last found, over the tolerance
-    for n in (10, *sizes.nodes, *sizes.growing):
-        alone = n in sizes.growing
-        mesh = Mesh.of(square(n), [name for name in peers if n <= EXTENT[name][0] and not alone])
-        for kind in ("white",) if n == 10 else ("gauss",) if alone else ("gauss", "exp"):
-            for level in ("50",) if alone else sizes.levels:
-                problem = mesh.problem(kind, level)
-                for tolerance in sizes.tolerances[-1:] if alone else sizes.tolerances:
-                    name = case(n=n, surface=kind, level=level, tolerance=power(tolerance))
-                    first = {
-                        peer: tolerance * tuned.get((peer, kind, level), 30.0)
-                        for peer in mesh.peers
-                        if n <= EXTENT[peer][level != "50"]
-                    }
-                    found = compare_on_case(mesh, problem, name, tolerance, first, sizes.quick)
-                    tuned |= {(r["method"], kind, level): r["setting"] / tolerance for r in found if "setting" in r}
-                    rows += found
-                    report_rows(found)
+    for n, of_mesh in itertools.groupby(cases(sizes), key=lambda entry: entry[0]):
+        mesh = Mesh(n, () if n in sizes.growing else peers)
+        for _, kind, level, tolerance in of_mesh:
+            takes_part = [peer for peer in mesh.peers if n <= EXTENT[peer][level != "50"]]
+            first = {peer: tolerance * tuned.get((peer, kind, level), 30.0) for peer in takes_part}
+            name = case(n=n, surface=kind, level=level, tolerance=power(tolerance))
+            found = compare_on_case(mesh, mesh.problem(kind, level), name, tolerance, first, sizes.quick)
+            tuned |= {(r["method"], kind, level): r["setting"] / tolerance for r in found if "setting" in r}
+            rows += found
+            report_rows(found)
     return rows
 
 
@@ -108,12 +95,10 @@ def compare_on_case(
 ) -> list[Row]:
     """Return the rows of one case. `first` maps each peer that takes part to the setting where its tuning starts."""
     load = mesh.solve(problem, REFERENCE_TOLERANCE).mean_pressure
-    trials = {
-        peer: tune(mesh.peers[peer], problem, load, tolerance, start, mesh.judge) for peer, start in first.items()
-    }
-    calls = {OURS: partial(mesh.solve, problem, tolerance)}
-    for peer, trial in trials.items():
-        calls[peer] = partial(mesh.peers[peer].solve, problem, load, trial.setting)
+    calls, trials = {OURS: partial(mesh.solve, problem, tolerance)}, {}
+    for peer, start in first.items():
+        trials[peer] = tune(mesh.peers[peer], problem, load, tolerance, start, mesh.judge)
+        calls[peer] = partial(mesh.peers[peer].solve, problem, load, trials[peer].setting)
     seconds, results = race(calls, quick, least=3 if fields(name)["level"] == "50" else 1)
     ours = results[OURS]
     error = mesh.judge.residual(problem, ours.pressure)
@@ -127,7 +112,7 @@ def pressure_errors(sizes: Sizes, peers: Sequence[str]) -> list[Row]:
     """Return rows of the relative error of the pressure at each method's own settings."""
     rows = []
     for n in sizes.precise:
-        mesh = Mesh.of(square(n), [name for name in peers if n <= EXTENT[name][0]])
+        mesh = Mesh(n, peers)
         problem = mesh.problem("gauss", "50")
         name = case(n=n, surface="gauss", level="50", quantity="pressure")
         reference = mesh.solve(problem, 1e-13).pressure
@@ -140,17 +125,12 @@ def pressure_errors(sizes: Sizes, peers: Sequence[str]) -> list[Row]:
             for peer, solver in mesh.peers.items():
                 calls[peer, setting] = partial(solver.solve, problem, load, setting)
                 answers[peer, setting] = solver.solve(problem, load, setting, counting=True)
-        for (method, setting), turns in race(calls, sizes.quick).seconds.items():
+        for (method, setting), turns in race(calls, sizes.quick)[0].items():
             pressure, work = answers[method, setting]
             error = float(np.linalg.norm(pressure - reference) / np.linalg.norm(reference))
             rows.append(make_row(name, method, error, turns, work, setting=setting))
         report_progress(name)
     return rows
-
-
-def measure(quick: bool, peers: bool) -> dict[str, object]:
-    """Return the summary and the rows."""
-    return measure_sizes(QUICK if quick else Sizes(), tuple(PEERS) if peers else ())
 
 
 def measure_sizes(sizes: Sizes, peers: Sequence[str]) -> dict[str, object]:
@@ -162,6 +142,11 @@ def measure_sizes(sizes: Sizes, peers: Sequence[str]) -> dict[str, object]:
         "times_faster_than_on_10_x_10": summarise_speed(small),
     }
     return {"summary": summary, "rows": rows + pressure_errors(sizes, peers)}
+
+
+def measure(quick: bool, peers: bool) -> dict[str, object]:
+    """Return the summary and the rows."""
+    return measure_sizes(QUICK if quick else Sizes(), tuple(PEERS) if peers else ())
 
 
 if __name__ == "__main__":

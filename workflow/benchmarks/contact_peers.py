@@ -7,23 +7,17 @@ from __future__ import annotations
 
 import contextlib
 import io
-import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from roughslip.grid import Grid
 from workflow.benchmarks.contact_problem import MODULUS, Convolution, Judge, Problem
-from workflow.benchmarks.runner import timed
 
 MOST_ITERATIONS = 2000
-
-# Tuning accepts a residual below the tolerance by up to this factor: one or two iterations.
-BAND = 4.0
+STEP = 4.0  # from one setting to the next: one or two iterations
 MOST_TRIALS = 10
-SETTINGS = (1e-15, 1.0)
 
 
 class Peer(Protocol):
@@ -96,7 +90,7 @@ class Tamaas:
             self.solvers[operator].max_iter = MOST_ITERATIONS
 
     def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> tuple[np.ndarray, int]:
-        """Solve at the given load; `setting` is the solver's own tolerance."""
+        """Solve at the given load."""
         solver = self.solvers["counted" if counting else "free"]
         solver.tolerance = setting
         self.counted.count = 0
@@ -156,7 +150,7 @@ class ContactMechanics:
     def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> tuple[np.ndarray, int]:
         """Solve at the given plane; `setting` bounds the gap in contact over the largest interference."""
         self.count = 0
-        with _silence():
+        with contextlib.redirect_stdout(io.StringIO()), np.errstate(all="ignore"):
             system = self.make_system(self.topography(problem.heights, self.sizes), self.substrate)
             found = system.dual_minimize_proxy(
                 -problem.plane,
@@ -168,13 +162,6 @@ class ContactMechanics:
         return np.nan_to_num(np.asarray(found.x).reshape(self.grid.shape)) / self.grid.cell_area, self.count
 
 
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Discard messages and floating-point warnings of a peer."""
-    with contextlib.redirect_stdout(io.StringIO()), np.errstate(all="ignore"):
-        yield
-
-
 PEERS: dict[str, Callable[[Grid], Peer]] = {
     "tamaas/load": Tamaas,
     "contactmechanics/bugnicourt": ContactMechanics,
@@ -182,38 +169,26 @@ PEERS: dict[str, Callable[[Grid], Peer]] = {
 }
 
 
-@dataclass(frozen=True)
-class Trial:
-    """A solve at a setting: the residual that it reached, its seconds, and its applications of B."""
+class Trial(NamedTuple):
+    """A solve at a setting: the residual that it reached, and its applications of B."""
 
     setting: float
     residual: float
-    seconds: float
     work: int
 
 
 def tune(peer: Peer, problem: Problem, load: float, tolerance: float, first: float, judge: Judge) -> Trial:
-    """Return the loosest setting of a peer that meets the tolerance, to BAND; if none does, that of least residual.
+    """Return the loosest setting of a peer that meets the tolerance, to STEP; if none does, that of least residual.
 
-    first : the setting to start from; a loose one costs less than a tight one
-
-    Method: steps in proportion to the residual; between settings that miss and meet the tolerance, bisection on a
-    logarithmic scale.
+    first : the setting to start from, which is loosened while it meets the tolerance, or else tightened until it does
     """
     trials: list[Trial] = []
-    setting = first
-    for _ in range(MOST_TRIALS):
-        seconds, (pressure, work) = timed(lambda at=setting: peer.solve(problem, load, at, counting=True))
-        trials.append(Trial(setting, judge.residual(problem, pressure), seconds, work))
-        met = max((t for t in trials if t.residual <= tolerance), key=lambda t: t.setting, default=None)
-        loose = min((t.setting for t in trials if t.residual > tolerance), default=math.inf)
-        tight = met.setting if met else 0.0
-        if met and (met.residual >= tolerance / BAND or loose <= 2 * tight):
+    for number in range(MOST_TRIALS):
+        factor = STEP if trials and trials[0].residual <= tolerance else 1 / STEP
+        setting = first * factor**number
+        pressure, work = peer.solve(problem, load, setting, counting=True)
+        trials.append(Trial(setting, judge.residual(problem, pressure), work))
+        if number and (trials[-1].residual <= tolerance) != (trials[0].residual <= tolerance):
             break
-        aim = tolerance / BAND**0.5
-        setting *= min(max(aim / max(trials[-1].residual, 1e-300), 1e-3), 1e3)
-        if not tight < setting < loose:
-            setting = (tight * loose) ** 0.5 if met and loose < math.inf else 10 * tight if met else loose / 10
-        if not SETTINGS[0] <= setting <= SETTINGS[1]:
-            break
-    return met or min(trials, key=lambda t: t.residual)
+    met = [trial for trial in trials if trial.residual <= tolerance]
+    return max(met, default=min(trials, key=lambda trial: trial.residual))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -39,9 +40,6 @@ LOOKS: Looks = {
     "scipy/DOP853": ("scipy DOP853", {"color": "C3", "marker": "v"}),
     "diffrax/Tsit5": ("diffrax Tsit5", {"color": "C4", "marker": "D"}),
     "diffrax/Dopri8": ("diffrax Dopri8", {"color": "C5", "marker": "X"}),
-    "roughslip/recursion": ("recursion", {"marker": "o"}),
-    "roughslip/embedding": ("embedding", {"marker": "s"}),
-    "roughslip/spectral": ("spectral", {"marker": "^"}),
 }
 DISTRIBUTIONS: Looks = {
     "monte_carlo": ("Monte Carlo", {**METHODS["monte_carlo"][1], "linewidth": 1.6, "marker": "o"}),
@@ -66,13 +64,13 @@ SOURCES = {
 """Colour and marker of the sources of the error budget."""
 
 
-def plot_methods(axes: Axes, rows: Sequence[Row], x: Callable[[Row], float], looks: Looks = LOOKS, **more: Any) -> None:
+def plot_methods(axes: Axes, rows: Sequence[Row], x: Callable[[Row], float], looks: Looks = LOOKS) -> None:
     """Plot the error of every method against x, in the order of the looks."""
     for method, (label, look) in looks.items():
         found = [row for row in rows if row["method"] == method]
         if found:
             errors = [max(row["error"], FLOOR) for row in found]
-            axes.plot([x(row) for row in found], errors, **{"label": label, "markersize": 4, **look, **more})
+            axes.plot([x(row) for row in found], errors, **{"label": label, "markersize": 4, **look})
     axes.set(xscale="log", yscale="log")
 
 
@@ -109,17 +107,13 @@ def draw_surface(rows: Sequence[Row]) -> Figure:
     head(times, "a", "modes and exact samples of square meshes")
     for letter, axes, name in zip("bc", others, names, strict=True):
         here = [row for row in compared if of_case(row, "covariance") == name]
-        for setting in dict.fromkeys(row["setting"] for row in here):
+        marks: dict[str, int] = defaultdict(int)  # settings of a method that are drawn
+        for method, setting in dict.fromkeys((row["method"], row["setting"]) for row in here):
+            label, look = LOOKS[method]
+            label += f", {setting} waves" if setting else ""
             part = [row for row in here if row["setting"] == setting]
-            method = part[0]["method"]
-            order = sorted({row["setting"] for row in here if row["method"] == method})
-            look = LOOKS[method][1] | {"label": f"{LOOKS[method][0]}{f', {setting} waves' if setting else ''}"}
-            plot_methods(
-                axes, part, seconds, {method: (look.pop("label"), {"marker": "s^v"[order.index(setting)], **look})}
-            )
-        ours = [row for row in here if row["method"] == OURS]
-        floor = [row["floor"] for row in ours]
-        axes.plot([row["seconds"] for row in ours], floor, color="C3", linestyle=":", label="expected of exact samples")
+            plot_methods(axes, part, seconds, {method: (label, {"marker": "s^v"[marks[method]], **look})})
+            marks[method] += 1
         axes.set(xlabel="time of all samples [s]", ylabel="RMS error of the covariance / Sq²")
         axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.42, -0.15), ncols=2)
         head(axes, letter, f"samples, {of_case(here[0], 'n')} x {of_case(here[0], 'n')}, {name}")
@@ -179,25 +173,6 @@ def draw_chaos(rows: Sequence[Row]) -> Figure:
     for axes in places[-1]:
         axes.set_xlabel("contact solves")
     canvas.legend(*places[0, -1].get_legend_handles_labels(), loc="outside lower center", ncols=6, fontsize="small")
-    return canvas
-
-
-def draw_friction(rows: Sequence[Row]) -> Figure:
-    """Draw the error of the autocorrelation against time, and points a second, for ensembles of every size."""
-    canvas, (errors, speeds) = panels(2, 1, 5.6)
-    for number, shapes in enumerate(dict.fromkeys((of_case(row, "a"), of_case(row, "b")) for row in rows)):
-        here = [row for row in rows if (of_case(row, "a"), of_case(row, "b")) == shapes]
-        plot_methods(errors, here, seconds, color=f"C{number}")
-        for method in dict.fromkeys(row["method"] for row in here):
-            found = [row for row in here if row["method"] == method]
-            label = f"Beta({', '.join(shapes)}), {LOOKS[method][0]}"
-            speed = [row["work"] / row["seconds"] for row in found]
-            speeds.plot([row["work"] for row in found], speed, color=f"C{number}", label=label, **LOOKS[method][1])
-    errors.set(xlabel="time of all paths [s]", ylabel="largest error of the autocorrelation")
-    speeds.set(xscale="log", yscale="log", xlabel="points of all paths", ylabel="points a second")
-    canvas.legend(*speeds.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="x-small")
-    head(errors, "a", "error against time")
-    head(speeds, "b", "speed")
     return canvas
 
 
@@ -269,7 +244,6 @@ FIGURES: dict[str, Callable[[Sequence[Row]], Figure]] = {
     "surface": draw_surface,
     "contact": draw_contact,
     "chaos": draw_chaos,
-    "friction": draw_friction,
     "oscillator": draw_oscillator,
     "chain": draw_chain,
     "skips": draw_skips,

@@ -7,6 +7,7 @@ the seconds of every turn, and what else a benchmark adds. Rows of one case may 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import gc
 import importlib.metadata
 import math
@@ -19,7 +20,7 @@ from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from roughslip import store
 from workflow.evidence.rows import Row, fields
@@ -32,58 +33,43 @@ LONG = 1.5  # [s] The call that estimates the time of a method counts as its fir
 Name = TypeVar("Name", bound=Hashable)
 
 
-class Race(NamedTuple, Generic[Name]):
-    """Seconds of a call in every turn, and the result of the first call, by method."""
-
-    seconds: dict[Name, list[float]]
-    results: dict[Name, Any]
-
-
 def race(
     calls: Mapping[Name, Callable[[], Any]],
     quick: bool = False,
     least: int = 1,
     clock: Callable[[], float] = time.perf_counter,
-) -> Race[Name]:
-    """Time methods in turns.
+) -> tuple[dict[Name, list[float]], dict[Name, Any]]:
+    """Time methods in turns; return the seconds of a call in every turn, and the result of the first call, by name.
 
     calls : the methods by name
     quick : one turn each
     least : the least number of turns
 
-    The order is reversed at every other turn, so that a change of the machine's speed affects all methods alike.
+    The first call may compile and the second estimates the time. A call below one second gets five turns, below three
+    seconds three. The order is reversed at every other turn, so that a change of the machine's speed affects all alike.
     """
-    single: dict[Name, float] = {}
-    seconds: dict[Name, list[float]] = {}
-    results: dict[Name, Any] = {}
+    results, single = {}, {}
     for name, call in calls.items():
-        results[name] = call()  # not timed, because it may compile
+        results[name] = call()
         start = clock()
         call()
-        single[name] = clock() - start
-        seconds[name] = [single[name]] if single[name] > LONG else []
-    turns = {name: 1 if quick else max(least, usual_turns(one)) for name, one in single.items()}
-    collects = gc.isenabled()
+        single[name] = max(clock() - start, 1e-9)
+    turns = {name: 1 if quick else max(least, 5 if one < 1 else 3 if one < 3 else 1) for name, one in single.items()}
+    seconds: dict[Name, list[float]] = {name: [one] if one > LONG else [] for name, one in single.items()}
     gc.collect()
     gc.disable()
     try:
         for turn in range(max(turns.values())):
             for name in list(calls)[:: 1 if turn % 2 == 0 else -1]:
                 if turn in range(len(seconds[name]), turns[name]):
-                    count = max(1, math.ceil(TURN_SECONDS / max(single[name], 1e-9)))
+                    count = math.ceil(TURN_SECONDS / single[name])
                     start = clock()
                     for _ in range(count):
                         calls[name]()
                     seconds[name].append((clock() - start) / count)
     finally:
-        if collects:
-            gc.enable()
-    return Race(seconds, results)
-
-
-def usual_turns(seconds: float) -> int:
-    """Return how many turns a method gets whose call takes so long: five, three, or one."""
-    return 5 if seconds < 1 else 3 if seconds < 3 else 1
+        gc.enable()
+    return seconds, results
 
 
 def timed(call: Callable[[], Any]) -> tuple[float, Any]:
@@ -93,7 +79,7 @@ def timed(call: Callable[[], Any]) -> tuple[float, Any]:
     return time.perf_counter() - start, result
 
 
-def make_row(name: str, method: str, error: float, turns: Sequence[float], work: int, **more: Any) -> Row:
+def make_row(name: str, method: str, error: float, turns: Sequence[float], work: float, **more: Any) -> Row:
     """Return a row of the file.
 
     name : of the case
@@ -106,11 +92,8 @@ def make_row(name: str, method: str, error: float, turns: Sequence[float], work:
     """
     if not math.isfinite(error):
         raise ValueError(f"{method} at {name}: the error of a row must be finite, not {error}")
-    seconds = statistics.median(turns)
-    return {"case": name, "method": method, "error": error, "seconds": seconds, "work": int(work)} | {
-        "turns": list(turns),
-        **more,
-    }
+    row = {"case": name, "method": method, "error": error, "seconds": statistics.median(turns), "work": int(work)}
+    return {**row, "turns": list(turns), **more}
 
 
 def is_met(row: Row) -> bool:
@@ -120,15 +103,13 @@ def is_met(row: Row) -> bool:
 
 def time_ratios(rows: Iterable[Row], ours: str = OURS) -> dict[str, dict[str, float]]:
     """Return the time over ours by method and case, the median over turns, of cases that both solve to tolerance."""
-    by_case: dict[str, dict[str, Row]] = defaultdict(dict)
-    for row in rows:
-        if "tolerance" in fields(row["case"]) and is_met(row):
-            by_case[row["case"]][row["method"]] = row
+    met = [row for row in rows if "tolerance" in fields(row["case"]) and is_met(row)]
+    our_turns = {row["case"]: row["turns"] for row in met if row["method"] == ours}
     found: dict[str, dict[str, float]] = defaultdict(dict)
-    for name, methods in by_case.items():
-        for method in methods.keys() - {ours} if ours in methods else ():
-            pairs = zip(methods[method]["turns"], methods[ours]["turns"], strict=False)
-            found[method][name] = statistics.median(theirs / our for theirs, our in pairs)
+    for row in met:
+        if row["method"] != ours and row["case"] in our_turns:
+            pairs = zip(row["turns"], our_turns[row["case"]], strict=False)
+            found[row["method"]][row["case"]] = statistics.median(theirs / our for theirs, our in pairs)
     return dict(found)
 
 
@@ -136,35 +117,30 @@ def summarise_speed(rows: Sequence[Row]) -> dict[str, Any]:
     """Return by peer the geometric mean of the time ratios at each tolerance, and the least ratio."""
     summary = {}
     for method, by_case in sorted(time_ratios(rows).items()):
-        by_tolerance = defaultdict(list)
-        for name, ratio in by_case.items():
-            by_tolerance[fields(name)["tolerance"]].append(ratio)
-        worst = min(by_case, key=lambda name: by_case[name])
-        summary[method] = {
-            "geometric_mean": {tolerance: statistics.geometric_mean(all_) for tolerance, all_ in by_tolerance.items()},
-            "worst": {"case": worst, "ratio": by_case[worst]},
+        tolerances = dict.fromkeys(fields(name)["tolerance"] for name in by_case)
+        means = {
+            one: statistics.geometric_mean(ratio for name, ratio in by_case.items() if fields(name)["tolerance"] == one)
+            for one in tolerances
         }
+        worst = min(by_case, key=lambda name: by_case[name])
+        summary[method] = {"geometric_mean": means, "worst": {"case": worst, "ratio": by_case[worst]}}
     return summary
 
 
 def describe_machine() -> dict[str, Any]:
     """Return the processor and the number of its cores."""
-    model = platform.processor() or platform.machine()
     information = Path("/proc/cpuinfo")
-    if information.is_file():
-        lines = information.read_text().splitlines()
-        model = next((line.partition(": ")[2] for line in lines if line.startswith("model name")), model)
-    return {"processor": model, "cores": os.cpu_count()}
+    lines = information.read_text().splitlines() if information.is_file() else []
+    models = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
+    return {"processor": next(models, platform.processor() or platform.machine()), "cores": os.cpu_count()}
 
 
 def installed_versions(packages: Iterable[str]) -> dict[str, str]:
     """Return the versions of Python and of those packages that are installed."""
     found = {"python": platform.python_version()}
     for package in packages:
-        try:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             found[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            continue
     return found
 
 

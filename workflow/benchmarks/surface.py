@@ -1,49 +1,47 @@
 """Measure surfaces: leading modes and exact samples of large meshes, and samples against public generators.
 
 One process, one thread, in turns. The residual judges modes and the sample covariance judges samples; neither shares
-code with what it judges. What is set up once for a mesh is not timed; rows list it as `setup_seconds`.
+code with what it judges. The unit of height is Sq and that of length the edge of the mesh. What is set up once for a
+mesh is not timed; rows list it as `setup_seconds`. The generators of GSTools are used as documented.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import fft
+from scipy.signal import fftconvolve
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.surface import models
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import Embedding, embed
-from roughslip.surface.karhunen_loeve import karhunen_loeve
+from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve
 from workflow.benchmarks.runner import OURS, make_row, race, report_progress, report_rows, run_command, timed
-from workflow.benchmarks.surface_problem import (
-    COVARIANCES,
-    PEERS,
-    SEED,
-    Lags,
-    Sampler,
-    covariance_of,
-    residual,
-    root_mean_square,
-    set_up_embedding,
-    square,
-)
 from workflow.evidence.rows import Row, case
 
 PACKAGES = ("ducc0", "gstools", "gstools-cython", "gstools-core")
+COVARIANCES = ("gaussian", "separable_exponential", "exponential", "matern", "rotated", "self_affine")
+LENGTH = 0.1
 RESIDUAL = "1e-9"
+LAGS = 0.3  # sample covariances are compared up to three correlation lengths on each axis
+LAGS_A_SIDE = 32  # lags on an edge, the same on every mesh
+SEED = 20260
 
 # Waves of the randomization, and waves on an axis of the Fourier method.
-WAVES = {"gstools/randomization": (100, 1000, 10_000), "gstools/fourier": (16, 32, 64)}
-MOST_TERMS = 5e8  # waves times nodes of a sample, about 10 s
+WAVES = {"gstools/randomization": (100, 1000), "gstools/fourier": (16, 32, 64)}
+PERIOD = 1.5  # period of the Fourier method over the edge; images are at least half an edge away
+
+Sampler = Callable[[int], np.ndarray]  # heights (nx, ny) of the sample of a number
 
 
-@dataclass(frozen=True)
-class Sizes:
+class Sizes(NamedTuple):
     """What is measured, and on which meshes.
 
     leading : nodes on an edge and number of modes, every covariance
@@ -62,6 +60,113 @@ class Sizes:
 
 
 QUICK = Sizes((48, 11), 64, 32, most_samples=16, budget=0.2, quick=True)
+
+
+def square(n: int) -> Grid:
+    """Return the mesh of n x n cells."""
+    return Grid(n, n, 1 / n, 1 / n)
+
+
+def covariance_of(name: str, grid: Grid) -> StationaryCovariance:
+    """Return the covariance of that name; the self-affine spectrum ends at the shortest waves of the mesh."""
+    if name == "matern":
+        return models.covariance_of("matern", 1.0, LENGTH, smoothness=1.5)
+    if name == "rotated":
+        return models.covariance_of("exponential", 1.0, 2 * LENGTH, LENGTH / 2, 0.5)
+    if name == "self_affine":
+        return models.self_affine(1.0, 0.8, 0.5, 2 * max(grid.dx, grid.dy))
+    return models.covariance_of(name, 1.0, LENGTH)  # type: ignore[arg-type]
+
+
+# Judges.
+
+
+def all_lags(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lags (2 nx - 1, 1) along x and (1, 2 ny - 1) along y between the nodes of a mesh."""
+    x, y = (np.arange(1 - n, n) * cell for n, cell in zip(grid.shape, (grid.dx, grid.dy), strict=True))
+    return x[:, None], y[None, :]
+
+
+def residual(covariance: StationaryCovariance, found: KarhunenLoeve) -> float:
+    """Return the largest |C phi - lambda phi| / lambda_1 of the modes, with phi of unit norm."""
+    kernel, worst = covariance(*all_lags(found.grid)), 0.0
+    for eigenvalue, mode in zip(found.eigenvalues, found.modes, strict=True):
+        difference = fftconvolve(kernel, mode, mode="valid") - eigenvalue * mode
+        worst = max(worst, float(np.linalg.norm(difference) / np.linalg.norm(mode) / found.eigenvalues[0]))
+    return worst
+
+
+def ensemble_error(covariance: StationaryCovariance, embedding: Embedding) -> float:
+    """Return the RMS difference, over Sq^2 and all lags of the mesh, of the torus's covariance from the model's."""
+    torus, squares = np.fft.irfft2(embedding.root**2, embedding.torus), 0.0
+    x, y = all_lags(embedding.grid)
+    nx, ny = embedding.grid.shape
+    for i in range(nx):  # by rows: all lags of 2048 x 2048 nodes at once would take several arrays of 64 MB
+        squares += float(np.sum((torus[i, np.arange(1 - ny, ny)] - covariance(x[nx - 1 + i], y[0])) ** 2))
+    return math.sqrt(squares / (nx * y.size)) / covariance.rms_height_m**2
+
+
+def lags_of(grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lags in nodes, i >= 0 and j of both signs, at which sample covariances are compared."""
+    step = max(1, grid.nx // LAGS_A_SIDE), max(1, grid.ny // LAGS_A_SIDE)
+    most = int(LAGS * grid.nx) // step[0], int(LAGS * grid.ny) // step[1]
+    i, j = np.meshgrid(np.arange(most[0] + 1), np.arange(-most[1], most[1] + 1), indexing="ij")
+    return step[0] * i, step[1] * j
+
+
+def sample_covariance(heights: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """Return the mean of z(x) z(x + l) over the pairs of one sample (nx, ny) of zero mean, at the lags i, j."""
+    (nx, ny), sizes = heights.shape, [fft.next_fast_len(2 * n, real=True) for n in heights.shape]
+    sums = fft.irfft2(np.abs(fft.rfft2(heights, sizes)) ** 2, sizes)
+    return sums[i, j] / ((nx - i) * (ny - np.abs(j)))
+
+
+# Generators.
+
+
+def set_up_embedding(covariance: StationaryCovariance, grid: Grid, _: int = 0) -> Sampler:
+    """Set up circulant embedding, ours."""
+    embedding = embed(covariance, grid)
+    return lambda number: embedding.sample(np.random.default_rng([SEED, number]))
+
+
+def set_up_randomization(covariance: StationaryCovariance, grid: Grid, waves: int) -> Sampler:
+    """Set up GSTools' randomization: plane waves of random wave vectors from the spectrum, redrawn for each sample.
+
+    F. Hesse et al., Environ. Model. Softw. 55 (2014) 32. Its ensemble has the model's covariance; one sample has that
+    of its few waves.
+    """
+    field, axes = gstools_field(covariance, generator="RandMeth", mode_no=waves), (grid.x(), grid.y())
+    return lambda number: field.structured(axes, seed=number, store=False)
+
+
+def set_up_fourier(covariance: StationaryCovariance, grid: Grid, waves: int) -> Sampler:
+    """Set up GSTools' Fourier method: plane waves at waves x waves equidistant wave vectors, summed at every node.
+
+    The period is PERIOD edges. Waves beyond the last one and between two are missing, which is a systematic error.
+    """
+    periods, axes = [PERIOD * grid.nx * grid.dx, PERIOD * grid.ny * grid.dy], (grid.x(), grid.y())
+    field = gstools_field(covariance, generator="Fourier", period=periods, mode_no=[waves, waves])
+    return lambda number: field.structured(axes, seed=number, store=False)
+
+
+def gstools_field(covariance: StationaryCovariance, **generator: object) -> Any:
+    """Return the field in GSTools, on one thread; with `rescale` 1 its length scale is our 1/e length."""
+    import gstools
+
+    gstools.config.NUM_THREADS = 1
+    kinds = {"gaussian": gstools.Gaussian, "exponential": gstools.Exponential}
+    length, variance = covariance.correlation_length_m, covariance.rms_height_m**2
+    return gstools.SRF(kinds[covariance.kind](dim=2, var=variance, len_scale=length, rescale=1.0), **generator)
+
+
+PEERS: dict[str, Callable[[StationaryCovariance, Grid, int], Sampler]] = {
+    "gstools/randomization": set_up_randomization,
+    "gstools/fourier": set_up_fourier,
+}
+
+
+# What is measured.
 
 
 def leading_modes(sizes: Sizes) -> list[Row]:
@@ -84,8 +189,7 @@ def exact_samples(sizes: Sizes) -> tuple[list[Row], dict[str, str]]:
     """
     grid, rows, refused = square(sizes.sampled), [], {}
     for name in COVARIANCES:
-        covariance = covariance_of(name, grid)
-        label = case(n=grid.nx, covariance=name, quantity="sample")
+        covariance, label = covariance_of(name, grid), case(n=grid.nx, covariance=name, quantity="sample")
         try:
             setup, embedding = timed(partial(embed, covariance, grid))
         except IllPosedError as error:
@@ -93,77 +197,39 @@ def exact_samples(sizes: Sizes) -> tuple[list[Row], dict[str, str]]:
             report_progress(f"{label}: {error}")
             continue
         call = partial(embedding.sample, np.random.default_rng([SEED, grid.nx]))
-        times = race({OURS: call}, sizes.quick).seconds[OURS]
-        error = ensemble_error(covariance, embedding)
-        more = {"setup_seconds": setup, "torus": list(embedding.torus)}
-        rows.append(make_row(label, OURS, error, times, 1, **more))
+        turns, error = race({OURS: call}, sizes.quick)[0][OURS], ensemble_error(covariance, embedding)
+        rows.append(make_row(label, OURS, error, turns, 1, setup_seconds=setup, torus=list(embedding.torus)))
         report_rows(rows[-1:])
         del embedding, call  # a quarter of a gigabyte
     return rows, refused
 
 
-def ensemble_error(covariance: StationaryCovariance, embedding: Embedding) -> float:
-    """Return the RMS difference, over Sq^2 and all lags of the mesh, of the torus's covariance from the model's."""
-    grid = embedding.grid
-    torus = np.fft.irfft2(embedding.root**2, embedding.torus)
-    squares = 0.0
-    y = np.concatenate((np.arange(grid.ny), np.arange(1 - grid.ny, 0)))
-    for i in range(grid.nx):  # by rows: all lags of 2048 x 2048 nodes at once would take several arrays of 64 MB
-        asked = covariance(np.array(i * grid.dx), y * grid.dy)
-        squares += float(np.sum((torus[i, y] - asked) ** 2))
-    return math.sqrt(squares / (grid.nx * len(y))) / covariance.rms_height_m**2
-
-
 def compare_samplers(name: str, sizes: Sizes, peers: Sequence[str]) -> list[Row]:
     """Return rows of 1, 4, 16, ... samples of every method: the time for them and the error of their covariance.
 
-    error : RMS over the lags, and over all available sets of so many samples, of covariance minus model
-    floor : the expected error of as many exact samples
+    The error is the RMS over the lags, and over all available sets of so many samples, of covariance minus model.
     """
-    grid = square(sizes.compared)
-    covariance = covariance_of(name, grid)
+    grid, rows = square(sizes.compared), []
+    covariance, label = covariance_of(name, grid), case(n=grid.nx, covariance=name, quantity="covariance")
+    i, j = lags_of(grid)
+    asked = covariance(i * grid.dx, j * grid.dy)
     samplers, setups, calls = {}, {}, {}
-    for key in settings(grid, sizes.quick, peers):
+    for key in [(OURS, 0), *((peer, waves) for peer in peers for waves in WAVES[peer])]:
         make = PEERS.get(key[0], set_up_embedding)
         setups[key], samplers[key] = timed(partial(make, covariance, grid, key[1]))
-        calls[key] = partial(_next_sample, samplers[key], itertools.count())
-        calls[key]()  # includes what is loaded at the first sample
-    times = race(calls, sizes.quick).seconds
-    lags, label = Lags.of(grid), case(n=grid.nx, covariance=name, quantity="covariance")
-    floor, asked, rows = lags.floor(covariance), covariance(lags.x, lags.y), []
-    for key, sampler in samplers.items():
-        count = int(min(max(sizes.budget / min(times[key]), 4), sizes.most_samples))
-        differences = sample_covariances(sampler, lags, count) - asked
-        samples = 1
-        while 4 * samples <= count or samples == 1:
-            sets = differences[: count // samples * samples].reshape(-1, samples, differences.shape[1]).mean(axis=1)
-            whole = [setups[key] + samples * seconds for seconds in times[key]]
-            more = {"setting": key[1], "samples": samples, "setup_seconds": setups[key]}
-            error, least = root_mean_square(sets), floor / math.sqrt(samples)
-            rows.append(make_row(label, key[0], error, whole, samples, floor=least, **more))
-            samples *= 4
+        calls[key] = partial(lambda sampler, numbers: sampler(next(numbers)), samplers[key], itertools.count())
+    times, _ = race(calls, sizes.quick)
+    for (method, setting), sampler in samplers.items():
+        turns, setup = times[method, setting], setups[method, setting]
+        count = int(min(max(sizes.budget / min(turns), 4), sizes.most_samples))
+        found = np.array([sample_covariance(sampler(number), i, j) - asked for number in range(1, count + 1)])
+        for samples in (4**power for power in range((count.bit_length() + 1) // 2)):
+            sets = found[: count // samples * samples].reshape(-1, samples, *asked.shape).mean(axis=1)
+            whole, error = [setup + samples * seconds for seconds in turns], math.sqrt(np.mean(sets**2))
+            more = {"setting": setting, "samples": samples, "setup_seconds": setup}
+            rows.append(make_row(label, method, error, whole, samples, **more))
     report_rows([row for row in rows if row["samples"] == 1])
     return rows
-
-
-def _next_sample(sampler: Sampler, numbers: itertools.count) -> np.ndarray:
-    return sampler(next(numbers))
-
-
-def settings(grid: Grid, quick: bool, peers: Sequence[str]) -> list[tuple[str, int]]:
-    """Return methods with their settings; the number of waves is limited by their time on this mesh."""
-    found = [(OURS, 0)]
-    for peer in peers:
-        for setting in WAVES[peer][: 2 if quick else None]:
-            waves = setting**2 if peer == "gstools/fourier" else setting
-            if waves * grid.size <= MOST_TERMS:
-                found.append((peer, setting))
-    return found
-
-
-def sample_covariances(sampler: Sampler, lags: Lags, count: int) -> np.ndarray:
-    """Return the covariances (count, lags) of samples 1, 2, ..."""
-    return np.array([lags.covariance(sampler(number)) for number in range(1, count + 1)])
 
 
 def measure_sizes(sizes: Sizes, peers: Sequence[str]) -> dict[str, object]:

@@ -25,15 +25,12 @@ def run_command(
     gather : (configuration, batches) -> the reference
     """
     parser = argparse.ArgumentParser(description=description)
-    parts = parser.add_subparsers(dest="part", required=True)
-    solving = parts.add_parser("solve", help="solve a batch of samples")
-    gathering = parts.add_parser("gather", help="gather batches into the reference")
-    for part in (solving, gathering):
-        part.add_argument("--key", type=Path, required=True, help="the key file, with the slice of the scene")
-        part.add_argument("--output", type=Path, required=True)
-    solving.add_argument("--first", type=int, required=True)
-    solving.add_argument("--last", type=int, required=True, help="the number after the last sample")
-    gathering.add_argument("--solves", type=Path, nargs="+", required=True)
+    parser.add_argument("part", choices=("solve", "gather"), help="a batch of samples, or batches into the reference")
+    parser.add_argument("--key", type=Path, required=True, help="the key file, with the slice of the scene")
+    parser.add_argument("--output", type=Path, required=True)
+    parser.add_argument("--first", type=int, help="number of the first sample of a batch")
+    parser.add_argument("--last", type=int, help="the number after its last sample")
+    parser.add_argument("--solves", type=Path, nargs="+", help="the batches")
     arguments = parser.parse_args()
     key = store.read_key(arguments.key)
     if arguments.part == "solve":

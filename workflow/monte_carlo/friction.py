@@ -31,10 +31,7 @@ NUMBERS = {"mean": "Pa-1", "std": "Pa-1", "variation": "1", "skewness": "1", "ku
 
 
 def solve_windows(
-    scene: Scene,
-    fields: Iterable[np.ndarray],
-    percentiles: Sequence[float],
-    tolerance: float,
+    scene: Scene, fields: Iterable[np.ndarray], percentiles: Sequence[float], tolerance: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return area [m2] and force [N] (strips, penetrations, windows) of fields (nx, ny) [m] on the strip of a scene."""
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
@@ -70,20 +67,14 @@ def solve_strips(configuration: Values, first: int, last: int) -> dict[str, stor
 def gather_strips(
     configuration: dict[str, Any], batches: Sequence[Mapping[str, np.ndarray]]
 ) -> dict[str, store.Variable]:
-    """Return the statistics of the windows of all strips.
+    """Return the statistics of the windows of all strips, with standard errors.
 
     Raises IllPosedError as `window_statistics` does, for example for too few strips in contact.
     """
     area, force = (store.join(batches, name) for name in ("area", "force"))
-    return describe_windows(area, force, configuration)
-
-
-def describe_windows(area: np.ndarray, force: np.ndarray, configuration: dict[str, Any]) -> dict[str, store.Variable]:
-    """Return the statistics of windows (strips, penetrations, windows) [m2], [N], with standard errors."""
-    strip = configuration["strip"]
+    strip, rows = configuration["strip"], []
     least = configuration["friction"]["least_contact_fraction"] * strip["window_m"] * strip["width_m"]
     weights = strip_weights(len(area), REPLICATES, np.random.default_rng(SEED))
-    rows = []
     for level in range(area.shape[1]):
         statistics = window_statistics(*friction_coefficient(area[:, level], force[:, level], 1.0, least), weights)
         rows.append([getattr(statistics, name) for name in NUMBERS])
@@ -91,8 +82,7 @@ def describe_windows(area: np.ndarray, force: np.ndarray, configuration: dict[st
         "percentile": store.Variable(("level",), strip["penetration_percentiles"], "percent", "penetration"),
         "strips": store.Variable((), len(area), "1", "strips that were solved"),
     }
-    for column, (name, unit) in enumerate(NUMBERS.items()):
-        estimates = [row[column] for row in rows]
+    for (name, unit), estimates in zip(NUMBERS.items(), zip(*rows, strict=True), strict=True):
         title = f"{name.replace('_', ' ')} of area over force of windows"
         errors = [estimate.replicates.std(ddof=1) for estimate in estimates]
         found[name] = store.Variable(("level",), [float(each.value) for each in estimates], unit, title)

@@ -15,7 +15,6 @@ MEASURED = {
     "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
     "chaos": "Pressure at the centre: distance of the distribution from its Monte Carlo reference against contact "
     "solves.",
-    "friction": "Friction paths: error of the autocorrelation against the time of the paths, and points a second.",
     "oscillator": "Oscillator: error of the point where the mass sticks again against the time of a cycle.",
     "skips": "What is not computed: the time with everything computed, divided by the time as it is. And the "
     "difference of the two results relative to the tolerance, at the edge where they are equal to the bit.",

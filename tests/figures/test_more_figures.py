@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from roughslip.figures.comparison import COMPARED, MOST, comparison
+from roughslip.figures.figure3 import COMPARED, MOST, comparison
 from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
 from roughslip.figures.figure_field import figure_field
 from roughslip.figures.figure_map import DRAWN as MAP_DRAWN

@@ -6,8 +6,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from roughslip.report.evidence import MEASURED, Evidence
-from roughslip.report.page import SceneReport, page
+from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.report.sensitivity_table import legend, sensitivity_line
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}

@@ -15,8 +15,7 @@ from pathlib import Path
 import pytest
 
 from roughslip import store
-from roughslip.report.evidence import MEASURED, Evidence
-from roughslip.report.page import SceneReport, page
+from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from tests.report.test_report import COST
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"

@@ -4,7 +4,8 @@ import json
 
 import numpy as np
 
-from roughslip.verdicts.rules import P_VALUES, claims
+from roughslip.verdicts.rules import claims
+from roughslip.verdicts.statements import P_VALUES
 
 METHODS = ("monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip")
 LEVELS = 3  # 10, 50, 90

@@ -5,8 +5,7 @@ import pytest
 
 from roughslip.errors import StoreError
 from roughslip.verdicts.kept_results import KEPT as KEPT_FILES
-from roughslip.verdicts.kept_results import keep
-from roughslip.verdicts.verification import compared_claims, compared_friction, compared_summaries
+from roughslip.verdicts.kept_results import compared_claims, compared_friction, compared_summaries, keep
 
 KEPT = [
     {"id": "one", "verdict": "reproduced", "ours": 1.0, "interval": [0.9, 1.2]},

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from roughslip.verdicts import rules as module
-from roughslip.verdicts.rules import P_VALUES, RULES, STATEMENTS, claims, inside
+from roughslip.verdicts import statements as module
+from roughslip.verdicts.rules import claims, inside
+from roughslip.verdicts.statements import P_VALUES, RULES, STATEMENTS
 from tests.verdicts.claimed import LEVELS, everything, friction, judge, oscillator, square, with_interval
 
 IDS = [

@@ -9,7 +9,7 @@ from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.resampling import strip_weights
 from roughslip.friction.statistics import window_statistics
 from roughslip.oscillator.cycles import reattachment_statistics
-from roughslip.verdicts.rules import VISIBLE
+from roughslip.verdicts.statements import VISIBLE
 from tests.verdicts.claimed import LEVELS, friction, judge, oscillator, with_interval
 
 

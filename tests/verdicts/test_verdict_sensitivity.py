@@ -39,6 +39,7 @@ from tests.verdicts.claimed import friction, oscillator, square, with_interval
 ROUGHNESS = {"covariance": "gaussian", "rms_height_m": 5e-8, "correlation_length_m": 6e-7}
 STRIP = {"length_m": 2.4e-3, "margin_m": 3e-4, "cell_m": 2.5e-6, "window_m": 6e-4, "window_spacing_m": 1.5e-5}
 BELT = {"mass_kg": 2.0, "belt_velocity_m_per_s": 0.5, "damping_ratio": 0.17, "excitation_force_n": 0.0}
+BELT |= {"law": "stribeck", "penetration_percentile": 50.0, "windows_in_parallel": 1}
 SCENES = {
     "claims": {"targets": ["figure2", "figure3", "figure5"]},
     "square": {"roughness": ROUGHNESS, "square": {"nodes": 10, "edge_m": 6e-4}},

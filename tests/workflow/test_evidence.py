@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.report.evidence import MEASURED
+from roughslip.report.page import MEASURED
 from roughslip.stages.report import read_evidence
 from workflow.benchmarks.plot import FIGURES
 from workflow.benchmarks.runner import run_command

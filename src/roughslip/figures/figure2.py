@@ -9,10 +9,9 @@ import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import INTERVAL, Arrays, head, panels, with_interval_names
+from roughslip.figures.style import Arrays, draw_curve, heads, panels, pressure_unit, with_ends, with_interval_names
 
 DRAWN = ["method", "pressure", "distance_in_contact", *with_interval_names("cumulative", "contact_probability")]
-"""Variables of the result that the figure draws; they are stored with it."""
 
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "monte_carlo": ("Monte Carlo", {"color": "0.15", "linestyle": "-", "linewidth": 2.2}),
@@ -27,16 +26,15 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
 def figure2(result: Arrays) -> Figure:
     """Distribution of the pressure at the centre given contact, linear and logarithmic, and the contact probability."""
     figure, (linear, logarithmic, probability) = panels(3, 1, 4.0)
-    unit, name = (1e-9, "GPa") if result["pressure"].max() > 1e9 else (1e-6, "MPa")
+    unit, name = pressure_unit(result["pressure"].max())
     pressure = unit * result["pressure"]
     methods = [str(method) for method in result["method"]]
     for row, method in enumerate(methods):
         label, look = METHODS[method]
         for axes, floor in ((linear, 0.0), (logarithmic, 1e-9)):
-            low, high = (np.maximum(result[f"cumulative{end}"][row], floor) for end in INTERVAL[1:])
-            axes.fill_between(pressure, low, high, color=look["color"], alpha=0.15, linewidth=0)
-            curve = np.where(result["cumulative"][row] > floor, result["cumulative"][row], np.nan)
-            axes.plot(pressure, curve, label=label, **look)
+            value, *ends = with_ends(result, "cumulative", row)
+            shown = [np.where(value > floor, value, np.nan), *(np.maximum(end, floor) for end in ends)]
+            draw_curve(axes, pressure, shown, look | {"label": label}, alpha=0.15)
         _contact(probability, result, row, look["color"], annotated=method != "monte_carlo")
     linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="probability given contact", ylim=(0, 1))
     nearly_all = int(np.searchsorted(result["cumulative"][methods.index("monte_carlo")], 0.999))
@@ -47,15 +45,13 @@ def figure2(result: Arrays) -> Figure:
     probability.set_yticks(-np.arange(len(methods)), [METHODS[method][0] for method in methods])
     probability.margins(x=0.3)
     figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(methods))
-    head(linear, "a", "distribution given contact")
-    head(logarithmic, "b", "low probabilities")
-    head(probability, "c", "contact, and distance to Monte Carlo")
+    heads(figure.axes, "distribution given contact", "low probabilities", "contact, and distance to Monte Carlo")
     sns.despine(figure)
     return figure
 
 
 def _contact(axes: Axes, result: Arrays, row: int, colour: str, annotated: bool) -> None:
-    share, low, high = (100 * float(result[f"contact_probability{end}"][row]) for end in INTERVAL)
+    share, low, high = with_ends(result, "contact_probability", row, 100.0)
     axes.plot([low, high], [-row, -row], "|-", color=colour)
     axes.plot(share, -row, "o", color=colour)
     if annotated:

@@ -7,7 +7,7 @@ import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import Arrays, head, legend_above, panels, with_interval_names
+from roughslip.figures.style import Arrays, draw_curve, heads, legend_above, panels, with_ends, with_interval_names
 
 DRAWN = [
     *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
@@ -15,7 +15,6 @@ DRAWN = [
     *("deterministic_cycles", "mean_cycles", *with_interval_names("difference")),
     *("deterministic_hopf_damping", "deterministic_existence_limit"),
 ]
-"""Variables of the result that the figure draws; they are stored with it."""
 
 
 def figure5(result: Arrays) -> Figure:
@@ -24,9 +23,8 @@ def figure5(result: Arrays) -> Figure:
     _cycle(cycle, result)
     _reattachment(histogram, result)
     _loss(loss, result)
-    head(cycle, "a", f"limit cycle at D = {float(result['nominal_damping']):g}")
-    head(histogram, "b", "reattachment point")
-    head(loss, "c", "cycles lost to the scatter")
+    title = f"limit cycle at D = {float(result['nominal_damping']):g}"
+    heads(figure.axes, title, "reattachment point", "cycles lost to the scatter")
     sns.despine(figure)
     return figure
 
@@ -62,16 +60,14 @@ def _reattachment(axes: Axes, result: Arrays) -> None:
 
 def _loss(axes: Axes, result: Arrays) -> None:
     damping = result["damping_ratio"]
-    axes.fill_between(damping, result["difference_low"], result["difference_high"], color="C0", alpha=0.3, linewidth=0)
-    axes.plot(damping, result["difference"], "o-", ms=3, color="C0", label="$M_d - E[M_S]$")
+    look = {"color": "C0", "marker": "o", "ms": 3, "label": "$M_d - E[M_S]$"}
+    draw_curve(axes, damping, with_ends(result, "difference"), look, alpha=0.3)
     axes.plot(damping, result["deterministic_cycles"], color="0.4", lw=1, ls="-.", label="$M_d$")
     axes.plot(damping, result["mean_cycles"], color="C1", lw=1.2, ls="--", label="$E[M_S]$")
     axes.axhline(0, color="0.6", lw=0.5)
     low, high = axes.get_ylim()
-    for name, style, text in (
-        ("hopf_damping", ":", "sliding unstable below"),
-        ("existence_limit", "-", "cycle exists below"),
-    ):
+    limits = ("hopf_damping", ":", "sliding unstable below"), ("existence_limit", "-", "cycle exists below")
+    for name, style, text in limits:
         limit = float(result[f"deterministic_{name}"])
         if damping[0] <= limit <= damping[-1]:
             axes.vlines(limit, low, high, color="0.2", lw=0.8, ls=style, label=f"{text} {limit:.4f}")

@@ -6,21 +6,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import Arrays, head, panels
+from roughslip.figures.style import Arrays, draw_map, heads, panels, pressure_unit
 
 MAPS = ("contact", "mean", "deviation")  # in the titles with their standard error, the median over the nodes
-FIELDS = {
-    "solved": "a solved field",
-    "expected": "the same, as expected",
-    "drawn": "the same, as drawn",
-}
+FIELDS = {"solved": "a solved field", "expected": "the same, as expected", "drawn": "the same, as drawn"}
 DRAWN = [
     *("x", "y", "missed", "leading_share", "sobol_first", "sobol_total", "sobol_first_error", "sobol_total_error"),
     *(name + end for name in MAPS for end in ("", "_error")),
     "mean_gain",
     *(f"{name}_pressure" for name in FIELDS),
 ]
-"""Variables of the result that the figure draws; they are stored with it."""
 
 SHOWN = 0  # of the stored fields
 
@@ -28,8 +23,7 @@ SHOWN = 0  # of the stored fields
 def figure_field(result: Arrays) -> Figure:
     """Maps of contact probability, mean and standard deviation; what the expansion explains; fields and modes."""
     figure, grid = panels(3, 3, 4.0)
-    largest = max(float(result[name].max()) for name in ("mean", "deviation"))
-    unit, name = (1e-9, "GPa") if largest > 1e9 else (1e-6, "MPa")
+    unit, name = pressure_unit(max(float(result[name].max()) for name in ("mean", "deviation")))
     labels = (100.0, "probability of contact [%]"), (unit, f"mean [{name}]"), (unit, f"standard deviation [{name}]")
     for axes, one, (factor, label) in zip(grid[0], MAPS, labels, strict=True):
         _map(axes, result, factor * result[one], label, "viridis")
@@ -38,18 +32,17 @@ def figure_field(result: Arrays) -> Figure:
     _modes(grid[1, 2], result)
     fields = [result[f"{name}_pressure"][SHOWN] for name in FIELDS]
     peak = max(float(field.max()) for field in fields)
-    unit, name = (1e-9, "GPa") if peak > 1e9 else (1e-6, "MPa")
+    unit, name = pressure_unit(peak)
     for axes, field in zip(grid[2], fields, strict=True):
         _map(axes, result, unit * np.maximum(field, 0.0), f"pressure [{name}]", "magma", (0.0, unit * peak))
     errors = [100 * float(np.median(result[f"{one}_error"] / result[one])) for one in MAPS]
     names = ("contact probability", "mean pressure", "standard deviation")
-    texts = (
+    heads(
+        grid.ravel(),
         *(f"{one}, ±{error:.1f} %" for one, error in zip(names, errors, strict=True)),
         *("gain of the expansion", "variance explained", "modes of the variance"),
         *FIELDS.values(),
     )
-    for axes, letter, text in zip(grid.ravel(), "abcdefghi", texts, strict=True):
-        head(axes, letter, text)
     grid[1, 2].spines[["top", "right"]].set_visible(False)
     return figure
 
@@ -63,12 +56,8 @@ def _map(
     limits: tuple[float, float] | None = None,
 ) -> None:
     """A map; without limits its colours leave out a hundredth of the nodes at either end, such as the corners."""
-    low, high = np.quantile(values, [0.01, 0.99]) if limits is None else limits
-    x, y = 1e6 * result["x"], 1e6 * result["y"]
-    image = axes.imshow(
-        values.T, extent=(0, x[0] + x[-1], 0, y[0] + y[-1]), origin="lower", cmap=colours, vmin=low, vmax=high
-    )
-    axes.set(xlabel="x [µm]", ylabel="y [µm]")
+    ends = np.quantile(values, [0.01, 0.99]) if limits is None else limits
+    image = draw_map(axes, result["x"], result["y"], values, colours, ends)
     assert axes.figure is not None
     axes.figure.colorbar(image, ax=axes, label=label, shrink=0.8, extend="both" if limits is None else "neither")
 

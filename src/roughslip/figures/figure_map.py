@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
-from roughslip.figures.style import Arrays, head, legend_above, panels, with_interval_names
+from roughslip.figures.style import Arrays, draw_curve, heads, legend_above, panels, with_ends, with_interval_names
 
 DRAWN = [
     *("belt_velocity", "damping_ratio", "probability", "hopf_damping", "existence_limit"),
@@ -18,7 +18,6 @@ DRAWN = [
     *("survival_limit", "survival_hopf", "band_level", "band_start"),
     *with_interval_names("survival_curve", "lifetime", "waiting", "band"),
 ]
-"""Variables of the result that the figure draws; they are stored with it."""
 
 CURVES = 6  # of survival that the eye can part
 DECIDED = 0.05  # mean survival over the time shown, below which a curve is all fall
@@ -32,10 +31,12 @@ def figure_map(result: Arrays) -> Figure:
     _curves(curves, result)
     _lifetimes(lifetimes, result)
     _band(band, result)
-    head(over, "a", f"probability of stick-slip, {int(result['map_runs'])} runs a point")
-    head(curves, "b", "stick-slip that survives, from rest on the belt")
-    head(lifetimes, "c", "mean lifetimes near the limit")
-    head(band, "d", "where stick-slip and sliding change places")
+    heads(
+        (over, curves, lifetimes, band),
+        f"probability of stick-slip, {int(result['map_runs'])} runs a point",
+        "stick-slip that survives, from rest on the belt",
+        *("mean lifetimes near the limit", "where stick-slip and sliding change places"),
+    )
     for axes in (curves, lifetimes, band):
         axes.spines[["top", "right"]].set_visible(False)
     return figure
@@ -72,10 +73,8 @@ def _curves(axes: Axes, result: Arrays) -> None:
     shown = undecided if undecided.size else np.arange(len(mean))
     shown = shown[np.unique(np.linspace(0, len(shown) - 1, min(CURVES, len(shown))).astype(int))]
     for colour, place in zip(sns.color_palette("viridis", len(shown)), shown, strict=True):
-        low, value, high = (result[f"survival_curve{end}"][row, place] for end in ("_low", "", "_high"))
-        axes.fill_between(result["survival_time"], low, high, color=colour, alpha=0.15, linewidth=0)
-        label = f"$D$ = {result['survival_damping'][row, place]:.3f}"
-        axes.plot(result["survival_time"], value, color=colour, lw=1.5, label=label)
+        look = {"color": colour, "lw": 1.5, "label": f"$D$ = {result['survival_damping'][row, place]:.3f}"}
+        draw_curve(axes, result["survival_time"], with_ends(result, "survival_curve", (row, place)), look, alpha=0.15)
     axes.set(xlabel="natural periods", ylabel="share of the runs", ylim=(0, 1.02), xlim=(0, None))
     axes.plot([], [], " ", label=f"std {float(result['friction_deviation'][row]):.3g}")
     legend_above(axes, columns=3)
@@ -86,12 +85,12 @@ def _lifetimes(axes: Axes, result: Arrays) -> None:
     for row in range(len(deviations)):
         colour, damping = f"C{row}", result["survival_damping"][row]
         for name, marker, style in (("lifetime", "o", "-"), ("waiting", "s", "--")):
-            low, value, high = (result[f"{name}{end}"][row] for end in ("_low", "", "_high"))
-            known = np.isfinite(value)
-            axes.fill_between(damping[known], low[known], high[known], color=colour, alpha=0.15, linewidth=0)
-            axes.plot(damping[known], value[known], marker + style, ms=3.5, lw=1.1, color=colour)
-            bound = np.isfinite(low) & ~np.isfinite(value)
-            axes.plot(damping[bound], low[bound], "^", ms=3, alpha=0.5, mfc="none", color=colour)
+            ends = with_ends(result, name, row)
+            known = np.isfinite(ends[0])
+            look = {"color": colour, "marker": marker, "ls": style, "ms": 3.5, "lw": 1.1}
+            draw_curve(axes, damping[known], [end[known] for end in ends], look, alpha=0.15)
+            bound = np.isfinite(ends[1]) & ~known
+            axes.plot(damping[bound], ends[1][bound], "^", ms=3, alpha=0.5, mfc="none", color=colour)
     axes.set(yscale="log", xlabel="damping ratio $D$", ylabel="natural periods")
     low, high = axes.get_ylim()
     for name, style in (("survival_hopf", "--"), ("survival_limit", "-")):
@@ -104,25 +103,21 @@ def _lifetimes(axes: Axes, result: Arrays) -> None:
         Line2D([], [], color="0.3", marker="s", ms=3.5, lw=1.1, ls="--", label="steady sliding"),
         Line2D([], [], color="0.3", marker="^", mfc="none", ms=4, ls="none", label="more than"),
     ]
-    columns = 2
-    axes.set_ylim(low, high * (high / low) ** (0.08 * -(-len(handles) // columns)))
-    axes.legend(handles=handles, loc="upper right", ncols=columns, fontsize="small", columnspacing=1.0)
+    axes.set_ylim(low, high * (high / low) ** (0.08 * -(-len(handles) // 2)))
+    axes.legend(handles=handles, loc="upper right", ncols=2, fontsize="small", columnspacing=1.0)
 
 
 def _band(axes: Axes, result: Arrays) -> None:
     deviation, (first, _, last) = result["friction_deviation"], result["band_level"]
     for start, (name, marker) in enumerate(zip(result["band_start"], "os", strict=True)):
-        colour, (low, value, high) = f"C{start}", (result[f"band{end}"][:, start] for end in ("_low", "", "_high"))
+        colour, (value, low, high) = f"C{start}", with_ends(result, "band", (slice(None), start))
         axes.fill_between(deviation, value[:, 0], value[:, -1], color=colour, alpha=0.2, linewidth=0)
         for column in (0, 2):
             axes.plot(deviation, value[:, column], color=colour, lw=0.8)
         error = [value[:, 1] - low[:, 1], high[:, 1] - value[:, 1]]
         axes.errorbar(deviation, value[:, 1], error, fmt=f"{marker}-", ms=4, lw=1.4, color=colour, label=str(name))
-    for name, style, text in (
-        ("survival_limit", "-", "cycle exists below"),
-        ("survival_hopf", "--", "sliding unstable below"),
-    ):
-        limit = float(result[name])
+    for name, style, text in (("limit", "-", "cycle exists below"), ("hopf", "--", "sliding unstable below")):
+        limit = float(result[f"survival_{name}"])
         axes.axhline(limit, color="0.3", lw=0.9, ls=style, label=f"{text} {limit:.4f}")
     axes.set(xlabel="standard deviation of friction", ylabel="damping ratio $D$", xlim=(0, None))
     bottom, top = axes.get_ylim()

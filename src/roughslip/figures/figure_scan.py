@@ -7,10 +7,18 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from roughslip.figures.style import INTERVAL, Arrays, head, legend_above, panels, with_interval_names
+from roughslip.figures.style import (
+    Arrays,
+    draw_curve,
+    draw_map,
+    heads,
+    legend_above,
+    panels,
+    with_ends,
+    with_interval_names,
+)
 
 # Numbers in the last panel: label, factor to the unit shown, unit.
 NUMBERS = {
@@ -29,7 +37,6 @@ DRAWN = [
     *with_interval_names("density", "correlation", "power", *NUMBERS),
     *(f"twin_{name}" for name in NUMBERS),
 ]
-"""Variables of the result that the figure draws; they are stored with it."""
 
 SCAN, TWIN = "0.15", "C1"
 OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies further away
@@ -39,31 +46,20 @@ def figure_scan(result: Arrays) -> Figure:
     """Maps, density of heights, autocorrelation, spectrum and numbers of a scan and of its twins."""
     figure, grid = panels(3, 2, 4.3)
     scale = 2.5e6 * float(result["rms_height"])
-    for axes, name, letter, text in ((grid[0, 0], "map", "a", "scan"), (grid[0, 1], "twin_map", "b", "a sampled twin")):
-        image = _map(axes, result, name, scale)
-        head(axes, letter, text)
+    for axes, name in zip(grid[0], ("map", "twin_map"), strict=False):
+        heights = 1e6 * (result[name] - np.mean(result[name]))
+        image = draw_map(axes, result["map_x"], result["map_y"], heights, "viridis", (-scale, scale))
     figure.colorbar(image, ax=grid[0, 1], label="height [µm]", extend="both")
     _density(grid[0, 2], result)
     _correlation(grid[1, 0], result)
     _spectrum(grid[1, 1], result)
     _numbers(grid[1, 2], result)
-    head(grid[0, 2], "c", "density of heights")
-    head(grid[1, 0], "d", "autocorrelation")
-    head(grid[1, 1], "e", "power spectrum")
-    head(grid[1, 2], "f", "numbers" if result["sufficient"] else "numbers (scan small for intervals)")
+    numbers = "numbers" if result["sufficient"] else "numbers (scan small for intervals)"
+    titles = ("scan", "a sampled twin", "density of heights", "autocorrelation", "power spectrum", numbers)
+    heads(grid.ravel(), *titles)
     for axes in grid.ravel()[2:]:
         axes.spines[["top", "right"]].set_visible(False)
     return figure
-
-
-def _map(axes: Axes, result: Arrays, name: str, scale: float) -> AxesImage:
-    x, y = 1e6 * result["map_x"], 1e6 * result["map_y"]
-    heights = 1e6 * (result[name] - np.mean(result[name]))
-    image = axes.imshow(
-        heights.T, extent=(0, x[0] + x[-1], 0, y[0] + y[-1]), origin="lower", cmap="viridis", vmin=-scale, vmax=scale
-    )
-    axes.set(xlabel="x [µm]", ylabel="y [µm]")
-    return image
 
 
 def _band(
@@ -75,15 +71,14 @@ def _band(
     labels: tuple[str, str] = ("scan (95 %)", "twins (range)"),
 ) -> None:
     """A curve of the scan with its interval, and the mean, the least and the largest of the twins (twin, ...)."""
-    axes.fill_between(x, scan[1], scan[2], color=SCAN, alpha=0.2, linewidth=0)
-    axes.plot(x, scan[0], color=SCAN, lw=1.4, ls=line, label=labels[0])
-    axes.fill_between(x, twins.min(axis=0), twins.max(axis=0), color=TWIN, alpha=0.3, linewidth=0)
-    axes.plot(x, twins.mean(axis=0), color=TWIN, lw=1.2, ls=line, label=labels[1])
+    draw_curve(axes, x, scan, {"color": SCAN, "lw": 1.4, "ls": line, "label": labels[0]})
+    ends = twins.mean(axis=0), twins.min(axis=0), twins.max(axis=0)
+    draw_curve(axes, x, ends, {"color": TWIN, "lw": 1.2, "ls": line, "label": labels[1]}, alpha=0.3)
 
 
 def _density(axes: Axes, result: Arrays) -> None:
     edges = 1e6 * result["density_edge"]
-    scan = [1e-6 * result[f"density{end}"] for end in INTERVAL]
+    scan = with_ends(result, "density", factor=1e-6)
     _band(axes, 0.5 * (edges[1:] + edges[:-1]), scan, 1e-6 * result["twin_density"])
     reach = 6e6 * float(result["rms_height"])
     axes.set(xlabel="height [µm]", ylabel="density [1/µm]", ylim=(0, None))
@@ -97,8 +92,8 @@ def _correlation(axes: Axes, result: Arrays) -> None:
     for axis, cut, line in (("x", (slice(i, None), j), "-"), ("y", (i, slice(j, None)), ":")):
         lag = 1e6 * result[f"lag_{axis}"]
         twins = result[f"twin_correlation_{axis}"][:, len(lag) // 2 :]
-        scan = [result[f"correlation{end}"][cut] for end in INTERVAL]
-        _band(axes, lag[len(lag) // 2 :], scan, twins, line, (f"scan, along {axis}", f"twins, along {axis}"))
+        labels = f"scan, along {axis}", f"twins, along {axis}"
+        _band(axes, lag[len(lag) // 2 :], with_ends(result, "correlation", cut), twins, line, labels)
     for level in (0.0, np.exp(-1)):
         axes.axhline(level, color="0.6", lw=0.6)
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
@@ -107,8 +102,7 @@ def _correlation(axes: Axes, result: Arrays) -> None:
 
 def _spectrum(axes: Axes, result: Arrays) -> None:
     axes.set(xscale="log", yscale="log", xlabel="wavenumber [rad/µm]", ylabel="power spectrum [µm$^4$]")
-    scan = [1e24 * result[f"power{end}"] for end in INTERVAL]
-    _band(axes, 1e-6 * result["wavenumber"], scan, 1e24 * result["twin_power"])
+    _band(axes, 1e-6 * result["wavenumber"], with_ends(result, "power", factor=1e24), 1e24 * result["twin_power"])
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -122,7 +116,7 @@ def _numbers(axes: Axes, result: Arrays) -> None:
     """
     shown = [name for name in NUMBERS if name != "fractal_dimension" or 2.0 <= result[name] <= 3.0]
     for row, name in enumerate(shown):
-        value, low, high = (float(result[f"{name}{end}"]) for end in INTERVAL)
+        value, low, high = with_ends(result, name)
         away = result[f"twin_{name}"] - value
         if name == "lay":  # an angle between undirected lines
             away = (away + np.pi / 2) % np.pi - np.pi / 2

@@ -1,17 +1,20 @@
-"""The common style of all figures: panels, titles, legends, and files with the same bytes on every run."""
+"""What all figures share: panels, titles, intervals, maps, legends, and files with the same bytes on every run."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 
 Arrays = Mapping[str, np.ndarray]
+Look = dict[str, Any]  # colour, marker and line of an artist, in matplotlib's words
 
 INTERVAL = ("", "_low", "_high")
 
@@ -39,6 +42,45 @@ def save(figure: Figure, path: Path) -> None:
 def head(axes: Axes, letter: str, text: str) -> None:
     """The letter and the title of a panel, above its left edge."""
     axes.set_title(f"({letter}) {text}", loc="left", fontsize="medium")
+
+
+def heads(axes: Iterable[Axes], *texts: str) -> None:
+    """Letters in their order, and a title for each panel."""
+    for one, letter, text in zip(axes, "abcdefghi", texts, strict=False):
+        head(one, letter, text)
+
+
+def with_ends(result: Arrays, name: str, index: Any = ..., factor: float = 1.0) -> list[np.ndarray]:
+    """A stored number and both ends of its interval, in units of 1 / factor: value, low, high."""
+    return [factor * result[name + end][index] for end in INTERVAL]
+
+
+def draw_curve(axes: Axes, x: np.ndarray, ends: Sequence[np.ndarray], look: Look, alpha: float = 0.2) -> None:
+    """A curve of values with the band of their intervals. ends : value, low, high"""
+    value, low, high = ends
+    axes.fill_between(x, low, high, color=look["color"], alpha=alpha, linewidth=0)
+    axes.plot(x, value, **look)
+
+
+def draw_points(axes: Axes, x: np.ndarray, ends: Sequence[np.ndarray], look: Look, lw: float = 1.2) -> None:
+    """Markers of values with their intervals. ends : value, low, high"""
+    value, low, high = ends
+    axes.vlines(x, low, high, color=look["color"], lw=lw)
+    axes.plot(x, value, **{"marker": "o", "ls": "none", "ms": 4, **look})
+
+
+def draw_map(
+    axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, colours: str, limits: Sequence[float]
+) -> AxesImage:
+    """Values (x, y) at the centres of cells [m] as colours between two limits."""
+    extent = (0, 1e6 * (x[0] + x[-1]), 0, 1e6 * (y[0] + y[-1]))
+    axes.set(xlabel="x [µm]", ylabel="y [µm]")
+    return axes.imshow(values.T, extent=extent, origin="lower", cmap=colours, vmin=limits[0], vmax=limits[1])
+
+
+def pressure_unit(largest: float) -> tuple[float, str]:
+    """Factor from Pa to the unit of a pressure axis, and the name of the unit."""
+    return (1e-9, "GPa") if largest > 1e9 else (1e-6, "MPa")
 
 
 def legend_above(axes: Axes, columns: int = 2) -> None:

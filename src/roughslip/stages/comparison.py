@@ -3,7 +3,7 @@
 from roughslip import store
 from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
-from roughslip.figures.comparison import COMPARED, MOST, comparison
+from roughslip.figures.figure3 import COMPARED, MOST, comparison
 from roughslip.figures.style import save
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute

@@ -6,8 +6,7 @@ from typing import Any
 
 from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.report.evidence import BUDGET, MEASURED, Evidence
-from roughslip.report.page import SceneReport, page
+from roughslip.report.page import BUDGET, MEASURED, Evidence, SceneReport, page
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of, without_nulls
 from roughslip.stages.from_scene import geometry, surface_model

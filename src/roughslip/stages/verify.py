@@ -7,7 +7,7 @@ from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.verdicts.verification import Compared, compared_claims, compared_friction, compared_summaries
+from roughslip.verdicts.kept_results import Compared, compared_claims, compared_friction, compared_summaries
 
 STAGE = Stage(
     name="verify",

@@ -1,14 +1,50 @@
-"""The files of a full run that the repository keeps, for readers and for comparison."""
+"""The results of a full run that git keeps, for readers, and the comparison of another run with them.
+
+A run of the same code gives the same numbers. With other code, packages or processors the numbers may differ: they
+agree within the 95 % interval of the kept ones. The friction of a scene that has a Monte Carlo reference, strips solved
+directly with random numbers of their own, is compared with that too.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
+import math
 import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
 
+Arrays = Mapping[str, np.ndarray]
+
 KEPT = ("figure2.png", "figure3.png", "figure5.png", "claims.json", "costs.json", "summary.csv")
+FAR = 4.0  # standard errors: of 22 numbers one lies beyond by chance once in 700 runs
+ENDS = ("_low", "_high")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A number, verdict or count of this run and the kept one.
+
+    name : of the number
+    found, kept : of this run and of the kept one, as text
+    allowed : the range that agrees
+    moved : whether they differ at all
+    agrees : whether the difference is allowed
+    """
+
+    name: str
+    found: str
+    kept: str
+    allowed: str
+    moved: bool
+    agrees: bool
 
 
 def keep(results: Path, reference: Path) -> None:
@@ -19,3 +55,84 @@ def keep(results: Path, reference: Path) -> None:
     for name in KEPT:
         with replacing(reference / name) as temporary:
             shutil.copyfile(results / name, temporary)
+
+
+def compared_claims(found: Sequence[Mapping[str, Any]], kept: Sequence[Mapping[str, Any]]) -> list[Compared]:
+    """Every verdict and every number of claims.json. A claim that only one of them has does not agree."""
+    of_run, of_kept = ({str(claim["id"]): claim for claim in claims} for claims in (found, kept))
+    rows = []
+    for name in dict.fromkeys((*of_kept, *of_run)):
+        one, other = of_run.get(name), of_kept.get(name)
+        verdicts = [str(claim["verdict"]) if claim else "missing" for claim in (one, other)]
+        rows.append(_equal(f"{name}, verdict", *verdicts))
+        if one and other:
+            rows.append(_within(name, one["ours"], other["ours"], other["interval"]))
+    return rows
+
+
+def compared_summaries(found: str, kept: str) -> list[Compared]:
+    """Every number of summary.csv, a row a penetration; one without an interval must be the same.
+
+    Raises StoreError where a text is no such table.
+    """
+    tables = []
+    for text in (found, kept):
+        rows = list(csv.DictReader(io.StringIO(text)))
+        if not rows or "percentile" not in rows[0] or any(None in row.values() or None in row for row in rows):
+            raise StoreError("summary.csv is not a table of penetrations: make the scene again")
+        tables.append({row.pop("percentile"): row for row in rows})
+    of_run, of_kept = tables
+    compared = [_equal("penetrations", " ".join(of_run), " ".join(of_kept))]
+    for percentile in (percentile for percentile in of_kept if percentile in of_run):
+        row, other = of_run[percentile], of_kept[percentile]
+        for name in (name for name in other if not any(_is_end(name, end) for end in ENDS)):
+            title, value = f"{name} at {percentile} %", float(row.get(name, "nan"))
+            ends = [other.get(_end(name, end)) for end in ENDS]
+            interval = None if None in ends else [float(str(end)) for end in ends]
+            compared.append(_within(title, value, float(other[name]), interval))
+    return compared
+
+
+def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
+    """Mean and standard deviation of mu at every penetration, compared with strips solved directly.
+
+    friction : what stage friction stores; reference : area over force [1/Pa] with standard errors
+
+    In units of the shear strength, which the scene calibrates by its own mean at the median. Differences are in
+    standard errors of both; half a 95 % interval is 1.96 of them.
+    """
+    shear, rows = float(friction["shear_strength"]), []
+    for level, percentile in enumerate(reference["percentile"]):
+        at = int(np.flatnonzero(np.isclose(friction["percentile"], percentile))[0])
+        for name in ("mean", "std"):
+            value, low, high = (float(friction[f"combined_{name}{end}"][at]) for end in ("", *ENDS))
+            expected = shear * float(reference[name][level])
+            error = math.hypot((high - low) / (2 * 1.96), shear * float(reference[f"{name}_standard_error"][level]))
+            off = (value - expected) / error
+            texts = (f"{value:.6g}", f"{expected:.6g}", f"{FAR:g} standard errors, {off:+.2f} of them off")
+            rows.append(Compared(f"{name} at {percentile:g} %, direct", *texts, True, abs(off) <= FAR))
+    return rows
+
+
+def _is_end(name: str, end: str) -> bool:
+    return name.endswith((end, f"{end}_m"))
+
+
+def _end(name: str, end: str) -> str:
+    """The column of an end of the interval of a column; of `length_m` it is `length_low_m`."""
+    return f"{name.removesuffix('_m')}{end}_m" if name.endswith("_m") else name + end
+
+
+def _equal(name: str, found: str, kept: str) -> Compared:
+    return Compared(name, found, kept, kept, found != kept, found == kept)
+
+
+def _within(name: str, found: float | None, kept: float | None, interval: Sequence[float] | None) -> Compared:
+    if found is None or kept is None or interval is None or math.isnan(found) or math.isnan(kept):
+        return _equal(name, *("none" if value is None else f"{value:.6g}" for value in (found, kept)))
+    # a number of six digits may lie outside its own interval by a rounding
+    rounding = 1e-5 * max(abs(found), abs(kept))
+    inside = interval[0] - rounding <= found <= interval[1] + rounding
+    moved = abs(found - kept) > rounding
+    texts = (f"{found:.6g}", f"{kept:.6g}", f"{interval[0]:.6g} to {interval[1]:.6g}")
+    return Compared(name, *texts, moved, inside or not moved)

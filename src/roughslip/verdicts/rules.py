@@ -1,4 +1,4 @@
-"""The paper's statements, each with our number, its interval and a verdict that a written rule decides.
+"""Verdicts on the paper's statements, each from our number and its interval by its written rule.
 
 A rule asks for an interval on one side of an effect size; no verdict is set by hand. `reproduced` needs the whole
 interval there, else the verdict is `not reproduced`. Where the interval reaches both sides the note says `undecided`. A
@@ -7,49 +7,43 @@ statement at odds with another number of the paper `contradicts itself`. Without
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from roughslip.probability import beta_moments
-from roughslip.verdicts.statements import P_VALUES, STATEMENTS
+from roughslip.verdicts.statements import (
+    BETA_KURTOSIS,
+    BETA_SKEWNESS,
+    CAN_CYCLE,
+    CYCLING,
+    FACTOR,
+    NON_NORMAL,
+    P_VALUES,
+    PAPER_LENGTH,
+    RULES,
+    SAME_LENGTH,
+    SKEWNESS_RANGE,
+    STATEMENTS,
+    VISIBLE,
+)
 
 REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
 CONTRADICTS, NOT_TESTED = "contradicts itself", "not tested"
-VISIBLE = 0.1  # Kolmogorov distance that a reader sees between two curves in print
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
-FACTOR = 2.0  # between small probabilities that still match
-SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence
-SAME_SKEWNESS = 0.5  # relative; the normal law, 0.05 from Beta(2.1, 5) in Kolmogorov distance, is off by 1
-NON_NORMAL = 0.1  # skewness or excess kurtosis
-CYCLING = 0.95  # share of the runs
-CAN_CYCLE = 0.05  # share of the runs
 LEAST_P = 1e-16  # smallest p-value reported
-PAPER_LENGTH = 250e-6  # m
-PAPER_BETA = (2.1, 5.0)
-_, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
-SKEWNESS_RANGE = BETA_SKEWNESS * (1 - SAME_SKEWNESS), BETA_SKEWNESS * (1 + SAME_SKEWNESS)
-
 SOLVED = 0  # row of the sources of the friction statistics
+
+NO_STAGE = "the scene does not run this stage"
+NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"
+ONE_LEVEL = "the scene has one penetration only"
+NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cycle at any damping ratio"
+ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
 
 Arrays = Mapping[str, np.ndarray]
 Interval = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Claim:
-    """One statement: what the paper says, our number with its 95 % interval, the verdict and the rule behind it."""
-
-    id: str
-    statement: str
-    paper: str
-    ours: float | None
-    interval: Interval | None
-    verdict: str
-    note: str
-    rule: str
 
 
 @dataclass(frozen=True)
@@ -68,80 +62,38 @@ class Finding:
     contradicts: bool = False
 
 
-_COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"
-_DECREASES = "the intervals of the slope over penetration and of last less first level both lie below zero"
-_SKEWED_ALIKE = "that of the skewness from {:.2f} to {:.2f}, around the {:.2f} of Beta(2.1, 5)".format(
-    *SKEWNESS_RANGE, BETA_SKEWNESS
-)
-
-RULES = {
-    "fig2-mcs-lhs": _COINCIDE,
-    "fig2-pc-lhs": _COINCIDE,
-    "fig2-pc-tail": f"where Monte Carlo lies between 0.001, or the least that its samples resolve, and 0.1, eq. (8) is "
-    f"within a factor of {FACTOR:g} of it: the interval of the largest |log10| of their ratio lies below "
-    f"{np.log10(FACTOR):.3f}",
-    "fig2-variants-agree": _COINCIDE,
-    "fig3-mean-decreases": _DECREASES,
-    "fig3-std-decreases": _DECREASES,
-    "fig3-cov-decreases": _DECREASES,
-    "mu-correlation-exponential": "at median penetration, mean square distance to the fitted exponential less "
-    "that to the triangle of the window itself: the interval lies below zero",
-    "mu-correlation-250um": "at median penetration the interval of the least-squares length lies within "
-    f"{SAME_LENGTH:.0%} of 250 um",
-    "mu-correlation-any-depth": f"the interval of the change from first to last level is within {SAME_LENGTH:.0%} of "
-    "the mean length",
-    "mu-right-skewed": "the interval of the skewness at median penetration lies above zero",
-    "mu-leptokurtic": "contradicts itself if the paper's own Beta(2.1, 5) has negative excess kurtosis; else the "
-    "interval of the excess kurtosis at median penetration lies above zero",
-    "mu-beta-2.1-5": f"at median penetration the interval of the Kolmogorov distance, both standardised, lies below "
-    f"{VISIBLE} and {_SKEWED_ALIKE}",
-    "mu-beta-any-depth": f"at every level the interval of the Kolmogorov distance, both standardised, lies below "
-    f"{VISIBLE} and {_SKEWED_ALIKE}",
-    "fig5-limit-cycle": f"the damping lies below the deterministic limit, and the interval of the share of runs that "
-    f"cycle to the end above {CYCLING}",
-    "fig5-reattachment-nonnormal": f"the interval of the skewness or that of the excess kurtosis lies beyond "
-    f"{NON_NORMAL} on either side of zero",
-    "fig5-sharp-limit": "every damping of the list below the limit gives at least half the cycles of the least "
-    "damping, every one above at most one. It is not tested if the list has only one side",
-    "fig5-range-beyond-limit": "at some damping of the list above the deterministic limit the interval of the share of "
-    f"runs that cycle to the end lies above {CAN_CYCLE}; not tested if the list has none",
-}
-
-NO_STAGE = "the scene does not run this stage"
-NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"
-ONE_LEVEL = "the scene has one penetration only"
-NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cycle at any damping ratio"
-ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
+Rule = Callable[[Arrays], Finding | str]  # a text says why the statement cannot be tested
 
 
 def claims(square: Arrays | None, friction: Arrays | None, oscillator: Arrays | None) -> list[dict[str, Any]]:
     """Every statement in the order of the paper, from the results of the branches that the scene runs.
 
     square, friction, oscillator : contents of chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc
+
+    Each is a mapping with id, statement, paper, ours, interval (low, high), verdict, note and rule.
     """
-    found: dict[str, Finding | str] = {}
-    if square is not None:
-        found |= _figure_2(square)
-    if friction is not None:
-        found |= _with_p_values(_figure_3(friction) | _correlation(friction) | _marginal(friction), friction)
-    if oscillator is not None:
-        found |= _figure_5(oscillator)
-    return [asdict(_claim(name, found.get(name, NO_STAGE))) for name in STATEMENTS]
+    branches = ((square, ON_THE_SQUARE), (friction, ON_FRICTION), (oscillator, ON_THE_OSCILLATOR))
+    return [_claim(name, rule, arrays) for arrays, rules in branches for name, rule in rules.items()]
 
 
-def _claim(name: str, found: Finding | str) -> Claim:
-    """The verdict on a finding, or the reason why there is none."""
+def _claim(name: str, rule: Rule, arrays: Arrays | None) -> dict[str, Any]:
+    """The verdict on a statement, or the reason why there is none."""
+    found = NO_STAGE if arrays is None else rule(arrays)
+    if arrays is None or isinstance(found, str) or not np.isfinite([found.ours, *found.interval]).all():
+        why = found if isinstance(found, str) else NO_NUMBER
+        judged: dict[str, Any] = {"ours": None, "interval": None, "verdict": NOT_TESTED, "note": why}
+    else:
+        verdict, note = REPRODUCED if found.holds > 0 else NOT_REPRODUCED, found.note
+        variable, hypothesis = P_VALUES.get(name, ("", ""))
+        if variable and np.isfinite(p := float(arrays[variable])):
+            note += f"; {hypothesis}: p = {p:.2g}"
+        if found.contradicts:
+            verdict = CONTRADICTS
+        elif found.holds == 0:
+            note += "; undecided, since the interval reaches both sides"
+        judged = {"ours": found.ours, "interval": found.interval, "verdict": verdict, "note": note}
     statement, paper = STATEMENTS[name]
-    if isinstance(found, Finding) and not np.isfinite([found.ours, *found.interval]).all():
-        found = NO_NUMBER
-    if isinstance(found, str):
-        return Claim(name, statement, paper, None, None, NOT_TESTED, found, RULES[name])
-    verdict, note = REPRODUCED if found.holds > 0 else NOT_REPRODUCED, found.note
-    if found.contradicts:
-        verdict = CONTRADICTS
-    elif found.holds == 0:
-        note += "; undecided, since the interval reaches both sides"
-    return Claim(name, statement, paper, found.ours, found.interval, verdict, note, RULES[name])
+    return {"id": name, "statement": statement, "paper": paper, **judged, "rule": RULES[name]}
 
 
 def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> int:
@@ -159,10 +111,9 @@ def _number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:
     return value, (low, high)
 
 
-def _judged(arrays: Arrays, name: str, *index: int, low: float = -np.inf, high: float = np.inf, note: str) -> Finding:
+def _judged(number: tuple[float, Interval], note: str, low: float = -np.inf, high: float = np.inf) -> Finding:
     """The rule that wants the interval of one stored number between low and high."""
-    value, interval = _number(arrays, name, *index)
-    return Finding(value, interval, inside(interval, low, high), note)
+    return Finding(*number, inside(number[1], low, high), note)
 
 
 def _shown(number: tuple[float, Interval], digits: int = 2) -> str:
@@ -170,110 +121,58 @@ def _shown(number: tuple[float, Interval], digits: int = 2) -> str:
     return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
-def _figure_2(square: Arrays) -> dict[str, Finding | str]:
-    row = {str(name): i for i, name in enumerate(square["method"])}
-    samples = {str(name): f"{count:.0f}" for name, count in zip(square["fit"], square["fit_samples"], strict=True)}
-    fit = {str(name): i for i, name in enumerate(square["fit"])}
-    at_contact = [float(square["fit_distance_at_contact"][fit[name]]) for name in ("equation_8", "equation_9")]
-    positive = float(square["fit_positive_share"][fit["equation_8"]])
-    equation_9, ours = (_number(square, "distance_in_contact", row[name]) for name in ("equation_9", "roughslip"))
-    note = "Kolmogorov distance given contact"
+def _of_method(square: Arrays, name: str, method: str) -> tuple[float, Interval]:
+    return _number(square, name, [str(one) for one in square["method"]].index(method))
+
+
+def _distance_note(square: Arrays) -> str:
     captured = float(square["captured_variance"])
-    if captured < WELL_CAPTURED:
-        note = f"the modes carry {captured:.0%} of the variance of the surface; {note}"
-    return {
-        "fig2-mcs-lhs": _judged(square, "distance_in_contact", row["latin_hypercube"], high=VISIBLE, note=note),
-        "fig2-pc-lhs": _judged(
-            square,
-            "distance_in_contact",
-            row["equation_8"],
-            high=VISIBLE,
-            note=f"{note} of eq. (8), fitted to {samples['equation_8']} samples in contact; that of eq. (9) "
-            f"{_shown(equation_9)}, of the expansion of {samples['roughslip']} samples, in contact or not, "
-            f"{_shown(ours, 3)}. At samples that a solve found in contact, new ones too, eqs. (8) and (9) have "
-            f"{at_contact[0]:.3f} and {at_contact[1]:.3f}; at all samples eq. (8) is positive in {positive:.0%}",
-        ),
-        "fig2-pc-tail": _judged(
-            square,
-            "tail_error",
-            row["equation_8"],
-            high=float(np.log10(FACTOR)),
-            note="largest |log10| of the ratio to Monte Carlo; that of the expansion of all samples "
-            f"{_shown(_number(square, 'tail_error', row['roughslip']))}",
-        ),
-        "fig2-variants-agree": _judged(square, "distance_between_variants", high=VISIBLE, note=note),
-    }
+    truncated = f"the modes carry {captured:.0%} of the variance of the surface; " if captured < WELL_CAPTURED else ""
+    return f"{truncated}Kolmogorov distance given contact"
 
 
-def _figure_3(friction: Arrays) -> dict[str, Finding | str]:
-    titles = {"mean": "mean", "std": "standard deviation", "variation": "coefficient of variation"}
-    found: dict[str, Finding | str] = {}
-    for name, (key, title) in zip(("mean", "std", "cov"), titles.items(), strict=True):
-        if len(friction["percentile"]) == 1:
-            found[f"fig3-{name}-decreases"] = ONE_LEVEL
-            continue
-        change, interval = _number(friction, f"trend_combined_{key}_change")
-        _, slope = _number(friction, f"trend_combined_{key}_slope")
-        values = friction[f"combined_{key}"]
-        note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
-        holds = min(inside(interval, high=0.0), inside(slope, high=0.0))
-        found[f"fig3-{name}-decreases"] = Finding(change, interval, holds, note)
-    return found
+def _coincide(square: Arrays, distance: tuple[float, Interval]) -> Finding:
+    return _judged(distance, _distance_note(square), high=VISIBLE)
 
 
-def _with_p_values(found: dict[str, Finding | str], friction: Arrays) -> dict[str, Finding | str]:
-    """The findings, whose notes end in the p-value of the hypothesis that goes with them where there is one."""
-    for name, (variable, hypothesis) in P_VALUES.items():
-        finding, p = found[name], float(friction[variable])
-        if isinstance(finding, Finding) and np.isfinite(p):
-            found[name] = replace(finding, note=f"{finding.note}; {hypothesis}: p = {p:.2g}")
-    return found
+def _equation_8(square: Arrays) -> Finding:
+    first, second, ours = (
+        _of_method(square, "distance_in_contact", m) for m in ("equation_8", "equation_9", "roughslip")
+    )
+    fits = [str(name) for name in square["fit"]]
+    row_8, row_9, row_all = (fits.index(name) for name in ("equation_8", "equation_9", "roughslip"))
+    samples, at_contact = square["fit_samples"], square["fit_distance_at_contact"]
+    note = (
+        f"{_distance_note(square)} of eq. (8), fitted to {samples[row_8]:.0f} samples in contact; that of eq. (9) "
+        f"{_shown(second)}, of the expansion of {samples[row_all]:.0f} samples, in contact or not, {_shown(ours, 3)}. "
+        f"At samples that a solve found in contact, new ones too, eqs. (8) and (9) have {at_contact[row_8]:.3f} and "
+        f"{at_contact[row_9]:.3f}; at all samples eq. (8) is positive in {square['fit_positive_share'][row_8]:.0%}"
+    )
+    return _judged(first, note, high=VISIBLE)
+
+
+def _tail(square: Arrays) -> Finding:
+    ours = _shown(_of_method(square, "tail_error", "roughslip"))
+    note = f"largest |log10| of the ratio to Monte Carlo; that of the expansion of all samples {ours}"
+    return _judged(_of_method(square, "tail_error", "equation_8"), note, high=float(np.log10(FACTOR)))
+
+
+def _decreases(friction: Arrays, key: str, title: str) -> Finding | str:
+    if len(friction["percentile"]) == 1:
+        return ONE_LEVEL
+    change, interval = _number(friction, f"trend_combined_{key}_change")
+    _, slope = _number(friction, f"trend_combined_{key}_slope")
+    values = friction[f"combined_{key}"]
+    note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
+    return Finding(change, interval, min(inside(interval, high=0.0), inside(slope, high=0.0)), note)
 
 
 def _median(friction: Arrays) -> int:
     return int(np.flatnonzero(friction["percentile"] == 50.0)[0])
 
 
-def _correlation(friction: Arrays) -> dict[str, Finding | str]:
-    median, lengths = _median(friction), friction["length_least_squares"][SOLVED]
-    exponential, triangle = (float(friction[f"misfit_{name}"][SOLVED, median]) for name in ("exponential", "triangle"))
-    one_over_e, integral = (
-        1e6 * float(friction[f"length_{name}"][SOLVED, median]) for name in ("one_over_e", "integral")
-    )
-    allowed = SAME_LENGTH * float(np.mean(lengths))
-    shorter = _window(friction) * PAPER_LENGTH / float(lengths[median])
-    return {
-        "mu-correlation-exponential": _judged(
-            friction,
-            "misfit_difference",
-            SOLVED,
-            median,
-            high=0.0,
-            note=f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window",
-        ),
-        "mu-correlation-250um": _judged(
-            friction,
-            "length_least_squares",
-            SOLVED,
-            median,
-            low=PAPER_LENGTH * (1 - SAME_LENGTH),
-            high=PAPER_LENGTH * (1 + SAME_LENGTH),
-            note="metres, least squares to lags of three windows; "
-            f"1/e {one_over_e:.0f} um, integral {integral:.0f} um; "
-            f"the length goes with the window, and one of {1e6 * shorter:.0f} um would give the paper's",
-        ),
-        "mu-correlation-any-depth": ONE_LEVEL
-        if len(lengths) == 1
-        else _judged(
-            friction,
-            "trend_length_least_squares_change",
-            SOLVED,
-            low=-allowed,
-            high=allowed,
-            note=f"metres, change from the first to the last level; {1e6 * allowed:.0f} um are allowed; over all "
-            f"levels {1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} um",
-        ),
-    }
+def _at_median(friction: Arrays, name: str) -> tuple[float, Interval]:
+    return _number(friction, name, SOLVED, _median(friction))
 
 
 def _window(friction: Arrays) -> float:
@@ -281,115 +180,178 @@ def _window(friction: Arrays) -> float:
     return float(friction["lag"][1] / (1.0 - friction["triangle"][1]))
 
 
+def _exponential(friction: Arrays) -> Finding:
+    exponential, triangle = (
+        friction[f"misfit_{name}"][SOLVED, _median(friction)] for name in ("exponential", "triangle")
+    )
+    note = f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
+    return _judged(_at_median(friction, "misfit_difference"), note, high=0.0)
+
+
+def _length(friction: Arrays) -> Finding:
+    one_over_e, integral = (
+        1e6 * friction[f"length_{name}"][SOLVED, _median(friction)] for name in ("one_over_e", "integral")
+    )
+    length = _at_median(friction, "length_least_squares")
+    shorter = 1e6 * _window(friction) * PAPER_LENGTH / length[0]
+    note = (
+        f"metres, least squares to lags of three windows; 1/e {one_over_e:.0f} um, integral {integral:.0f} um; the "
+        f"length goes with the window, and one of {shorter:.0f} um would give the paper's"
+    )
+    return _judged(length, note, PAPER_LENGTH * (1 - SAME_LENGTH), PAPER_LENGTH * (1 + SAME_LENGTH))
+
+
+def _length_at_any_depth(friction: Arrays) -> Finding | str:
+    lengths = friction["length_least_squares"][SOLVED]
+    if len(lengths) == 1:
+        return ONE_LEVEL
+    allowed = SAME_LENGTH * float(np.mean(lengths))
+    note = (
+        f"metres, change from the first to the last level; {1e6 * allowed:.0f} um are allowed; over all levels "
+        f"{1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} um"
+    )
+    return _judged(_number(friction, "trend_length_least_squares_change", SOLVED), note, -allowed, allowed)
+
+
+def _right_skewed(friction: Arrays) -> Finding:
+    skewness = friction["skewness"][SOLVED]
+    note = f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}"
+    return _judged(_at_median(friction, "skewness"), note, low=0.0)
+
+
+def _leptokurtic(friction: Arrays) -> Finding:
+    value, interval = _at_median(friction, "kurtosis")
+    note = f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}"
+    return Finding(value, interval, inside(interval, low=0.0), note, contradicts=BETA_KURTOSIS < 0)
+
+
+def _follows_beta(friction: Arrays, level: int) -> int:
+    """Whether windows at a level have the shape of the paper's Beta.
+
+    By the distance alone the normal distribution would pass.
+    """
+    _, distance = _number(friction, "beta_distance_standardised", SOLVED, level)
+    _, skewness = _number(friction, "skewness", SOLVED, level)
+    return min(inside(distance, high=VISIBLE), inside(skewness, *SKEWNESS_RANGE))
+
+
+def _beta(friction: Arrays) -> Finding:
+    median, skewness = _median(friction), _at_median(friction, "skewness")
+    fitted, scaled = (
+        ", ".join(f"{friction[f'{name}_{shape}'][SOLVED, median]:.3g}" for shape in "ab")
+        for name in ("beta", "scaled_beta")
+    )
+    at_bound = friction["beta_at_bound"][SOLVED, median]
+    undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
+    note = (
+        f"Kolmogorov distance; skewness {_shown(skewness)}; fitted Beta({fitted}){undetermined}, after scaling by the "
+        f"sample extremes Beta({scaled}); {_window_of_the_beta(friction, skewness[0])}"
+    )
+    return Finding(*_at_median(friction, "beta_distance_standardised"), _follows_beta(friction, median), note)
+
+
 def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
-    """Which window would have the skewness of the paper's Beta: that of a mean falls with the root of what it is of."""
+    """Which window would have the skewness of the paper's Beta: that of a mean falls with the root of its window."""
     if not skewness > 0:
         return "no window would have the skewness of Beta(2.1, 5)"
     window = 1e6 * _window(friction) * (skewness / BETA_SKEWNESS) ** 2
     return f"a window of {window:.0f} um would have the skewness of Beta(2.1, 5), {BETA_SKEWNESS:.2f}"
 
 
-def _follows_beta(friction: Arrays, level: int) -> int:
-    """Whether the law at a level has the shape of the paper's: by its distance alone the normal law would pass."""
-    _, distance = _number(friction, "beta_distance_standardised", SOLVED, level)
-    _, skewness = _number(friction, "skewness", SOLVED, level)
-    return min(inside(distance, high=VISIBLE), inside(skewness, *SKEWNESS_RANGE))
-
-
-def _marginal(friction: Arrays) -> dict[str, Finding | str]:
-    median, levels = _median(friction), range(len(friction["percentile"]))
-    kurtosis, kurtosis_interval = _number(friction, "kurtosis", SOLVED, median)
-    follows = [_follows_beta(friction, level) for level in levels]
+def _beta_at_any_depth(friction: Arrays) -> Finding:
+    follows = [_follows_beta(friction, level) for level in range(len(friction["percentile"]))]
     farthest = int(np.argmax(friction["beta_distance_standardised_high"][SOLVED]))
     skewness = friction["skewness"][SOLVED]
-    at_bound = " (at the end of the range of shapes: they are not determined)"
-    at_bound = at_bound if friction["beta_at_bound"][SOLVED, median] else ""
-    fitted, scaled = (
-        ", ".join(f"{float(friction[f'{name}_{shape}'][SOLVED, median]):.3g}" for shape in "ab")
-        for name in ("beta", "scaled_beta")
+    note = (
+        f"Kolmogorov distance at percentile {friction['percentile'][farthest]:g}, of the largest upper end; "
+        f"{follows.count(1)} of {len(follows)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"
     )
-    return {
-        "mu-right-skewed": _judged(
-            friction,
-            "skewness",
-            SOLVED,
-            median,
-            low=0.0,
-            note=f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}",
-        ),
-        "mu-leptokurtic": Finding(
-            kurtosis,
-            kurtosis_interval,
-            inside(kurtosis_interval, low=0.0),
-            f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}",
-            contradicts=BETA_KURTOSIS < 0,
-        ),
-        "mu-beta-2.1-5": Finding(
-            *_number(friction, "beta_distance_standardised", SOLVED, median),
-            follows[median],
-            f"Kolmogorov distance; skewness {_shown(_number(friction, 'skewness', SOLVED, median))}; fitted "
-            f"Beta({fitted}){at_bound}, after scaling by the sample extremes Beta({scaled}); "
-            f"{_window_of_the_beta(friction, float(skewness[median]))}",
-        ),
-        "mu-beta-any-depth": Finding(
-            *_number(friction, "beta_distance_standardised", SOLVED, farthest),
-            min(follows),
-            f"Kolmogorov distance at percentile {float(friction['percentile'][farthest]):g}, of the largest upper end; "
-            f"{follows.count(1)} of {len(levels)} levels follow it; skewness {skewness.min():.2f} to "
-            f"{skewness.max():.2f}",
-        ),
-    }
+    return Finding(*_number(friction, "beta_distance_standardised", SOLVED, farthest), min(follows), note)
 
 
-def _figure_5(oscillator: Arrays) -> dict[str, Finding | str]:
-    found: dict[str, Finding | str] = {"fig5-reattachment-nonnormal": _reattachment(oscillator)}
-    nominal, limit = float(oscillator["nominal_damping"]), float(oscillator["deterministic_existence_limit"])
+def _limit(oscillator: Arrays) -> float:
+    return float(oscillator["deterministic_existence_limit"])
+
+
+def _limit_cycle(oscillator: Arrays) -> Finding | str:
+    nominal, limit = float(oscillator["nominal_damping"]), _limit(oscillator)
     if not np.isfinite(limit):
-        return found | dict.fromkeys(("fig5-limit-cycle", "fig5-sharp-limit", "fig5-range-beyond-limit"), NO_LIMIT)
+        return NO_LIMIT
     share, interval = _number(oscillator, "cycling_share")
-    found["fig5-limit-cycle"] = Finding(
-        share,
-        interval,
-        min(inside((nominal, nominal), high=limit), inside(interval, low=CYCLING)),
-        f"share of the runs that cycle to the end at D = {nominal:g}; without scatter the cycle exists up to "
-        f"{limit:.4f}",
-    )
-    damping, cycles = oscillator["damping_ratio"], oscillator["deterministic_cycles"]
+    holds = min(inside((nominal, nominal), high=limit), inside(interval, low=CYCLING))
+    note = f"share of the runs that cycle to the end at D = {nominal:g}; without scatter the cycle exists up to "
+    note += f"{limit:.4f}"
+    return Finding(share, interval, holds, note)
+
+
+def _sharp_limit(oscillator: Arrays) -> Finding | str:
+    limit, damping, cycles = _limit(oscillator), oscillator["damping_ratio"], oscillator["deterministic_cycles"]
+    if not np.isfinite(limit):
+        return NO_LIMIT
     below, above = damping < limit, damping > limit
-    if below.any() and above.any():
-        sharp = np.all(cycles[below] >= 0.5 * cycles[0]) and np.all(cycles[above] <= 1)
-        note = "damping ratio, root of the return map of slip, to 1e-8"
-        found["fig5-sharp-limit"] = Finding(limit, (limit - 1e-8, limit + 1e-8), 1 if sharp else -1, note)
-    else:
-        found["fig5-sharp-limit"] = ONE_SIDE.format(limit)
-    found["fig5-range-beyond-limit"] = _beyond(oscillator, above) if above.any() else ONE_SIDE.format(limit)
-    return found
+    if not (below.any() and above.any()):
+        return ONE_SIDE.format(limit)
+    sharp = np.all(cycles[below] >= 0.5 * cycles[0]) and np.all(cycles[above] <= 1)
+    note = "damping ratio, root of the return map of slip, to 1e-8"
+    return Finding(limit, (limit - 1e-8, limit + 1e-8), 1 if sharp else -1, note)
 
 
-def _beyond(oscillator: Arrays, above: np.ndarray) -> Finding:
+def _beyond_limit(oscillator: Arrays) -> Finding | str:
     """The share of runs that cycle to the end at the damping above the limit where it is largest, and the reach.
 
     The mean number of cycles would not do: just above the limit every run makes a few before its cycle dies out.
     """
-    damping, cycles = oscillator["damping_ratio"], oscillator["deterministic_cycles"]
-    low = np.where(above, oscillator["still_cycling_low"], -np.inf)
-    surest = int(np.argmax(low))
-    cycling = damping[low > CAN_CYCLE]
-    note = f"share of the runs that cycle to the end at D = {damping[surest]:g}, where M_d = {int(cycles[surest])} and "
-    note += f"E[M_S] = {float(oscillator['mean_cycles'][surest]):.1f}"
+    limit, damping, cycles = _limit(oscillator), oscillator["damping_ratio"], oscillator["deterministic_cycles"]
+    if not np.isfinite(limit):
+        return NO_LIMIT
+    if not np.any(damping > limit):
+        return ONE_SIDE.format(limit)
+    low = np.where(damping > limit, oscillator["still_cycling_low"], -np.inf)
+    surest, cycling = int(np.argmax(low)), damping[low > CAN_CYCLE]
     reach = f"; above {CAN_CYCLE:g} up to D = {cycling[-1]:g}" if cycling.size else ""
-    share, interval = _number(oscillator, "still_cycling", surest)
-    return Finding(share, interval, inside(interval, low=CAN_CYCLE), note + reach)
+    note = (
+        f"share of the runs that cycle to the end at D = {damping[surest]:g}, where M_d = {int(cycles[surest])} and "
+        f"E[M_S] = {oscillator['mean_cycles'][surest]:.1f}{reach}"
+    )
+    return _judged(_number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
 
 
 def _reattachment(oscillator: Arrays) -> Finding:
-    distance, interval = _number(oscillator, "reattachment_distance_to_normal")
-    skewness, kurtosis = (_number(oscillator, f"reattachment_{moment}") for moment in ("skewness", "kurtosis"))
+    distance, skewness, kurtosis = (
+        _number(oscillator, f"reattachment_{name}") for name in ("distance_to_normal", "skewness", "kurtosis")
+    )
     beyond = (max(inside(m, low=NON_NORMAL), inside(m, high=-NON_NORMAL)) for _, m in (skewness, kurtosis))
     moments_p, anderson_p = (float(oscillator[f"normality_{test}_p"]) for test in ("jarque_bera", "anderson_darling"))
-    note = f"skewness; excess kurtosis {_shown(kurtosis)}; "
-    note += f"p of normality {max(moments_p, LEAST_P):.1g} by these two and "
-    note += f"{anderson_p:.1g} by Anderson and Darling, of cycles as dependent as those of a run; "
-    note += f"Kolmogorov distance to the normal {distance:.3f} "
-    note += f"({interval[0]:.3f} to {interval[1]:.3f}), less than an eye sees in a histogram"
-    return Finding(*skewness, max(beyond), note if interval[1] < VISIBLE else note.rpartition(",")[0])
+    unseen = ", less than an eye sees in a histogram" if distance[1][1] < VISIBLE else ""
+    note = (
+        f"skewness; excess kurtosis {_shown(kurtosis)}; p of normality {max(moments_p, LEAST_P):.1g} by these two and "
+        f"{anderson_p:.1g} by Anderson and Darling, of cycles as dependent as those of a run; Kolmogorov distance to "
+        f"the normal {_shown(distance, 3)}{unseen}"
+    )
+    return Finding(*skewness, max(beyond), note)
+
+
+ON_THE_SQUARE: dict[str, Rule] = {
+    "fig2-mcs-lhs": lambda square: _coincide(square, _of_method(square, "distance_in_contact", "latin_hypercube")),
+    "fig2-pc-lhs": _equation_8,
+    "fig2-pc-tail": _tail,
+    "fig2-variants-agree": lambda square: _coincide(square, _number(square, "distance_between_variants")),
+}
+ON_FRICTION: dict[str, Rule] = {
+    "fig3-mean-decreases": partial(_decreases, key="mean", title="mean"),
+    "fig3-std-decreases": partial(_decreases, key="std", title="standard deviation"),
+    "fig3-cov-decreases": partial(_decreases, key="variation", title="coefficient of variation"),
+    "mu-correlation-exponential": _exponential,
+    "mu-correlation-250um": _length,
+    "mu-correlation-any-depth": _length_at_any_depth,
+    "mu-right-skewed": _right_skewed,
+    "mu-leptokurtic": _leptokurtic,
+    "mu-beta-2.1-5": _beta,
+    "mu-beta-any-depth": _beta_at_any_depth,
+}
+ON_THE_OSCILLATOR: dict[str, Rule] = {
+    "fig5-limit-cycle": _limit_cycle,
+    "fig5-reattachment-nonnormal": _reattachment,
+    "fig5-sharp-limit": _sharp_limit,
+    "fig5-range-beyond-limit": _beyond_limit,
+}

@@ -72,10 +72,8 @@ def of_the_oscillator(
         ranges = tuple(one for one in found if one is not None)
         by_surface, solves = _of_the_surface(name, scenes)
         free = (*(key for key in NOT_READ[name] if key in inputs), *_scales(scenes["deterministic"]), *by_surface)
-        if name == CYCLE and all(
-            _repelled_and_sure(oscillator, verdict)
-        ):  # less scatter brings the ensemble closer to the cycle
-            free = (*free, f"{PARALLEL} from {scenes['deterministic']['oscillator'].get('windows_in_parallel', 1)} on")
+        if name == CYCLE and all(_repelled_and_sure(oscillator, verdict)):  # less scatter comes closer to the cycle
+            free = (*free, f"{PARALLEL} from {scenes['deterministic']['oscillator']['windows_in_parallel']} on")
         if name == SHARP:
             free = (*free, f"{DAMPINGS} on both sides of {float(oscillator['deterministic_existence_limit']):.4f}")
         known = {*(one.input for one in ranges), *(entry.partition(" ")[0] for entry in free)}
@@ -106,7 +104,7 @@ def _of_the_surface(name: str, scenes: Mapping[str, Scene]) -> tuple[tuple[str, 
     if "friction" not in scenes:
         return (), ()
     section, (scale, solves) = scenes["deterministic"]["oscillator"], surface_inputs(scenes, "friction")
-    if name == SHARP and (section.get("penetration_percentile", MEDIAN) == MEDIAN or section.get("law") == "table"):
+    if name == SHARP and (section["penetration_percentile"] == MEDIAN or section["law"] == "table"):
         return (*scale, "the whole surface (no scatter enters, and the mean friction is calibrated)"), ()
     return scale, (*solves, *present(scenes["friction"], STRIP))
 

@@ -1,6 +1,25 @@
-"""What the paper says, in the order of its text, and which hypotheses of the friction statistics go with it."""
+"""What the paper states, in the order of its text, and the written rule that judges each statement."""
 
-# Statement and the paper's number, by id.
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip.probability import beta_moments
+
+VISIBLE = 0.1  # Kolmogorov distance that a reader sees between two curves in print
+FACTOR = 2.0  # between small probabilities that still match
+SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence
+SAME_SKEWNESS = 0.5  # relative; that of the normal distribution, 0.05 from Beta(2.1, 5) in Kolmogorov distance, is 1
+NON_NORMAL = 0.1  # skewness or excess kurtosis
+CYCLING = 0.95  # share of the runs
+CAN_CYCLE = 0.05  # share of the runs
+PAPER_LENGTH = 250e-6  # m
+PAPER_BETA = (2.1, 5.0)
+_, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
+SKEWNESS_RANGE = BETA_SKEWNESS * (1 - SAME_SKEWNESS), BETA_SKEWNESS * (1 + SAME_SKEWNESS)
+
+
+# Statement and the paper's number, by id; `cov` in an id is the coefficient of variation, not a covariance.
 STATEMENTS = {
     "fig2-mcs-lhs": ("Latin hypercube sampling gives the distribution of Monte Carlo sampling", "curves coincide"),
     "fig2-pc-lhs": ("The polynomial chaos of eq. (8) gives the sampled distribution", "curves coincide"),
@@ -22,7 +41,7 @@ STATEMENTS = {
     "fig5-range-beyond-limit": ("With scatter there is a range of damping where the cycle goes on", "a range"),
 }
 
-# The hypothesis that a p-value of the friction statistics tests, by the statement whose note reports it.
+# P-value of the friction statistics that the note on a statement reports, and the hypothesis that it tests.
 P_VALUES = {
     "fig3-mean-decreases": ("p_no_change_of_mean", "no change"),
     "fig3-std-decreases": ("p_no_change_of_std", "no change"),
@@ -32,4 +51,43 @@ P_VALUES = {
     "mu-right-skewed": ("p_no_skewness", "no skewness"),
     "mu-leptokurtic": ("p_no_kurtosis", "no excess kurtosis"),
     "mu-beta-any-depth": ("p_equal_law", "one standardised distribution at all penetrations"),
+}
+
+_COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"
+_DECREASES = "the intervals of the slope over penetration and of the last less the first level both lie below zero"
+_LIKE_BETA = (
+    f"the interval of the Kolmogorov distance, both standardised, lies below {VISIBLE} and that of the skewness lies "
+    f"from {SKEWNESS_RANGE[0]:.2f} to {SKEWNESS_RANGE[1]:.2f}, around the {BETA_SKEWNESS:.2f} of Beta(2.1, 5)"
+)
+
+# What the 95 % interval of our number must satisfy.
+RULES = {
+    "fig2-mcs-lhs": _COINCIDE,
+    "fig2-pc-lhs": _COINCIDE,
+    "fig2-pc-tail": f"where Monte Carlo lies between 0.001, or the least that its samples resolve, and 0.1, eq. (8) is "
+    f"within a factor of {FACTOR:g} of it: the interval of the largest |log10| of their ratio lies below "
+    f"{np.log10(FACTOR):.3f}",
+    "fig2-variants-agree": _COINCIDE,
+    "fig3-mean-decreases": _DECREASES,
+    "fig3-std-decreases": _DECREASES,
+    "fig3-cov-decreases": _DECREASES,
+    "mu-correlation-exponential": "at median penetration the mean square distance to the fitted exponential is less "
+    "than that to the triangle of the window itself: the interval of their difference lies below zero",
+    "mu-correlation-250um": "at median penetration the interval of the least-squares length lies within "
+    f"{SAME_LENGTH:.0%} of 250 um",
+    "mu-correlation-any-depth": "the interval of the change from the first to the last level lies within "
+    f"{SAME_LENGTH:.0%} of the mean length",
+    "mu-right-skewed": "the interval of the skewness at median penetration lies above zero",
+    "mu-leptokurtic": "the statement contradicts itself if the paper's own Beta(2.1, 5) has negative excess kurtosis; "
+    "else the interval of the excess kurtosis at median penetration lies above zero",
+    "mu-beta-2.1-5": f"at median penetration {_LIKE_BETA}",
+    "mu-beta-any-depth": f"at every level {_LIKE_BETA}",
+    "fig5-limit-cycle": "the damping lies below the deterministic limit, and the interval of the share of runs that "
+    f"cycle to the end lies above {CYCLING}",
+    "fig5-reattachment-nonnormal": "the interval of the skewness or that of the excess kurtosis lies beyond "
+    f"{NON_NORMAL} on either side of zero",
+    "fig5-sharp-limit": "every damping of the list below the limit gives at least half the cycles of the least "
+    "damping, and every one above it gives at most one. It is not tested if the list has only one side",
+    "fig5-range-beyond-limit": "at some damping of the list above the deterministic limit the interval of the share of "
+    f"runs that cycle to the end lies above {CAN_CYCLE}. It is not tested if the list has none",
 }

@@ -35,11 +35,9 @@ class Distribution(Protocol):
     @property
     def standard_deviation(self) -> float:
         """Standard deviation of x."""
-        ...
 
     def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
         """x - E x : (as normal) at standard normal scores."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

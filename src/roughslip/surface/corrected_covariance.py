@@ -98,16 +98,12 @@ class CorrectedCovariance:
 
     wanted: StationaryCovariance
     translation: Translation
+    separable = False  # a product of two correlations, inverted, is no product
 
     @property
     def rms_height_m(self) -> float:
         """Sq [m]."""
         return self.wanted.rms_height_m
-
-    @property
-    def separable(self) -> bool:
-        """A product of two correlations, inverted, is no product."""
-        return False
 
     @property
     def mirror_symmetric(self) -> bool:

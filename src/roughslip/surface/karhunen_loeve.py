@@ -88,8 +88,8 @@ def karhunen_loeve(
     The nodes carry equal weights (equal cells), so the Fredholm equation becomes the eigenproblem of the covariance
     matrix (Ghanem and Spanos 1991, ch. 2). This is the midpoint rule: eigenvalues times the cell area converge to those
     of the continuous problem with the square of the cell, for kernels with a cusp as well. A separable covariance
-    on a rectangular mesh is the Kronecker product of two one-dimensional matrices; otherwise the matrix is formed on
-    small meshes and applied by FFT on large ones.
+    on a rectangular mesh is the Kronecker product of two one-dimensional matrices, which are formed up to DENSE_NODES
+    on an axis. Otherwise the matrix is formed on small meshes and applied by FFT on large ones.
     Sign: the entry of largest magnitude is positive. Modes of equal eigenvalue keep the order of the nodes.
 
     Returns the expansion. Raises ParameterError for an order outside 1 ... nx ny or a share outside (0, 1], and
@@ -98,7 +98,7 @@ def karhunen_loeve(
     """
     _check_request(grid, order, share)
     variance = covariance.rms_height_m**2
-    if covariance.separable:
+    if covariance.separable and max(grid.shape) <= DENSE_NODES:
         pairs = _kronecker_modes(covariance, grid, order, share)
     elif grid.size <= DENSE_NODES or (
         order is not None and order > grid.size // LANCZOS_SHARE and grid.size <= MOST_DENSE_NODES
@@ -170,40 +170,21 @@ def _fewest(values: np.ndarray, total: float, share: float) -> int:
 
 
 def _kronecker_modes(covariance: StationaryCovariance, grid: Grid, order: int | None, share: float | None) -> _Pairs:
-    """Products of the modes of two lines; of a long line only as many leading ones as the products need."""
-    variance = covariance.rms_height_m**2
+    """Products of the modes of two lines."""
     lines = Grid(grid.nx, 1, grid.dx, grid.dy), Grid(1, grid.ny, grid.dx, grid.dy)
-    counts = [order or _predicted_order(covariance, line, math.sqrt(share or 1.0)) for line in lines]
-    while True:
-        x, y = (_line_modes(covariance, line, count) for line, count in zip(lines, counts, strict=True))
-        products = np.outer(x.values, y.values).ravel()
-        descending = np.argsort(-np.round(products, 12), kind="stable")
-        needed = order or min(_fewest(products[descending], grid.size, share or 1.0), grid.size)
-        complete = len(x.values) == grid.nx, len(y.values) == grid.ny
-        # the products left out are at most the last value of one line times the largest of the other
-        left_out = max(
-            -math.inf if complete[0] else x.values[-1] * y.values.max(),
-            -math.inf if complete[1] else x.values.max() * y.values[-1],
-        )
-        if needed <= len(descending) and products[descending[needed - 1]] >= left_out:
-            break
-        counts = [2 * count for count in counts]
-    leading = descending[:needed]
-    i, j = np.unravel_index(leading, (len(x.values), len(y.values)))
-    vectors = np.einsum("xm,ym->mxy", x.vectors[:, i], y.vectors[:, j]).reshape(needed, -1)
+    x, y = (_line_modes(covariance, line) for line in lines)
+    products = np.outer(x.values, y.values).ravel()
+    descending = np.argsort(-np.round(products, 12), kind="stable")
+    leading = descending[: order or _fewest(products[descending], grid.size, share or 1.0)]
+    i, j = np.unravel_index(leading, grid.shape)
+    vectors = np.einsum("xm,ym->mxy", x.vectors[:, i], y.vectors[:, j]).reshape(len(leading), -1)
     residuals = np.abs(y.values[j]) / y.values.max() * x.residuals[i]
     residuals += np.abs(x.values[i]) / x.values.max() * y.residuals[j]
-    return _Pairs(variance * products[leading], vectors, residuals)
+    return _Pairs(covariance.rms_height_m**2 * products[leading], vectors, residuals)
 
 
-def _line_modes(covariance: StationaryCovariance, line: Grid, count: int) -> _Pairs:
-    """Modes of one axis over Sq^2, vectors in columns: all by LAPACK, ascending, or the leading ones by Lanczos."""
-    enough = count <= line.size // LANCZOS_SHARE
-    if line.size > DENSE_NODES and (enough or line.size > MOST_DENSE_NODES):
-        if not enough:
-            raise _too_many(line)
-        values, rows, residuals = leading_modes(covariance, line, count)
-        return _Pairs(values, rows.T, residuals)
+def _line_modes(covariance: StationaryCovariance, line: Grid) -> _Pairs:
+    """All modes of one axis over Sq^2, ascending, vectors in columns."""
     lags = covariance(line.x() - line.dx / 2, 0.0) if line.ny == 1 else covariance(np.zeros(1), line.y() - line.dy / 2)
     matrix = scipy.linalg.toeplitz(lags) / covariance.rms_height_m**2
     values, vectors = scipy.linalg.eigh(matrix)
@@ -224,21 +205,13 @@ def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int | None
 def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int | None, share: float | None) -> _Pairs:
     """As many modes as asked for, or a predicted number that grows until they carry the share."""
     variance = covariance.rms_height_m**2
-    count = order or _predicted_order(covariance, grid, share or 1.0)
+    count = order or int(1.05 * np.searchsorted(_predicted_shares(covariance, grid), share or 1.0)) + 4
     while count <= grid.size // LANCZOS_SHARE:
         values, vectors, residuals = leading_modes(covariance, grid, count)
         needed = order or _fewest(values, grid.size, share or 1.0)
         if needed <= count:
             return _Pairs(variance * values[:needed], vectors[:needed], residuals[:needed])
         count = math.ceil(1.2 * count)
-    raise _too_many(grid)
-
-
-def _predicted_order(covariance: StationaryCovariance, grid: Grid, share: float) -> int:
-    return min(int(1.05 * np.searchsorted(_predicted_shares(covariance, grid), share)) + 4, grid.size)
-
-
-def _too_many(grid: Grid) -> IllPosedError:
-    return IllPosedError(
+    raise IllPosedError(
         f"the expansion needs more than a quarter of the {grid.size} modes of the mesh: sample by circulant embedding"
     )

@@ -28,9 +28,7 @@ class MeasuredCovariance:
     rms_height_m : Sq [m]
     lag_x_m, lag_y_m : [m] between neighbouring lags
     correlation : (4 kx + 1, 4 ky + 1) [-] at lags to twice those measured, positive semidefinite, 1 in the middle
-    clipped_variance : share of the variance that the estimate had at negative spectral density
     largest_change : [-] of a correlation within the lags measured
-    rms_change : [-] its root mean square over them
     coefficients : (4 kx + 1 + 2 MARGIN, 4 ky + 1 + 2 MARGIN) [-] of the cubic splines
     """
 
@@ -38,20 +36,9 @@ class MeasuredCovariance:
     lag_x_m: float
     lag_y_m: float
     correlation: np.ndarray
-    clipped_variance: float
     largest_change: float
-    rms_change: float
     coefficients: np.ndarray
-
-    @property
-    def separable(self) -> bool:
-        """A table is never taken as a product."""
-        return False
-
-    @property
-    def mirror_symmetric(self) -> bool:
-        """A table is never taken as symmetric in x: an estimate is not."""
-        return False
+    separable = mirror_symmetric = False  # an estimate is neither
 
     @property
     def reach_m(self) -> tuple[float, float]:
@@ -87,24 +74,20 @@ def measured_covariance(
     _check_table(correlation, lag_x_m, lag_y_m, rms_height_m)
     even = 0.5 * (correlation + correlation[::-1, ::-1])
     spectrum = _spectrum(even, _torus(even.shape))
-    clipped = float(np.maximum(-spectrum, 0.0).sum() / np.abs(spectrum).sum())
     root = scipy.fft.irfft2(np.sqrt(np.maximum(spectrum, 0.0)), s=_torus(even.shape))
     kernel = _unwrapped(root, even.shape)
     shape = tuple(2 * n - 1 for n in even.shape)
     positive = _unwrapped(scipy.fft.irfft2(_spectrum(kernel, _torus(shape)) ** 2, s=_torus(shape)), shape)
     positive /= positive[_middle(shape)]
     measured = tuple(slice(n // 2, n // 2 + n) for n in even.shape)
-    change = np.abs(positive[measured] - even)
-    if not change.max() <= LARGEST_CHANGE:
+    change = float(np.abs(positive[measured] - even).max())
+    if not change <= LARGEST_CHANGE:
         raise IllPosedError(
-            f"the covariance near to the table of correlations differs by up to {change.max():.2g} from it: "
+            f"the covariance near to the table of correlations differs by up to {change:.2g} from it: "
             f"take fewer lags or a larger scan"
         )
     coefficients = scipy.ndimage.spline_filter(np.pad(positive, MARGIN), order=3, mode="mirror")
-    rms_change = float(np.sqrt(np.mean(change**2)))
-    return MeasuredCovariance(
-        rms_height_m, lag_x_m, lag_y_m, positive, clipped, float(change.max()), rms_change, coefficients
-    )
+    return MeasuredCovariance(rms_height_m, lag_x_m, lag_y_m, positive, change, coefficients)
 
 
 def tapered(correlation: np.ndarray) -> np.ndarray:

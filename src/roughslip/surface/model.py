@@ -30,29 +30,23 @@ class SurfaceModel(Protocol):
     @property
     def rms_height_m(self) -> float:
         """Sq [m]."""
-        ...
 
     @property
     def lengths_m(self) -> tuple[float, float]:
         """1/e lengths [m] along x and y, which scale the variables of expansions."""
-        ...
 
     @property
     def mirror_symmetric(self) -> bool:
         """Whether a surface mirrored along x has the same law; one turned by half a turn always has."""
-        ...
 
     def sampler(self, grid: Grid) -> Sampler:
         """A function that draws a field (nx, ny) [m] on the mesh."""
-        ...
 
     def heights(self, field: np.ndarray) -> np.ndarray:
         """z : (as field) [m] from a field."""
-        ...
 
     def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
         """h_p [m] that `percentile` per cent of the ensemble of heights lie above; 50 is the median."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)

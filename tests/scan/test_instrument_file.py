@@ -56,11 +56,6 @@ def test_a_file_is_checked_before_its_heights_are_read(tmp_path, heights):
     write_netcdf(path, heights, units=None)
     with pytest.raises(InputError, match=r"does not give its unit of heights; set roughness\.scan\.height_unit"):
         check_scan_file(path)
-    matrix = tmp_path / "plain.txt"
-    np.savetxt(matrix, heights.T)
-    check_scan_file(matrix, (DX, DY), "m")
-    with pytest.raises(InputError, match="m apart"):
-        check_scan_file(matrix, (0.5, 0.75), "m")
 
 
 def check_refused(path, words, *, spacing=None, unit=None):
@@ -92,12 +87,10 @@ def test_a_netcdf_map_carries_its_units(tmp_path, heights, dims):
 def test_bad_netcdf_maps(tmp_path, heights):
     path = tmp_path / "map.nc"
     write_netcdf(path, heights, units=None)
-    check_refused(path, "does not give its unit of heights; set roughness.scan.height_unit")
     assert read_scan(path, unit="um").heights == pytest.approx(heights, rel=1e-6)
     write_netcdf(path, heights, units="V")
     check_refused(path, "'V', which is not a unit of length")
     write_netcdf(path, heights)
-    check_refused(path, "remove roughness.scan.height_unit = nm", unit="nm")
     check_refused(path, "gives its spacing", spacing=(DX, DY))
     write_netcdf(path, heights, x=np.arange(NX) ** 2 * 1e-3)
     check_refused(path, "does not increase in equal steps")
@@ -141,22 +134,19 @@ def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
     check_refused(tmp_path, "no such file")
 
 
-def test_an_archive_is_not_unpacked_beyond_the_limit(tmp_path, monkeypatch):
-    path = tmp_path / "bomb.x3p"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("main.xml", bytes(3 * 10**6))
-    monkeypatch.setattr(limits, "MOST_BYTES", 10**6)
-    assert path.stat().st_size < 10**6
-    check_refused(path, "unpacks to 3 MB; at most 1 MB are read")
-
-
-@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
-def test_an_archive_that_hides_its_size_is_refused(tmp_path, method):
+def test_an_archive_is_unpacked_up_to_a_limit_and_only_where_it_states_its_size(tmp_path, monkeypatch):
     """Python unpacks all that bzip2 and LZMA hold, for any size that the archive states."""
     path = tmp_path / "bomb.x3p"
-    with zipfile.ZipFile(path, "w", method) as archive:
-        archive.writestr("main.xml", bytes(10**6))
-    check_refused(path, "an archive that is not packed by DEFLATE")
+    monkeypatch.setattr(limits, "MOST_BYTES", 10**6)
+    for method, words in (
+        (zipfile.ZIP_DEFLATED, "unpacks to 3 MB; at most 1 MB are read"),
+        (zipfile.ZIP_BZIP2, "an archive that is not packed by DEFLATE"),
+        (zipfile.ZIP_LZMA, "an archive that is not packed by DEFLATE"),
+    ):
+        with zipfile.ZipFile(path, "w", method) as archive:
+            archive.writestr("main.xml", bytes(3 * 10**6))
+        assert path.stat().st_size < 10**6
+        check_refused(path, words)
 
 
 def test_text_is_read_up_to_a_size_of_its_own(tmp_path, monkeypatch):
@@ -166,39 +156,29 @@ def test_text_is_read_up_to_a_size_of_its_own(tmp_path, monkeypatch):
     check_refused(path, "0 MB of text; at most 0 MB are read")
 
 
-def elsewhere(path, kind):
-    """A map whose heights are not in the file: in another as bytes, as a data set, or behind a link."""
-    with h5py.File(path.with_name("other.h5"), "w") as other:
-        other["heights"] = np.zeros((NX, NY))
-    source = h5py.VirtualSource(path.with_name("other.h5"), "heights", shape=(NX, NY))
-    layout = h5py.VirtualLayout(shape=(NX, NY), dtype="f8")
-    layout[:] = source
-    with h5py.File(path, "w") as file:
-        if kind == "external":
-            file.create_dataset("heights", (NX, NY), "u1", external=[(str(path.with_name("other.h5")), 0, NX * NY)])
-        elif kind == "virtual":
-            file.create_virtual_dataset("heights", layout)
-        elif kind == "link":
-            file["heights"] = h5py.ExternalLink("other.h5", "heights")
-        else:
-            file["heights"] = h5py.SoftLink("/x")
+def elsewhere(file, kind, other):
+    """Heights that are not in the file: in another as bytes, as a data set, or behind a link."""
+    if kind == "external":
+        file.create_dataset("heights", (NX, NY), "u1", external=[(other, 0, NX * NY)])
+    elif kind == "virtual":
+        layout = h5py.VirtualLayout(shape=(NX, NY), dtype="f8")
+        layout[:] = h5py.VirtualSource(other, "heights", shape=(NX, NY))
+        file.create_virtual_dataset("heights", layout)
+    else:
+        file["heights"] = h5py.ExternalLink(other, "heights") if kind == "link" else h5py.SoftLink("/x")
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".h5"])
-@pytest.mark.parametrize(
-    ("kind", "words"),
-    [
-        ("external", "heights has its values elsewhere"),
-        ("virtual", "heights has its values elsewhere"),
-        ("link", "heights is a link"),
-        ("soft link", "heights is a link"),
-    ],
-)
-def test_a_file_that_takes_its_values_from_another_is_refused(tmp_path, kind, words, suffix):
+@pytest.mark.parametrize("kind", ["external", "virtual", "link", "soft link"])
+def test_a_file_that_takes_its_values_from_another_is_refused(tmp_path, kind, suffix):
     """Results of an untrusted scan would publish the file that it points at."""
-    path = tmp_path / f"scan{suffix}"
-    elsewhere(path, kind)
-    check_refused(path, f"{words}; export the heights alone, into a file of their own")
+    path, other = tmp_path / f"scan{suffix}", str(tmp_path / "other.h5")
+    with h5py.File(other, "w") as file:
+        file["heights"] = np.zeros((NX, NY))
+    with h5py.File(path, "w") as file:
+        elsewhere(file, kind, other)
+    words = "is a link" if "link" in kind else "has its values elsewhere"
+    check_refused(path, f"heights {words}; export the heights alone, into a file of their own")
 
 
 @pytest.mark.parametrize(
@@ -266,16 +246,10 @@ def test_text_with_heights_in_unknown_units(tmp_path, heights, header, words):
     path = tmp_path / "export.asc"
     path.write_text(header + "\n".join(" ".join(f"{z:.9e}" for z in row) for row in heights.T * 1e9))
     check_refused(path, words)
-
-
-@instruments
-def test_text_whose_header_gives_only_the_size_takes_the_stated_unit_for_heights(tmp_path, heights):
-    path = tmp_path / "export.asc"
-    header = "# Width: 20 um\n# Height: 25.5 um\n"
-    path.write_text(header + "\n".join(" ".join(f"{z:.12e}" for z in row) for row in heights.T * 1e9))
-    found = read_scan(path, unit="nm")
-    np.testing.assert_allclose(found.heights, heights, rtol=1e-11)
-    assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)
+    if header.endswith("25.5 um\n"):  # the size in the header, the unit of heights stated
+        found = read_scan(path, unit="nm")
+        np.testing.assert_allclose(found.heights, heights, rtol=1e-8)
+        assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)
 
 
 @instruments

@@ -81,8 +81,7 @@ def test_moments_of_beta(a, b):
 
 
 def test_the_beta_of_the_paper_is_platykurtic():
-    _, _, skewness, excess = beta_moments(2.1, 5.0)
-    assert (skewness, excess) == (pytest.approx(0.560, abs=5e-4), pytest.approx(-0.171, abs=5e-4))
+    assert beta_moments(2.1, 5.0)[2:] == pytest.approx((0.560, -0.171), abs=5e-4)
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
@@ -117,7 +116,6 @@ def test_one_shape_from_the_skewness(family, skewness, mirrored):
 def test_symmetric_distributions():
     assert distribution_of_moments("weibull", UM, 0.0, 0.0).skewness == pytest.approx(0.0, abs=1e-12)
     assert distribution_of_moments("beta", UM, 0.0, -1.2).shapes == pytest.approx((1.0, 1.0))
-    assert distribution_of_moments("gaussian", UM, 0.4, 0.1) == FamilyDistribution("gaussian", UM)
 
 
 @pytest.mark.parametrize(
@@ -202,49 +200,21 @@ def test_values_without_a_distribution_are_refused():
         empirical_distribution(values[:50])
     with pytest.raises(IllPosedError, match="clipped or coarsely"):
         empirical_distribution(np.maximum(values, -UM))
-    for make in (empirical_distribution, lambda z: fit_distribution(z, "beta")):
-        with pytest.raises(IllPosedError, match="equal"):
-            make(np.full(500, 0.3))
-        with pytest.raises(ParameterError, match="finite"):
-            make(np.append(values, math.nan))
-    with pytest.raises(ParameterError, match="standard deviation"):
-        empirical_distribution(values, standard_deviation=0.0)
+    with pytest.raises(IllPosedError, match="equal"):
+        fit_distribution(np.full(500, 0.3), "beta")
 
 
 @pytest.mark.parametrize(
     ("make", "arguments", "error", "message"),
     [
-        (FamilyDistribution, ("pareto", UM), ParameterError, "no family"),
-        (FamilyDistribution, ("gaussian", 0.0), ParameterError, "standard deviation"),
-        (FamilyDistribution, ("beta", UM, (1.0,)), ParameterError, r"shapes \(a, b\)"),
-        (FamilyDistribution, ("beta", UM, (1.0, math.nan)), ParameterError, "lie in"),
-        (FamilyDistribution, ("lognormal", UM, (1.6,)), ParameterError, "lie in"),
-        (FamilyDistribution, ("weibull", UM, (0.1,)), ParameterError, "lie in"),
-        (distribution_of_moments, ("pareto", UM, 0.0, 0.0), ParameterError, "no family"),
-        (distribution_of_moments, ("beta", UM, math.nan, 0.0), ParameterError, "finite"),
         (EmpiricalDistribution, (np.array([0.0, 1.0]), np.ones(2), 0.1), ParameterError, "ascend"),
         (EmpiricalDistribution, (np.array([0.0, 1.0]), np.ones(1), 0.1), ParameterError, "equal length"),
-        (BetaDistribution, (0.0, 5.0, 0.1, 0.7), ParameterError, r"\.a "),
-        (BetaDistribution, (2.1, math.nan, 0.1, 0.7), ParameterError, r"\.b "),
         (BetaDistribution, (2.1, 5.0, 0.5, 0.4), ParameterError, "support"),
-        (BetaDistribution, (2.1, 5.0, 0.1, math.inf), ParameterError, "support"),
-        (QuantileDistribution, (np.arange(5.0), 0.3, 0.1), ParameterError, "quantiles"),
         (QuantileDistribution, (-QUANTILES, 0.3, 0.1), ParameterError, "quantiles"),
-        (QuantileDistribution, (np.full(20, np.nan), 0.3, 0.1), ParameterError, "quantiles"),
         (QuantileDistribution, (QUANTILES, 0.3, -0.1), ParameterError, "standard deviation"),
-        (QuantileDistribution, (QUANTILES, math.nan, 0.1), ParameterError, "mean"),
         (QuantileDistribution, (np.full(20, 0.3), 0.3, 0.1), IllPosedError, "all equal"),
     ],
 )
-def test_arguments_are_checked(make, arguments, error, message):
+def test_what_is_no_distribution_is_refused(make, arguments, error, message):
     with pytest.raises(error, match=message):
         make(*arguments)
-
-
-def test_probabilities_and_values_are_checked():
-    for found in (FamilyDistribution("gaussian", UM), empirical_distribution(plateau(1000)[1])):
-        for wrong in (0.0, 1.0, math.nan):
-            with pytest.raises(ParameterError, match="between 0 and 1"):
-                found.quantile(wrong)
-        with pytest.raises(ParameterError, match="numbers"):
-            found.cdf(math.nan)

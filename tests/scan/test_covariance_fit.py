@@ -239,6 +239,16 @@ def test_rings_of_a_model_are_its_own():
     assert fit.spectrum_misfit < 1e-3
 
 
+def test_lags_are_thinned_about_lag_zero(scans):
+    found = scans[0][1].autocorrelation
+    data = lags_to_fit(found)
+    assert len(data.x) <= 2000 < found.correlation.value.size / 2
+    assert not np.any((data.x == 0) & (data.y == 0))
+    i, j = (len(axis) // 2 for axis in (found.lag_x, found.lag_y))
+    at = found.correlation.value[np.round(data.x).astype(int) + i, np.round(data.y).astype(int) + j]
+    np.testing.assert_array_equal(data.correlation, at)
+
+
 def test_errors_that_all_parts_share_are_one_estimate():
     independent = np.random.default_rng(5).standard_normal((2000, 6))
     assert effective_number(independent) == pytest.approx(6.0, rel=0.02)

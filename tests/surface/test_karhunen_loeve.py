@@ -82,20 +82,6 @@ def test_the_complete_expansion_gives_the_covariance_back(covariance):
     np.testing.assert_allclose(kl.heights(expansion.modes, xi), np.einsum("m,mxy", xi, expansion.modes), atol=1e-13)
 
 
-def test_kronecker_products_are_the_modes_of_the_matrix():
-    grid, order = Grid(12, 9, 1.0, 1.3), 12
-    for covariance in (
-        covariance_of("gaussian", 1.0, 3.0, 2.0),
-        covariance_of("separable_exponential", 1.0, 3.0, 2.0),
-    ):
-        plain = np.linalg.eigvalsh(covariance_matrix(covariance, grid))[::-1]
-        expansion = kl.karhunen_loeve(covariance, grid, order)
-        np.testing.assert_allclose(expansion.eigenvalues, plain[:order], rtol=1e-11)
-        image = covariance_matrix(covariance, grid) @ expansion.modes.reshape(order, -1).T
-        difference = image - expansion.eigenvalues * expansion.modes.reshape(order, -1).T
-        assert np.abs(difference).max() < 1e-13 * plain[0]
-
-
 @given(
     shape=st.tuples(st.integers(1, 13), st.integers(1, 13)),
     covariance=st.sampled_from([*MIRRORED.values(), *ROTATED.values(), covariance_of("exponential", 1.0, 0.5)]),
@@ -122,15 +108,6 @@ def test_products_of_equal_factors_come_twice(order):
     grid = Grid(16, 16, 1 / 16, 1 / 16)
     expected = kl.karhunen_loeve(covariance_of("gaussian", 2.0, 0.2), grid, order).eigenvalues / 4.0
     check_leading(lanczos.leading_modes(Plain(2.0, 0.2), grid, order), expected)
-
-
-@pytest.mark.parametrize("request_", [{"order": 10}, {"share": 0.9}])
-def test_an_expansion_has_modes_that_come_twice(request_):
-    """Lengths in the ratio of the cells make equal factors on a mesh that is no square."""
-    grid, lengths = Grid(34, 34, 1 / 34, 2 / 34), (0.1, 0.2)
-    expected = kl.karhunen_loeve(covariance_of("gaussian", 1.0, *lengths), grid, **request_)
-    found = kl.karhunen_loeve(Plain(1.0, *lengths), grid, **request_)
-    np.testing.assert_allclose(found.eigenvalues, expected.eigenvalues, atol=1e-13 * expected.eigenvalues[0])
 
 
 @pytest.mark.parametrize("times", [1, 5, 24])

@@ -5,11 +5,11 @@ import pytest
 from scipy.special import ndtr
 
 from roughslip.chaos import enrichment
-from roughslip.chaos.designs import sobol
 from roughslip.chaos.enrichment import cdf_error, cumulative, enrich, miscalibration
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import GROUPS, Samples, fit_local, jackknife_deviations
 from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.sampling import sobol
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
 MEAN, SLOPE, SCATTER = -0.7, 1.0, 0.5  # r = MEAN + SLOPE u_1 + SCATTER e, p = r^+, gap = r^- / STIFFNESS

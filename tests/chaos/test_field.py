@@ -7,8 +7,16 @@ import pytest
 from scipy.special import ndtr, ndtri
 
 from roughslip.chaos.field import GROUPS, draw_pressure, fit_field, left_out_index, mode_shares, normal_scores
+from roughslip.chaos.hermite import multi_indices, sobol_indices
 from roughslip.chaos.regression import factorised
-from roughslip.chaos.single_index import Link, fit_link, hermite_moments, knots_for
+from roughslip.chaos.single_index import (
+    Link,
+    fit_link,
+    hermite_moments,
+    knots_for,
+    sensitivity_along,
+    share_of_modes,
+)
 from roughslip.errors import IllPosedError, ParameterError
 
 MODES, NODES = 6, 40
@@ -260,3 +268,23 @@ def test_what_cannot_be_fitted_is_refused():
     index[3, 1] = np.nan
     with pytest.raises(ParameterError, match="finite"):
         fit_link(index, responses, knots)
+
+
+def test_functions_of_one_direction_are_expansions_in_one_rotated_variable():
+    """Node by node as the indices behind a rotated variable, of a cubic of mixed coefficients; all modes are all."""
+    generator = np.random.default_rng(8)
+    direction = generator.standard_normal((4, 3))
+    direction /= np.linalg.norm(direction, axis=0)
+    coefficients = generator.standard_normal((4, 3))
+    found = sensitivity_along(direction, coefficients)
+    for node in range(3):
+        known = sobol_indices(multi_indices(1, 3), coefficients[:, node], direction[:, node][None])
+        np.testing.assert_allclose(np.stack(found)[..., node], known, rtol=1e-9)
+    np.testing.assert_allclose(share_of_modes(direction, coefficients, 4), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(share_of_modes(direction, coefficients, 1), found[0][0], rtol=1e-12)
+    squares = direction[0] ** 2 + direction[1] ** 2  # of He_2 alone: their share of d, squared
+    np.testing.assert_allclose(share_of_modes(direction, np.eye(4)[:, [2, 2, 2]], 2), squares**2, rtol=1e-12)
+    with pytest.raises(ParameterError, match="unit length"):
+        sensitivity_along(2 * direction, coefficients)
+    with pytest.raises(IllPosedError, match="constant"):
+        sensitivity_along(direction, np.eye(4)[:, [0, 0, 0]])

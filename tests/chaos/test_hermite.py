@@ -1,4 +1,4 @@
-"""The basis: which terms, in which order, and their orthonormality under independent standard normals."""
+"""The basis: which terms, in which order, their orthonormality under standard normals, and Sobol' indices."""
 
 import math
 from itertools import product
@@ -9,8 +9,8 @@ from numpy.polynomial.hermite_e import hermegauss, hermeval
 from numpy.polynomial.legendre import leggauss
 from scipy.stats import norm
 
-from roughslip.chaos.hermite import even_terms, hermite_basis, hermite_polynomials, multi_indices
-from roughslip.errors import ParameterError
+from roughslip.chaos.hermite import even_terms, hermite_basis, hermite_polynomials, multi_indices, sobol_indices
+from roughslip.errors import IllPosedError, ParameterError
 
 
 @pytest.mark.parametrize(("variables", "degree"), [(8, 3), (1, 0), (1, 7), (5, 0), (3, 4), (101, 1)])
@@ -77,21 +77,46 @@ def test_even_terms_keep_their_value_under_every_symmetry_and_the_others_do_not(
         same = all(np.allclose(value, np.prod(points**term, axis=1)) for value in values)
         assert same == (tuple(term) in kept)
     assert len(even_terms(complete, odd[:, :0])) == 165
+    with pytest.raises(ParameterError, match="each of 8 variables"):
+        even_terms(complete, odd[:2])
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: multi_indices(0, 3), "at least"),
-        (lambda: multi_indices(8, -1), "at least"),
-        (lambda: multi_indices(2, 2.5), "whole number"),
-        (lambda: multi_indices(500, 15), "lower the degree"),  # before the terms are listed
-        (lambda: hermite_basis(np.zeros((4, 3)), multi_indices(2, 2)), "2 variables"),
-        (lambda: hermite_basis(np.zeros(2), multi_indices(2, 2)), "2 variables"),
-        (lambda: hermite_basis(np.array([[np.inf, np.nan]]), multi_indices(2, 2)), "finite"),
-        (lambda: even_terms(multi_indices(3, 2), np.zeros((2, 1))), "each of 3 variables"),
-    ],
-)
-def test_impossible_bases_and_samples_are_refused(call, message):
-    with pytest.raises(ParameterError, match=message):
-        call()
+def test_indices_of_a_product_of_three():
+    """prod (1 + xi_i) has variance 7. Each variable alone explains 1; without it the variance 3 is left."""
+    indices = multi_indices(3, 3)
+    first, total = sobol_indices(indices, np.where(indices.max(axis=1) <= 1, 1.0, 0.0), np.eye(3))
+    np.testing.assert_allclose(first, np.full(3, 1 / 7), rtol=1e-12)
+    np.testing.assert_allclose(total, np.full(3, 4 / 7), rtol=1e-12)
+
+
+def test_modes_behind_one_rotated_variable():
+    """He_2((xi_1 + xi_2) / sqrt 2) / sqrt 2 = (He_2(xi_1) + He_2(xi_2)) / sqrt 8 + xi_1 xi_2 / sqrt 2: variances 1/4,
+    1/4 and 1/2. The third mode is in no variable."""
+    directions = np.array([[0.5**0.5, 0.5**0.5, 0.0]])
+    first, total = sobol_indices(multi_indices(1, 2), np.array([3.0, 0.0, 2.0]), directions)
+    np.testing.assert_allclose(first, [0.25, 0.25, 0.0], atol=1e-12)
+    np.testing.assert_allclose(total, [0.75, 0.75, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("directions", [np.eye(3), np.linalg.qr(np.random.default_rng(6).standard_normal((5, 3)))[0].T])
+def test_terms_that_are_not_there_have_the_coefficient_zero(directions):
+    """Turned, an expansion in a few terms is one of full degree. Without a turn, shares are sums of squares."""
+    complete = multi_indices(3, 3)
+    kept = complete[:, 1] % 2 == 0
+    c = np.where(kept, np.random.default_rng(4).standard_normal(len(complete)), 0.0)
+    found = sobol_indices(complete[kept], 1e9 * c[kept], directions)
+    np.testing.assert_allclose(found, sobol_indices(complete, c, directions), atol=1e-12)
+    if len(directions[0]) == 3:
+        present = complete > 0
+        alone = present & (present.sum(axis=1) == 1)[:, None]
+        np.testing.assert_allclose(found, np.stack([c**2 @ alone, c**2 @ present]) / np.sum(c[1:] ** 2), atol=1e-12)
+
+
+def test_expansions_without_shares_are_refused():
+    linear, modes = multi_indices(2, 1), np.eye(2)
+    with pytest.raises(IllPosedError, match="constant"):
+        sobol_indices(linear, np.array([3.0, 0.0, 0.0]), modes)
+    with pytest.raises(ParameterError, match="for each term"):
+        sobol_indices(linear, np.ones(4), modes)
+    with pytest.raises(ParameterError, match="orthonormal"):
+        sobol_indices(linear, np.ones(3), np.ones((2, 3)))

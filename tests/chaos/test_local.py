@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from roughslip.chaos.censored import censored_regression
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import GROUPS, Samples, best_gap_stiffness, fit_best, fit_local, jackknife_deviations
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.chaos.regression import least_squares
+from roughslip.chaos.regression import censored_regression, least_squares
 from roughslip.errors import IllPosedError, ParameterError
 
 TARGETS = {

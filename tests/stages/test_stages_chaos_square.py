@@ -7,10 +7,9 @@ import pytest
 from scipy import stats
 from scipy.stats import norm
 
-from roughslip.chaos.designs import monte_carlo
-from roughslip.chaos.distribution import cumulative_given_contact
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.chaos.regression import wild_coefficients
+from roughslip.chaos.sampling import cumulative_given_contact, monte_carlo
 from roughslip.contact.influence import Influence
 from roughslip.errors import IllPosedError
 from roughslip.scene.types import scene_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughslip.chaos.distribution import wilson_interval
+from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import ConvergenceError
 from roughslip.stages import cycles, deterministic, oscillator, path_resolution
 from roughslip.stages.path_resolution import Thinned, error_bounds

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from roughslip.chaos.designs import design as draw_design
-from roughslip.chaos.designs import latin_hypercube, monte_carlo
+from roughslip.chaos.sampling import design as draw_design
+from roughslip.chaos.sampling import latin_hypercube, monte_carlo
 from roughslip.errors import IllPosedError, InputError
 from roughslip.scene.types import scene_of
 from roughslip.stages import adaptive_training, contact_square, design, karhunen_loeve

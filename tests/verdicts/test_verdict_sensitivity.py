@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughslip.chaos.distribution import wilson_interval
+from roughslip.chaos.sampling import wilson_interval
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
 from roughslip.errors import ParameterError

@@ -19,9 +19,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip import store
-from roughslip.chaos.designs import latin_hypercube, monte_carlo, sobol_places
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol_places
 from roughslip.contact.solve import solve, sweep
 from roughslip.errors import IllPosedError
 from roughslip.scene.loader import load

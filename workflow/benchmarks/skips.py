@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughslip.chaos.distribution import kolmogorov_distance
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.local import LocalExpansion, Samples, jackknife_deviations
+from roughslip.chaos.sampling import kolmogorov_distance
 from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence, gathered

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip import store
-from roughslip.chaos.designs import sobol_places
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.chaos.sampling import sobol_places
 from roughslip.contact.solve import sweep
 from roughslip.errors import InputError
 from roughslip.grid import Grid

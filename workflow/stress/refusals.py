@@ -15,17 +15,14 @@ from typing import Any
 import numpy as np
 
 from roughslip import probability
-from roughslip.chaos.censored import censored_regression
-from roughslip.chaos.designs import design
-from roughslip.chaos.distribution import cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.functionals import NO_SYMMETRY, Stencil, local_functionals, whitening
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
+from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
-from roughslip.chaos.regression import least_squares
-from roughslip.chaos.residual_distribution import residual_scatter
-from roughslip.chaos.sensitivity import sensitivity
+from roughslip.chaos.regression import censored_regression, least_squares
+from roughslip.chaos.sampling import cumulative_given_contact, design, kolmogorov_distance, wilson_interval
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
@@ -211,7 +208,7 @@ def regression_refusals() -> Calls:
         spoilt(in_contact, basis=tables, pressure=targets),
         spoilt(partial(censored_regression, basis=table, target=target), basis=tables, target=targets),
         spoilt(partial(residual_scatter, predicted=target, target=target), predicted=targets, target=targets),
-        spoilt(partial(sensitivity, indices), coefficients=not_a_table(np.ones(6))),
+        spoilt(partial(sobol_indices, indices, directions=np.eye(2)), coefficients=not_a_table(np.ones(6))),
         spoilt(partial(multi_indices, variables=2, degree=2), variables=NOT_A_COUNT, degree=NOT_A_DEGREE),
         spoilt(partial(multi_indices, 500), degree={"of-too-many-terms": 15}),
         spoilt(drawn, kind=UNKNOWN, samples=NOT_A_COUNT, variables=NOT_A_COUNT),

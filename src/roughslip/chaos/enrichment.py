@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughslip.chaos.designs import sobol
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import GROUPS, LocalExpansion, Member, Samples, jackknife_deviations
+from roughslip.chaos.sampling import sobol
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
 from roughslip.validation import whole_at_least
 

@@ -36,8 +36,7 @@ import scipy.linalg
 from scipy.special import ndtri
 
 from roughslip.chaos.regression import Factor, factorised
-from roughslip.chaos.sensitivity import sensitivity_along, share_of_modes
-from roughslip.chaos.single_index import Link, fit_link, knots_for
+from roughslip.chaos.single_index import Link, fit_link, knots_for, sensitivity_along, share_of_modes
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.limits import FIELD_GROUPS as GROUPS
 

@@ -1,4 +1,4 @@
-"""The variable that is expanded to get the pressure at a node.
+"""The variable that is expanded to get the pressure at a node, and the paper's fits on the samples in contact.
 
 The paper's eq. (8) is p = r^+ with r a polynomial. Its eqs. (10) and (11) fit r to the samples in contact alone, where
 it is p, and leave it free elsewhere. The targets here define r out of contact too, so that every sample is used:
@@ -162,17 +162,3 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
         )
     target = np.log(pressure[contact]) if logarithm else pressure[contact]
     return least_squares(basis[contact], target)
-
-
-def fit_all_samples(basis: np.ndarray, target: np.ndarray, kind: PressureTarget) -> Fit:
-    """Coefficients of a smooth target from every sample, with the weights of the target.
-
-    basis : (K, P) terms at the samples
-    target : (K,) [Pa] or [Pa^2] values of `kind`
-
-    Returns the fit. Raises ParameterError for a censored target, which has no values out of contact, and otherwise as
-    the regression and the weights.
-    """
-    if kind.kind == "censored":
-        raise ParameterError("least squares need a target out of contact as well: trial_pressure or squared_pressure")
-    return least_squares(basis, target, kind.weights(target))

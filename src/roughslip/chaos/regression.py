@@ -1,4 +1,4 @@
-"""Least-squares expansion coefficients, with numbers that say how far they can be trusted."""
+"""Regressions for expansion coefficients: weighted least squares, and censored regression by maximum likelihood."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from scipy.special import log_ndtr, ndtr, ndtri
 
-from roughslip.chaos.leave_group_out import numbered
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.chaos.left_out import numbered, solve_definite
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.validation import finite
 
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
@@ -21,6 +22,13 @@ SAME_POINT = 1e-5
 
 REMEDY = "take more samples, fewer variables or a lower degree"
 
+STEPS = 60  # of Newton's method for a censored regression
+HALVINGS = 40  # of each step
+DECREMENT = 1e-16  # predicted rise of log L: the parameters are then within 1e-8 of their standard errors
+LEAST_SCATTER = 1e-7  # relative to the target in contact; below it the scatter tends to zero and log L has no maximum
+GOLDEN = 0.6180339887498949
+LEAST_UNIFORM = 1e-300
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -30,23 +38,17 @@ class Fit:
     condition_number : [-] ratio of the extreme singular values of the weighted basis with unit columns
     samples : K, number of distinct points
     effective_samples : [-] (sum w)^2 / sum w^2 (Kish 1965); K for equal weights
-    r_squared : [-] share that the expansion explains at its own samples
     leave_one_out : [-] share that remains when each sample is predicted from the others
-    corrected_leave_one_out : [-] leave_one_out times `_correction`, for few samples per term
     least_eigenvalue : [-] of C = sum_k w_k psi_k psi_k' / sum_k w_k. C tends to the unit matrix for many samples of an
         orthonormal basis. The variance of a polynomial at the samples is at least this multiple of its true variance.
-    scatter : root mean square of the leave-one-out residuals, weighted, in the unit of the target
     """
 
     coefficients: np.ndarray
     condition_number: float
     samples: int
     effective_samples: float
-    r_squared: float
     leave_one_out: float
-    corrected_leave_one_out: float
     least_eigenvalue: float
-    scatter: float
 
     @property
     def error_bound(self) -> float:
@@ -61,8 +63,7 @@ class Fit:
 def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None) -> Fit:
     """Coefficients that minimise the weighted sum of squares: eq. (10) with weights.
 
-    basis : (K, P) terms at the samples. Only the corrected leave-one-out error and the least eigenvalue assume that
-        they are orthonormal for the distribution of the samples.
+    basis : (K, P) terms at the samples; only the least eigenvalue assumes that they are orthonormal
     target : (K,) the expanded quantity
     weights : (K,) [-] not negative, 1 if not given; only their ratios matter
 
@@ -89,20 +90,17 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
     q, r, norms = factor.q, factor.r, factor.norms
     projected = q.T @ (root * target)
     residual = root * target - q @ projected
-    variance = _variance_of_target(target, weights, within)
-    inverse = scipy.linalg.solve_triangular(r, np.eye(terms), check_finite=False) / norms[:, None]
-    trace = float(weights.sum() * np.sum(inverse**2))
+    variance = float(np.average((target - np.average(target, weights=weights)) ** 2, weights=weights)) + within
+    if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
+        raise IllPosedError("the target is the same on every sample, so there is nothing to expand: use its value")
     left_out = float(np.sum((residual / factor.freedom) ** 2) / weights.sum()) + within
     return Fit(
         coefficients=scipy.linalg.solve_triangular(r, projected, check_finite=False) / norms,
         condition_number=factor.condition,
         samples=samples,
         effective_samples=effective,
-        r_squared=float(1.0 - (np.sum(residual**2) / weights.sum() + within) / variance),
         leave_one_out=left_out / variance,
-        corrected_leave_one_out=left_out / variance * _correction(terms, effective, trace),
         least_eigenvalue=float(scipy.linalg.svdvals(r * norms, check_finite=False)[-1] ** 2 / weights.sum()),
-        scatter=float(np.sqrt(left_out)),
     )
 
 
@@ -162,23 +160,11 @@ def wild_coefficients(basis: np.ndarray, values: np.ndarray, weights: np.ndarray
     return scipy.linalg.solve_triangular(r, projected[:, None] + q.T @ (residual[:, None] * signs))
 
 
-def _correction(terms: int, effective: float, trace: float) -> float:
-    """Factor T(P, N) = N / (N - P) (1 + tr(C^-1) / N) for leave-one-out errors with few samples per term.
-
-    terms, effective : P and N > P, the effective samples
-    trace : tr(C^-1), near P for many samples of an orthonormal basis
-
-    Method: Chapelle, Vapnik and Bengio, Machine Learning 48 (2002) 9; Blatman and Sudret (2011), eq. 23.
-    """
-    return effective / (effective - terms) * (1.0 + trace / effective)
-
-
-def _variance_of_target(target: np.ndarray, weights: np.ndarray, within: float) -> float:
-    """Weighted variance of the target : (K,) with its scatter within points; IllPosedError where it is rounding."""
-    variance = float(np.average((target - np.average(target, weights=weights)) ** 2, weights=weights)) + within
-    if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
-        raise IllPosedError("the target is the same on every sample, so there is nothing to expand: use its value")
-    return variance
+def _checked(basis: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    basis, target = finite("basis of a regression", basis, 2), finite("target of a regression", target, 1)
+    if target.shape != basis.shape[:1]:
+        raise ParameterError(f"a regression needs a target for each row of its basis: {target.shape}, {basis.shape}")
+    return basis, target
 
 
 def _distinct_samples(
@@ -192,9 +178,7 @@ def _distinct_samples(
     1. The last value is the mean square of the target about the mean of its point. Raises ParameterError for input that
     is not finite or of the wrong shape.
     """
-    basis, target = finite("basis of a regression", basis, 2), finite("target of a regression", target, 1)
-    if target.shape != basis.shape[:1]:
-        raise ParameterError(f"a regression needs a target for each row of its basis: {target.shape}, {basis.shape}")
+    basis, target = _checked(basis, target)
     weights = np.ones(len(basis)) if weights is None else finite("weights of a regression", weights)
     if weights.shape != target.shape:
         raise ParameterError(f"a regression needs a weight for each target, not {weights.shape} for {target.shape}")
@@ -233,3 +217,134 @@ def _point_numbers(basis: np.ndarray) -> np.ndarray:
     point = np.empty(len(basis), dtype=np.int64)
     point[order] = np.cumsum(apart) - 1
     return numbered(point)
+
+
+@dataclass(frozen=True)
+class CensoredFit:
+    """Maximum of the likelihood of a censored regression.
+
+    coefficients : (P,) beta in the unit of y
+    scatter : sigma in the unit of y
+    parameters : (P + 1,) theta, and h times `unit`
+    unit : root mean square of y in contact
+    """
+
+    coefficients: np.ndarray
+    scatter: float
+    parameters: np.ndarray
+    unit: float
+
+
+def censored_regression(basis: np.ndarray, target: np.ndarray) -> CensoredFit:
+    """Maximum likelihood of eq. (8), with the variable only known to be not positive out of contact.
+
+    r = beta' psi + sigma e with e standard normal; y = r where r > 0, and elsewhere only r <= 0 is known.
+
+    basis : (K, P) psi, terms at the samples
+    target : (K,) y > 0 in contact, not positive out of contact; with all samples in contact it is least squares
+
+    Raises ParameterError for input that is not finite or does not match. Raises IllPosedError where the samples in
+    contact are not more than the coefficients or have no scatter, or where the terms are linearly dependent. Raises
+    ConvergenceError with the decrement of the log-likelihood and the steps.
+
+    Method: in theta = beta / sigma and h = 1 / sigma the log-likelihood is concave (Tobin, Econometrica 26 (1958) 24;
+    Olsen, Econometrica 46 (1978) 1211). Newton's method, with steps halved until the likelihood rises::
+
+        log L = sum_contact [log h - (h y - theta' psi)^2 / 2] + sum_out log Phi(-theta' psi)
+    """
+    basis, target = _checked(basis, target)
+    contact, terms = target > 0, basis.shape[1]
+    if contact.sum() <= terms:
+        raise IllPosedError(
+            f"{contact.sum()} of {len(target)} samples are in contact; a censored regression needs more than the "
+            f"{terms} coefficients: take more samples or a deeper penetration, or a target that uses the gap"
+        )
+    unit = float(np.sqrt(np.mean(target[contact] ** 2)))
+    rows = np.column_stack([basis, -np.where(contact, target / unit, 0.0)])
+    found = _start(rows, contact)
+    value = log_likelihood(rows, contact, found)
+    decrement = np.inf
+    for step in range(1, STEPS + 1):
+        slope, weight = derivatives(rows, contact, found)
+        score, information = rows.T @ slope, (rows.T * weight) @ rows
+        score[-1] += contact.sum() / found[-1]
+        information[-1, -1] += contact.sum() / found[-1] ** 2
+        direction = solve_definite(information, score)
+        decrement = float(score @ direction)
+        size = 1.0
+        for _ in range(HALVINGS):
+            new = found + size * direction
+            rise = log_likelihood(rows, contact, new) - value if new[-1] > 0 else -np.inf
+            if decrement <= DECREMENT or rise >= 0.1 * size * decrement - 1e-13 * abs(value):
+                break
+            size /= 2
+        else:
+            raise ConvergenceError("no step along Newton's direction raises the likelihood", decrement, step)
+        found, value = new, value + rise
+        if found[-1] * LEAST_SCATTER > 1:
+            raise IllPosedError("samples in contact have no scatter around the expansion: take trial_pressure")
+        if decrement <= DECREMENT:
+            return CensoredFit(found[:-1] / found[-1] * unit, unit / found[-1], found, unit)
+    raise ConvergenceError("censored regression: log-likelihood; take more samples", decrement, STEPS)
+
+
+def log_likelihood(rows: np.ndarray, contact: np.ndarray, parameters: np.ndarray) -> float:
+    """log L [-] without its constant.
+
+    rows : (K, P + 1) terms, and -y in contact or 0 out of it
+    contact : (K,) bool
+    parameters : (P + 1,) theta and h > 0
+    """
+    product = rows @ parameters
+    quadratic = 0.5 * np.sum(product[contact] ** 2)
+    return float(contact.sum() * np.log(parameters[-1]) - quadratic + np.sum(log_ndtr(-product[~contact])))
+
+
+def derivatives(rows: np.ndarray, contact: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and negative second derivative of each sample's log-likelihood by rows @ parameters : (K,), (K,).
+
+    Without log h, whose derivatives by h are 1 / h and -1 / h^2 for each sample in contact.
+    """
+    product = rows @ parameters
+    hazard = _hazard(product)
+    curvature = np.clip(hazard * (hazard - product), 0.0, 1.0)
+    return np.where(contact, -product, -hazard), np.where(contact, 1.0, curvature)
+
+
+def expected(fit: CensoredFit, predicted: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """r : (K,), out of contact its mean given r <= 0, from the predictions : (K,)."""
+    return np.where(target > 0, target, predicted - fit.scatter * _hazard(predicted / fit.scatter))
+
+
+def _hazard(z: np.ndarray) -> np.ndarray:
+    """phi(z) / Phi(-z), also far out in the tails."""
+    return np.asarray(np.exp(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - log_ndtr(-z)))
+
+
+def completed(predicted: np.ndarray, scatter: float, target: np.ndarray) -> np.ndarray:
+    """r : (K,), out of contact a draw from its distribution given r <= 0.
+
+    predicted : (K,) beta' psi
+    scatter : sigma
+    target : (K,) y
+
+    The draws of neighbouring predictions are evenly distributed, by the golden ratio (Weyl, Math. Ann. 77 (1916) 313).
+    """
+    rank = np.empty(len(predicted))
+    rank[np.argsort(predicted, kind="stable")] = np.arange(len(predicted))
+    uniform = (0.5 + GOLDEN * rank) % 1.0
+    share = np.maximum(uniform * ndtr(-predicted / scatter), LEAST_UNIFORM)
+    drawn = np.minimum(predicted + scatter * ndtri(share), 0.0)
+    return np.where(target > 0, target, drawn)
+
+
+def _start(rows: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Initial parameters: least squares with zero out of contact."""
+    basis, y = rows[:, :-1], -rows[:, -1]
+    beta, _, rank, _ = np.linalg.lstsq(basis, y, rcond=None)
+    if rank < basis.shape[1]:
+        raise IllPosedError("terms of the basis are linearly dependent: take more samples or a lower degree")
+    scatter = np.sqrt(np.mean((y - basis @ beta)[contact] ** 2))
+    if not scatter > LEAST_SCATTER:
+        raise IllPosedError("samples in contact have no scatter around the expansion: take trial_pressure")
+    return np.append(beta, 1.0) / scatter

@@ -151,3 +151,38 @@ def fit_link(index: np.ndarray, responses: np.ndarray, knots: np.ndarray) -> tup
     shift = deviation.mean(axis=1)
     mean = np.einsum("l,rln->rn", moments, link.values) + shift
     return link, Control(mean, deviation - shift[:, None])
+
+
+def sensitivity_along(direction: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sobol' indices of the normal variables xi for functions sum_n h_n He_n(d xi) / sqrt(n!), one per node.
+
+    direction : (M, nodes) d, unit vectors
+    coefficients : (degree + 1, nodes) h
+
+    Returns first, total : (M, nodes) [-]. Raises ParameterError for shapes that do not match or directions that are not
+    of unit length, IllPosedError for a constant.
+
+    Method: as `hermite.sobol_indices` with one variable. The share d_j^(2n) of h_n^2 is due to xi_j alone, and the
+    share (1 - d_j^2)^n does not contain xi_j. For a set of modes, d_j^2 is the sum over the set.
+    """
+    if coefficients.ndim != 2 or direction.shape[1:] != coefficients.shape[1:]:
+        raise ParameterError(f"directions {direction.shape} do not match coefficients {coefficients.shape}")
+    squares = direction**2
+    if not np.allclose(squares.sum(axis=0), 1.0, atol=1e-9):
+        raise ParameterError("directions must be of unit length")
+    return _shares(squares, coefficients)
+
+
+def share_of_modes(direction: np.ndarray, coefficients: np.ndarray, modes: int) -> np.ndarray:
+    """Share : (nodes,) [-] of the variance that the leading modes explain; arguments as `sensitivity_along`."""
+    return _shares(np.sum(direction[:modes] ** 2, axis=0, keepdims=True), coefficients)[0][0]
+
+
+def _shares(squares: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    variance = np.sum(coefficients[1:] ** 2, axis=0)
+    if not np.all(variance > 0):
+        raise IllPosedError("the expansion is constant: there is no variance to share")
+    first, without = np.zeros(squares.shape), np.zeros(squares.shape)
+    for h in coefficients[:0:-1]:  # Horner
+        first, without = squares * (h**2 + first), (1.0 - squares) * (h**2 + without)
+    return first / variance, 1.0 - without / variance

@@ -2,8 +2,8 @@
 
 The field is stationary along the strip, so all nodes of a row share the coefficients. The rows differ, because their
 distances from the border differ. The variables are the local functionals of the heights, whitened row by row. They do
-not depend on the penetration, so one basis is enough for all penetrations. The distribution of the target given its
-prediction is estimated from left-out strips (`residual_distribution`).
+not depend on the penetration, so one basis is enough for all penetrations. Contact probability and mean
+pressure are tables over the predicted target, from its distribution at left-out strips (`left_out`).
 """
 
 from __future__ import annotations
@@ -15,14 +15,18 @@ import numpy as np
 
 from roughslip.chaos.functionals import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
 from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, multi_indices
-from roughslip.chaos.leave_group_out import group_sums, left_out_predictions, without_one
-from roughslip.chaos.pressure import PressureTarget, fit_all_samples
+from roughslip.chaos.left_out import group_sums, left_out_predictions, lowest_in_contact, residual_scatter, without_one
+from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.regression import least_squares
+from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite
 
 ALL = slice(None)
 GROUPS = 20  # largest number of groups of training strips, left out in turn
 QUALITY = ("leave_one_out", "condition_number", "effective_samples")
+TABLE_PLACES = 2000  # evenly spaced up to the largest target, which near a border is some 40 times the mean
+DRAWS = 200  # quantiles of the scatter over which a mean is taken
 
 
 @dataclass(frozen=True)
@@ -88,12 +92,14 @@ def fit_strip(
         0; terms that change sign are left out
 
     Returns the expansion and, as (ny, levels) arrays, its QUALITY. Neighbouring nodes are correlated, so the
-    leave-one-out error is too small. Raises ParameterError for arrays that do not match, and IllPosedError as the
-    whitening and the regression.
+    leave-one-out error is too small. Raises ParameterError for arrays that do not match or a censored target, which
+    has no values out of contact; IllPosedError as the whitening and the regression.
     """
     functionals, target_values = finite("functionals", functionals, 3), finite("targets", target_values, 3)
     if functionals.shape[:2] != target_values.shape[:2]:
         raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")
+    if target.kind == "censored":
+        raise ParameterError("a strip needs a target out of contact as well: trial_pressure or squared_pressure")
     _, rows, variables = functionals.shape
     levels = target_values.shape[2]
     indices = even_terms(multi_indices(variables, degree), odd)
@@ -104,8 +110,9 @@ def fit_strip(
         whiten[row] = whitening(functionals[:, row], odd)
         basis = hermite_basis(functionals[:, row] @ whiten[row].T, indices)
         for level in range(levels):
+            values = target_values[:, row, level]
             try:
-                fit = fit_all_samples(basis, target_values[:, row, level], target)
+                fit = least_squares(basis, values, target.weights(values))
             except IllPosedError as error:
                 raise IllPosedError(f"row {row} of the strip, penetration {level}: {error}") from error
             coefficients[row, :, level] = fit.coefficients
@@ -164,3 +171,79 @@ def on_all_rows(half: StripExpansion, rows: int) -> StripExpansion:
         whiten=np.concatenate([half.whiten, half.whiten[turned] * HALF_TURN]),
         coefficients=np.concatenate([half.coefficients, half.coefficients[turned]]),
     )
+
+
+@dataclass(frozen=True)
+class ConditionalMeans:
+    """Contact probability and mean pressure as tables over the prediction, one for each penetration.
+
+    target : how a target gives the pressure
+    low, step : (levels,) [target] first place of each table, and distance between places
+    scatter : (levels,) [target] root mean square of the target around m(s)
+    contact : (levels, TABLE_PLACES) [-] P(contact | s)
+    pressure : (levels, TABLE_PLACES) [Pa] E[p | s]
+    """
+
+    target: PressureTarget
+    low: np.ndarray
+    step: np.ndarray
+    scatter: np.ndarray
+    contact: np.ndarray
+    pressure: np.ndarray
+
+    def at(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Contact probability [-] and mean pressure [Pa] : (levels, ...) at predictions : (levels, ...).
+
+        Linear between places, zero below the first, and constant above the last, the largest true target, because
+        polynomials grow without bound. A scatter narrower than two places is not resolved and is neglected.
+        """
+        if len(predicted) != len(self.low):
+            raise ParameterError(f"{len(predicted)} levels of predictions for tables of {len(self.low)}")
+        contact, pressure = np.empty(predicted.shape), np.empty(predicted.shape)
+        for level, s in enumerate(predicted):
+            if self.scatter[level] <= 2 * self.step[level]:
+                contact[level], pressure[level] = s > 0, self.target.pressure(s)
+                continue
+            scale = self.low[level], self.step[level]
+            _interpolate(s.ravel(), *scale, self.contact[level], contact[level].reshape(-1))
+            _interpolate(s.ravel(), *scale, self.pressure[level], pressure[level].reshape(-1))
+        return contact, pressure
+
+
+def conditional_means(predicted: np.ndarray, values: np.ndarray, target: PressureTarget) -> ConditionalMeans:
+    """Tabulate contact probability and mean pressure from predictions of samples that the fit has not seen.
+
+    predicted, values : (levels, n) [target] predictions and true values, at n nodes of all rows
+    target : how a target gives the pressure
+
+    Returns the tables. Raises ParameterError for arrays that do not match, and IllPosedError as `residual_scatter` for
+    too few samples near contact.
+    """
+    if predicted.shape != values.shape or predicted.ndim != 2:
+        raise ParameterError(f"predictions {predicted.shape} and values {values.shape} must match, a row a penetration")
+    levels = len(predicted)
+    low, step, scatter = np.empty((3, levels))
+    contact, pressure = np.empty((2, levels, TABLE_PLACES))
+    uniform = (np.arange(DRAWS) + 0.5) / DRAWS
+    for level, (s, value) in enumerate(zip(predicted, values, strict=True)):
+        near = s >= lowest_in_contact(s, value, value > 0)
+        distribution = residual_scatter(s[near], value[near])
+        places = np.linspace(distribution.low, min(distribution.high, float(value.max())), TABLE_PLACES)
+        drawn = distribution.draw(places[:, None], uniform)
+        low[level], step[level] = places[0], places[1] - places[0]
+        scatter[level] = np.sqrt(np.mean((value[near] - distribution.centre(s[near])) ** 2))
+        contact[level], pressure[level] = (drawn > 0).mean(axis=1), target.pressure(drawn).mean(axis=1)
+    return ConditionalMeans(target, low, step, scatter, contact, pressure)
+
+
+@compiled()
+def _interpolate(s: np.ndarray, low: float, step: float, table: np.ndarray, found: np.ndarray) -> None:
+    """Write the table at s : (n,), zero below its first place and constant above its last; NaN where s is NaN."""
+    last = len(table) - 1
+    for k in range(len(s)):
+        place = min((s[k] - low) / step, float(last))
+        if place > 0:
+            below = min(int(place), last - 1)
+            found[k] = table[below] + (place - below) * (table[below + 1] - table[below])
+        else:
+            found[k] = 0.0 * place

@@ -6,9 +6,9 @@ import sys
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.designs import design
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.local import LocalExpansion, Samples
+from roughslip.chaos.sampling import design
 from roughslip.chaos.selection import fit_count
 from roughslip.limits import MOST_NUMBERS, VARIABLE_COUNTS
 from roughslip.scene.declarations import Stage

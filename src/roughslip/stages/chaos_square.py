@@ -5,13 +5,11 @@ import sys
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.designs import monte_carlo
-from roughslip.chaos.distribution import NORMAL_95, kolmogorov_distance, quantile_levels
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
 from roughslip.chaos.pressure import KINDS, PressureTarget
 from roughslip.chaos.regression import Fit
+from roughslip.chaos.sampling import NORMAL_95, kolmogorov_distance, monte_carlo, quantile_levels
 from roughslip.chaos.selection import Chosen, fit_count
-from roughslip.chaos.sensitivity import sensitivity_to_directions
 from roughslip.errors import IllPosedError
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
@@ -155,7 +153,7 @@ def work(job: Job) -> None:
             between = apart(pressure["equation_8"], pressure["equation_9"], moved)
     for method in EXPANDED:
         rows.setdefault(method, refused_rows(reference.levels, rows["latin_hypercube"]["contact_probability"]))
-    job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + local.groups, draws=draws * (1 + len(fits)))
+    job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + len(local.without), draws=draws * (1 + len(fits)))
     degree = job.scene.expansion.degree
     job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, degree)})
     results = table(rows, pressure, reference) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
@@ -190,11 +188,11 @@ def choice(chosen: Chosen) -> dict[str, store.Variable]:
 def of_modes(chosen: Chosen, directions: np.ndarray) -> dict[str, store.Variable]:
     """The variables at the centre, and what the modes behind them explain."""
     local = chosen.expansion
-    modes = sensitivity_to_directions(local.indices, local.whole.coefficients, directions)
+    first, total = sobol_indices(local.indices, local.whole.coefficients, directions)
     title = "share of the variance of the expanded target that a mode explains {} (Sobol' index)"
     return {
-        "sobol_first": store.Variable(("mode",), modes.first, "1", title.format("alone")),
-        "sobol_total": store.Variable(("mode",), modes.total, "1", title.format("alone and with others")),
+        "sobol_first": store.Variable(("mode",), first, "1", title.format("alone")),
+        "sobol_total": store.Variable(("mode",), total, "1", title.format("alone and with others")),
         "direction": store.Variable(
             ("variable", "mode"), directions, "1", "variables at the centre in terms of the modes"
         ),

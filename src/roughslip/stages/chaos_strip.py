@@ -4,8 +4,13 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
-from roughslip.chaos.residual_distribution import conditional_means
-from roughslip.chaos.strip import fit_strip, on_all_rows, predictions_of_left_out_strips, turned_to_half
+from roughslip.chaos.strip import (
+    conditional_means,
+    fit_strip,
+    on_all_rows,
+    predictions_of_left_out_strips,
+    turned_to_half,
+)
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.runtime import skip_reasons

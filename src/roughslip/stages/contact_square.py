@@ -1,7 +1,7 @@
 """Stage contact_square: contact of a batch of samples of the square with the plane, at one penetration."""
 
 from roughslip import store
-from roughslip.chaos.designs import monte_carlo
+from roughslip.chaos.sampling import monte_carlo
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.square import solved, square

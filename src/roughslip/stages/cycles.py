@@ -5,7 +5,7 @@ import sys
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.distribution import wilson_interval
+from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.oscillator.cycles import Reattachment, count_difference, normality, reattachment_statistics
 from roughslip.scene.declarations import Stage

@@ -1,7 +1,7 @@
 """Stage design: designs that are drawn whole. Monte Carlo samples of the reference are drawn where they are used."""
 
 from roughslip import store
-from roughslip.chaos.designs import design
+from roughslip.chaos.sampling import design
 from roughslip.errors import InputError
 from roughslip.limits import MOST_NUMBERS
 from roughslip.scene.declarations import Stage

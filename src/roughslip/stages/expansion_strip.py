@@ -11,8 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.residual_distribution import ConditionalMeans
-from roughslip.chaos.strip import StripExpansion
+from roughslip.chaos.strip import ConditionalMeans, StripExpansion
 from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid

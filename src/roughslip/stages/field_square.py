@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.designs import monte_carlo
 from roughslip.chaos.field import FieldExpansion, draw_pressure, fit_field, mode_shares
+from roughslip.chaos.sampling import monte_carlo
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES

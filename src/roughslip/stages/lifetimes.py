@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.distribution import wilson_interval
+from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.grazing import grazing_response

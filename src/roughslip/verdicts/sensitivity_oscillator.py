@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from roughslip.chaos.distribution import wilson_interval
+from roughslip.chaos.sampling import wilson_interval
 from roughslip.verdicts.rules import CYCLING, NOT_REPRODUCED, NOT_TESTED, REPRODUCED, Arrays, claims
 from roughslip.verdicts.sensitivity import (
     FEWEST,

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from roughslip.chaos.distribution import NORMAL_95, cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import LocalExpansion, jackknife_deviations
 from roughslip.chaos.pressure import fit_in_contact
 from roughslip.chaos.regression import Fit, wild_coefficients
+from roughslip.chaos.sampling import NORMAL_95, cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.errors import IllPosedError
 
 SAMPLED = ("monte_carlo", "latin_hypercube")

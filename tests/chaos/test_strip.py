@@ -1,14 +1,17 @@
-"""The expansion along a strip: targets of degree 3 in the functionals are recovered, for any whitening."""
+"""The expansion along a strip: cubic targets are recovered for any whitening; tables of conditional means."""
 
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.ndimage import gaussian_filter
+from scipy.stats import norm
 
 from roughslip.chaos.functionals import HALF_TURN, MIRRORED, Stencil, local_functionals
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.strip import (
+    conditional_means,
     fit_strip,
     on_all_rows,
     predictions_of_left_out_strips,
@@ -125,33 +128,79 @@ def test_of_strips_alike_in_a_mirror_along_them_half_of_the_odd_is_not_fitted():
     np.testing.assert_allclose(fit.predicted(other[::-1])[:, ::-1], found, rtol=0, atol=rounding)
 
 
-FUNCTIONALS = local_functionals(strip(5, 400), STENCIL).transpose(1, 2, 0)
-OUT = np.ones((400, ROWS, 2)) * [1.0, -1.0]
+TRIAL = PressureTarget("trial_pressure", 1.0)
+SQUARED = PressureTarget("squared_pressure", 1.0, 0.6)
+PLACES_SEEN = np.linspace(-1.0, 2.0, 13)
 
 
-@pytest.mark.parametrize(
-    ("call", "error", "message"),
-    [
-        (lambda: fitted(TARGETS[0])[0].pressure(np.zeros((50, ROWS - 1))), ParameterError, "3 rows"),
-        (lambda: fitted(TARGETS[0])[0].pressure(np.full((50, ROWS), np.nan)), ParameterError, "finite"),
-        (lambda: fit_strip(np.zeros((9, 3, 8)), np.zeros((9, 2, 1)), 3, STENCIL, TARGETS[0]), ParameterError, "match"),
-        (
-            lambda: fit_strip(FUNCTIONALS, OUT + FUNCTIONALS[..., :1] * [1e6, 0], 3, STENCIL, TARGETS[1]),
-            IllPosedError,
-            "row 0 of the strip, penetration 1: no sample is in contact",
-        ),
-        (
-            lambda: fit_strip(FUNCTIONALS[:100], OUT[:100], 3, STENCIL, TARGETS[1]),
-            IllPosedError,
-            "row 0 of the strip, penetration 0: 100 samples",
-        ),
-        (
-            lambda: fit_strip(FUNCTIONALS[:, :1] * [1, 1, 0, 1, 0, 0, 1, 1], OUT[:, :1], 3, STENCIL, TARGETS[0]),
-            IllPosedError,
-            "too narrow",
-        ),
-    ],
-)
-def test_unsuitable_strips_are_refused_with_their_place(call, error, message):
-    with pytest.raises(error, match=message):
-        call()
+def deviation(s):
+    """Of the target around its prediction; it grows with the prediction."""
+    return 0.2 + 0.1 * (s + 2.0)
+
+
+def predictions(seed, scale=1.0):
+    rng = np.random.default_rng(seed)
+    s = rng.uniform(-2.0, 3.0, (2, 40_000))
+    return s, s + scale * deviation(s) * rng.standard_normal(s.shape)
+
+
+@pytest.mark.parametrize("target", [TRIAL, SQUARED], ids=lambda target: target.kind)
+def test_tables_are_the_expectations_of_a_normal_scatter_that_grows(target):
+    """P = Phi(s / sd), E[p] = int p(s + sd z) phi(z) dz, for the trial pressure s Phi + sd phi. Each
+    distribution comes from 4 % of the samples near s: 1300 over a span of 0.2, where the deviation changes by 5 %.
+    Allowed are four standard errors of a share and of a mean, and 0.01 for that change and the 200 draws."""
+    means = conditional_means(*predictions(1), target)
+    contact, pressure = means.at(np.tile(PLACES_SEEN, (2, 1)))
+    for k, s in enumerate(PLACES_SEEN):
+        sd, share = deviation(s), norm.cdf(s / deviation(s))
+        expected = quad(lambda z: float(target.pressure(np.array(s + sd * z))) * norm.pdf(z), -s / sd, 8)[0]  # noqa: B023
+        if target is TRIAL:
+            assert expected == pytest.approx(s * share + sd * norm.pdf(s / sd), rel=1e-6)
+        np.testing.assert_allclose(contact[:, k], share, atol=4 * np.sqrt(share * (1 - share) / 1300) + 0.01)
+        np.testing.assert_allclose(pressure[:, k], expected, atol=4 * sd / np.sqrt(1300) + 0.01)
+
+
+def test_without_scatter_they_are_those_of_the_prediction():
+    """And so for a scatter that the places of the tables do not resolve."""
+    for scale in (0.0, 0.004):
+        means = conditional_means(*predictions(2, scale), SQUARED)
+        contact, pressure = means.at(np.tile(PLACES_SEEN, (2, 1)))
+        assert np.array_equal(contact, np.tile(PLACES_SEEN > 0, (2, 1)))
+        assert np.array_equal(pressure, np.tile(SQUARED.pressure(PLACES_SEEN), (2, 1)))
+    resolved = conditional_means(*predictions(2, 0.2), SQUARED)
+    assert 0.2 < resolved.at(np.full((2, 1), 0.02))[0][0, 0] < 0.9
+
+
+def test_beyond_the_samples_there_is_no_contact_or_that_of_the_largest_target():
+    """A polynomial runs off beyond its samples; the largest target here is 3 and some deviations of 0.21."""
+    s, values = predictions(3, 0.3)
+    contact, pressure = conditional_means(s, values, TRIAL).at(np.tile([-50.0, 3.0, 50.0], (2, 1)))
+    np.testing.assert_array_equal(contact, [[0.0, 1.0, 1.0]] * 2)
+    assert np.all(pressure[:, 0] == 0.0)
+    # the last law has 1600 residuals on one side of it: predictions over a span of 0.2
+    np.testing.assert_allclose(pressure[:, 1:], 3.0, atol=0.05)
+    near = conditional_means(s + 2.05, values + 2.05, TRIAL)  # contact at the least prediction too
+    assert near.contact[0, 0] > 0.1
+    assert np.all(near.at(np.full((2, 1), -50.0))[0] == 0.0)
+
+
+def test_unsuitable_strips_are_refused_with_their_place():
+    functionals = local_functionals(strip(5, 400), STENCIL).transpose(1, 2, 0)
+    out = np.ones((400, ROWS, 2)) * [1.0, -1.0]
+    with pytest.raises(ParameterError, match="3 rows"):
+        fitted(TARGETS[0])[0].pressure(np.zeros((50, ROWS - 1)))
+    with pytest.raises(ParameterError, match="match"):
+        fit_strip(functionals, out[1:], 3, STENCIL, TARGETS[0])
+    with pytest.raises(ParameterError, match="out of contact as well"):
+        fit_strip(functionals, out, 3, STENCIL, PressureTarget("censored", 1.0))
+    with pytest.raises(IllPosedError, match="row 0 of the strip, penetration 1: no sample is in contact"):
+        fit_strip(functionals, out + functionals[..., :1] * [1e6, 0], 3, STENCIL, TARGETS[1])
+    with pytest.raises(IllPosedError, match="row 0 of the strip, penetration 0: 100 samples"):
+        fit_strip(functionals[:100], out[:100], 3, STENCIL, TARGETS[1])
+    with pytest.raises(IllPosedError, match="too narrow"):
+        fit_strip(functionals[:, :1] * [1, 1, 0, 1, 0, 0, 1, 1], out[:, :1], 3, STENCIL, TARGETS[0])
+    values = predictions(2)
+    with pytest.raises(ParameterError, match="match"):
+        conditional_means(values[0], values[1][:1], TRIAL)
+    with pytest.raises(ParameterError, match="3 levels"):
+        conditional_means(*values, TRIAL).at(np.zeros((3, 4)))

@@ -1,0 +1,222 @@
+"""Predictions of samples that a fit has not seen, and the distribution of a target given its prediction.
+
+Samples of one group (nodes of the same surfaces) are dependent and are left out together. The fit without group h
+predicts the samples of h as new ones. For jackknife errors of results that use such predictions, the predictions are
+repeated without another group g, from fits that have seen neither g nor h. If the first predictions were kept, the
+distribution of the target given its prediction would not follow the fit without g, and errors would come out doubled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from scipy.interpolate import BSpline
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import finite
+
+SPLINE_PIECES = 5  # of m(s), with equal numbers of samples; 4 to 12 give distributions equal within their scatter
+PLACES = 50  # values of s with a distribution of e, with equal numbers of samples between them
+NEIGHBOURS = 0.04  # share of the samples whose residuals are used at each place, at least LEAST_NEIGHBOURS samples
+LEAST_NEIGHBOURS = 40
+QUANTILES = 201  # stored quantiles of e, from its least to its largest value
+LEAST_SAMPLES = 100
+REACH = 1.5  # times the mean target in contact: how far below zero a prediction may still be of a node in contact
+
+
+def numbered(rows: np.ndarray) -> np.ndarray:
+    """Number : (K,) of each of the rows : (K, ...), in order of first appearance; equal rows have the same number."""
+    first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
+    return np.argsort(np.argsort(first))[number.ravel()]
+
+
+def without_one(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Solutions of normal equations with all groups, and without each group.
+
+    matrices : (G, P, P) contribution of each group to the matrix, symmetric
+    sides : (G, P) contribution of each group to the right-hand side
+
+    Returns c : (1 + G, P); c[0] with all groups, c[g] without group g - 1. Raises IllPosedError where a matrix is not
+    positive definite.
+    """
+    matrix, side = matrices.sum(axis=0), sides.sum(axis=0)
+    left_out = [solve_definite(matrix - m, side - s) for m, s in zip(matrices, sides, strict=True)]
+    return np.stack([solve_definite(matrix, side), *left_out])
+
+
+def without_two(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Solutions of normal equations without each pair of groups.
+
+    matrices, sides : as in `without_one`
+
+    Returns c : (1 + G, 1 + G, P), symmetric. c[g, h] is without groups g - 1 and h - 1, where index 0 stands for no
+    group. Raises as `without_one`.
+    """
+    groups, terms = sides.shape
+    found = np.empty((1 + groups, 1 + groups, terms))
+    found[0] = found[:, 0] = without_one(matrices, sides)
+    for g in range(groups):
+        rest, right = matrices.sum(axis=0) - matrices[g], sides.sum(axis=0) - sides[g]
+        found[g + 1, g + 1] = found[0, g + 1]
+        for h in range(g + 1, groups):
+            found[g + 1, h + 1] = found[h + 1, g + 1] = solve_definite(rest - matrices[h], right - sides[h])
+    return found
+
+
+def solve_definite(matrix: np.ndarray, side: np.ndarray) -> np.ndarray:
+    """Solution : (P,) of symmetric equations, scaled to a unit diagonal; IllPosedError where they are not definite."""
+    norms = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    try:
+        if not np.all(norms > 0):
+            raise np.linalg.LinAlgError
+        factor = scipy.linalg.cho_factor(matrix / np.outer(norms, norms), check_finite=False)
+    except np.linalg.LinAlgError as error:
+        raise IllPosedError(
+            "the samples leave a coefficient undetermined: take more samples, fewer variables or a lower degree"
+        ) from error
+    return np.asarray(scipy.linalg.cho_solve(factor, side / norms, check_finite=False)) / norms
+
+
+def group_sums(
+    rows: np.ndarray, weights: np.ndarray, values: np.ndarray, group: np.ndarray, groups: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Contributions of each group to rows' W rows : (G, P, P) and to rows' values : (G, P).
+
+    rows : (K, P); weights, values : (K,); group : (K,) numbers below `groups`
+    """
+    members = [np.flatnonzero(group == g) for g in range(groups)]
+    matrices = np.stack([(rows[m].T * weights[m]) @ rows[m] for m in members])
+    return matrices, np.stack([values[m] @ rows[m] for m in members])
+
+
+def left_out_predictions(rows: np.ndarray, coefficients: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Predictions of each sample from the other groups.
+
+    rows : (K, P) terms at the samples
+    coefficients : (..., 1 + G, P) result of `without_one` or `without_two`
+
+    Returns s : (..., K) without the group of the sample; from `without_two`, s[g] is also without group g - 1.
+    """
+    found = np.empty((*coefficients.shape[:-2], len(rows)))
+    for h in range(coefficients.shape[-2] - 1):
+        members = np.flatnonzero(group == h)
+        found[..., members] = coefficients[..., h + 1, :] @ rows[members].T
+    return found
+
+
+def lowest_in_contact(predicted: np.ndarray, target: np.ndarray, contact: np.ndarray) -> float:
+    """The prediction below which nodes count as out of contact, in the unit of the target.
+
+    It is -REACH times the mean target in contact, or the least prediction of a sample in contact where that is lower; 0
+    without any contact. Samples further below would only distort the scatter near contact.
+    """
+    if not contact.any():
+        return 0.0
+    return min(-REACH * float(target[contact].mean()), float(predicted[contact].min()))
+
+
+@dataclass(frozen=True)
+class ResidualScatter:
+    """The distribution of a target given its prediction s: m(s) + e, both estimated from left-out samples.
+
+    A polynomial in few variables errs most at first contact, by a bias m(s) - s and a scatter e that depend on s.
+    Draws from this distribution keep the width and the contact probability of the pressure. The positive part of the
+    prediction alone would not: some nodes predicted apart from the plane touch it, and the reverse.
+
+    mean : m(s), a cubic regression spline; a straight line outside the range of the fitted predictions
+    low, high : ends of that range
+    places : (PLACES,) s, ascending
+    quantiles : (PLACES, QUANTILES) of e at each
+    """
+
+    mean: BSpline
+    low: float
+    high: float
+    places: np.ndarray
+    quantiles: np.ndarray
+
+    def centre(self, predicted: np.ndarray) -> np.ndarray:
+        """m(s) : (...) at predictions : (...)."""
+        inside = np.clip(predicted, self.low, self.high)
+        slope = self.mean.derivative()
+        ends = np.where(predicted < self.low, slope(self.low), slope(self.high))
+        return np.asarray(self.mean(inside) + ends * (predicted - inside))
+
+    def draw(self, predicted: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+        """A target : (...) for each prediction : (...), at the quantile uniform : (...) in [0, 1).
+
+        Quantiles are linear between places and constant outside. They are continuous in both arguments and in the
+        samples, so two distributions can be compared by the same draws without noise.
+        """
+        place, far = self._place(predicted)
+        rank, share = np.divmod(uniform * (QUANTILES - 1), 1.0)
+        below = rank.astype(np.int64)
+        e = (1 - share) * self._between(place, far, below) + share * self._between(place, far, below + 1)
+        return self.centre(predicted) + e
+
+    def _between(self, place: np.ndarray, far: np.ndarray, rank: np.ndarray) -> np.ndarray:
+        return (1 - far) * self.quantiles[place - 1, rank] + far * self.quantiles[place, rank]
+
+    def cumulative(self, predicted: np.ndarray, target: np.ndarray) -> np.ndarray:
+        """Cumulative distribution of the target given its prediction, the inverse of `draw`.
+
+        predicted : (n,)
+        target : (m,)
+
+        Returns F : (n, m) [-].
+        """
+        place, far = self._place(predicted)
+        e = target - self.centre(predicted)[:, None]
+        probabilities, found = np.linspace(0, 1, QUANTILES), np.empty(e.shape)
+        for row in range(len(predicted)):
+            quantiles = (1 - far[row]) * self.quantiles[place[row] - 1] + far[row] * self.quantiles[place[row]]
+            found[row] = np.interp(e[row], quantiles, probabilities, left=0.0, right=1.0)
+        return found
+
+    def _place(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Index of the place above each prediction, and the relative distance [-] from the place below."""
+        inside = np.clip(predicted, self.places[0], self.places[-1])
+        place = np.minimum(np.searchsorted(self.places, inside, side="right"), PLACES - 1)
+        low, high = self.places[place - 1], self.places[place]
+        return place, np.divide(inside - low, high - low, out=np.zeros_like(low), where=high > low)
+
+
+def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatter:
+    """Estimate the distribution of a target given its prediction.
+
+    predicted : (n,) predictions, each made without its own sample
+    target : (n,) true values
+
+    Raises ParameterError for arrays that do not match or are not finite; IllPosedError for fewer than LEAST_SAMPLES
+    samples, or predictions that are all alike.
+
+    Method: least-squares cubic spline with knots at quantiles of s; residuals of nearest neighbours in s, as in the
+    local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1).
+    """
+    predicted, target = finite("predictions", predicted, 1), finite("targets", target, 1)
+    if predicted.shape != target.shape:
+        raise ParameterError(f"a target for each prediction is needed, not {target.shape} for {predicted.shape}")
+    if len(predicted) < LEAST_SAMPLES:
+        raise IllPosedError(
+            f"{len(predicted)} samples in or near contact are too few to estimate the scatter of the target; "
+            f"{LEAST_SAMPLES} are needed: take more samples or a deeper penetration"
+        )
+    order = np.argsort(predicted, kind="stable")
+    s, t = predicted[order], target[order]
+    knots = np.quantile(s, np.linspace(0, 1, SPLINE_PIECES + 1))
+    if not np.all(np.diff(knots) > 0):
+        raise IllPosedError("predictions are all alike: the expansion explains nothing; take other variables")
+    padded = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
+    design = BSpline.design_matrix(s, padded, 3).toarray()
+    coefficients = np.linalg.lstsq(design, t, rcond=None)[0]
+    mean = BSpline(padded, coefficients, 3)
+    residual = t - mean(s)
+    n = len(s)
+    window = min(n, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * n)))
+    middle = (np.arange(PLACES) + 0.5) / PLACES * n
+    first = np.clip(middle.astype(np.int64) - window // 2, 0, n - window)
+    windows = residual[first[:, None] + np.arange(window)]
+    quantiles = np.quantile(windows, np.linspace(0, 1, QUANTILES), axis=1).T
+    return ResidualScatter(mean, float(s[0]), float(s[-1]), s[middle.astype(np.int64)], quantiles)

@@ -26,7 +26,7 @@ from workflow.benchmarks.chain_budget import (
 )
 from workflow.benchmarks.chaos import load_scene
 from workflow.benchmarks.contact_problem import MODULUS, square, surface
-from workflow.benchmarks.oscillator import LAW, PROCESS, STUDY, choose_slips, exact_place, slip_by_scipy
+from workflow.benchmarks.oscillator import LAW, PROCESS, STUDY, TOLERANCES, choose_slips, exact_place, slip_by_scipy
 
 COLUMNS = ("combined_mean", "combined_std", "length_least_squares", "beta_a", "beta_b")
 ENDS = [f"{name}{end}{'_m' * ('length' in name)}" for name in COLUMNS for end in ("", "_low", "_high")]
@@ -106,7 +106,7 @@ def test_scipys_tolerance_is_the_loosest_with_our_error():
     tolerance, ours, plain = chain.find_equal_tolerance(1e-6, 4)
     assert 0.0 < plain <= ours < 1e-4
     slip = choose_slips(4)[1]
-    looser = chain.TOLERANCES[chain.TOLERANCES.index(tolerance) - 1]
+    looser = TOLERANCES[TOLERANCES.index(tolerance) - 1]
     assert abs(slip_by_scipy(slip, chain.METHOD, looser)[0] / exact_place(slip) - 1.0) > ours
 
 

@@ -36,28 +36,11 @@ from roughslip.oscillator.motion import ensemble_counts
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt, surface_model
-from workflow.benchmarks import chain_budget
-from workflow.benchmarks.chain_budget import (
-    DAMPING,
-    compare_paired,
-    read_friction,
-    read_number,
-    read_summary,
-    window_moments,
-)
+from workflow.benchmarks import chain_budget as budget
+from workflow.benchmarks import oscillator
 from workflow.benchmarks.chaos import KEPT_RESULTS, MEDIAN, MonteCarloReference, Square, read_references
 from workflow.benchmarks.contact_peers import PolonskyKeer, tune
 from workflow.benchmarks.contact_problem import Judge, Problem
-from workflow.benchmarks.oscillator import (
-    OFF,
-    TOLERANCES,
-    choose_slips,
-    exact_place,
-    integrate_slip,
-    interpolate,
-    slip_by_roughslip,
-    slip_by_scipy,
-)
 from workflow.benchmarks.runner import report_progress, run_command
 from workflow.evidence.rows import Row, fields
 from workflow.monte_carlo.friction import solve_windows
@@ -67,13 +50,7 @@ STREAM = 30  # the second entry of every seed
 
 
 class Sizes(NamedTuple):
-    """What is measured.
-
-    scenes : by name
-    surfaces, strips, paths : of the error budget
-    cost_surfaces, cost_strips, cost_paths : of the cost
-    plain_periods : natural periods by scipy
-    """
+    """What is measured: scenes, the samples of the error budget, those of the cost, and natural periods by scipy."""
 
     scenes: tuple[str, ...] = ("paper", "resolved")
     surfaces: int = 2000
@@ -188,9 +165,8 @@ def square_cost(square: Square, rows: Sequence[Row], reference: MonteCarloRefere
     plain_each = mean_cpu_seconds(lambda one: plain(square.surface(one) - plane), xi)
     fit_seconds = next(row["fit_seconds"] for row in rows if "fit_seconds" in row)
     how = (
-        "Ours: surfaces of the scene's expansion, its fit and draws. Plain: surfaces of direct Monte Carlo with all "
-        "four central nodes. The variance of a surface is from the kept reference. Our error is from the budget: the "
-        "expansion's own estimate and its difference from the reference, of one design. Median of the numbers."
+        "Ours: surfaces of the scene's expansion, its fit and draws. Plain: surfaces of direct Monte Carlo with four "
+        "nodes each, whose variance is from the kept reference. Our error is from the budget. Median of the numbers."
     )
     ours = work(square.scene.expansion.samples, ours_each, fit_seconds)
     needed = work(statistics.median(count_surfaces(rows, reference).values()), plain_each)
@@ -205,11 +181,11 @@ def count_strips(
     area, force : (strips, levels, windows) [m2], [N] of a few strips, whose jackknife gives the variance of a strip
     summary : the kept summary.csv of the scene, whose intervals give our errors
     """
-    numbers, rows, counts = window_moments(scene, area, force, levels), read_summary(summary), {}
+    numbers, rows, counts = budget.window_moments(scene, area, force, levels), budget.read_summary(summary), {}
     whole = numbers(np.arange(len(area)))
-    for name, change in compare_paired(len(area), numbers, lambda _: whole).items():
+    for name, change in budget.compare_paired(len(area), numbers, lambda _: whole).items():
         _, kind, percentile = name.split("_")
-        value, error = read_number(rows[float(percentile)], f"combined_{kind}")
+        value, error = budget.read_number(rows[float(percentile)], f"combined_{kind}")
         counts[name] = samples_for(error / value, len(area), change.error)
     return counts
 
@@ -238,11 +214,10 @@ def strip_cost(scene: Scene, kept: Path, sample: int) -> dict[str, Any]:
     strips = scene.strip.samples
     how = (
         f"Ours: strips of the scene, swept over {len(levels)} penetrations, and fit and expansion of "
-        f"{scene.strip.expansion_samples} strips: {share:.2f} of the solves by the CPU seconds of the kept "
-        "costs.json. Plain: strips of direct solves, each penetration from a cold start, mean over "
-        f"{len(planes)} of them on one strip. The variance of a strip is from a jackknife of {sample} solved strips, "
-        f"known to {np.sqrt(2 / (sample - 1)):.0%}; our errors are from the intervals in the kept summary.csv. Median "
-        "of the numbers."
+        f"{scene.strip.expansion_samples} strips: {share:.2f} of the solves by the kept costs.json. Plain: strips of "
+        f"direct solves, each penetration from a cold start, mean over {len(planes)} of them. The variance of a strip "
+        f"is from a jackknife of {sample} strips, known to {np.sqrt(2 / (sample - 1)):.0%}; ours from the kept summary.csv. "
+        "Median of the numbers."
     )
     ours = work(strips, ours_each, share * strips * ours_each)
     needed = work(statistics.median(counts.values()), plain_each * len(levels))
@@ -268,15 +243,15 @@ def simulate_plainly(
 
     Stick lasts until the force reaches the static limit; slip is integrated until X' = V.
     """
-    scatter, end = interpolate(path, spacing), 2 * np.pi * periods
+    scatter, end = oscillator.interpolate(path, spacing), 2 * np.pi * periods
     tau, s, cycles, evaluations = 0.0, 0.0, 0, 0
     while True:
         stuck = x
         limit = belt.F * max(law.static + float(scatter(s)), 0.0) - 2 * belt.damping_ratio * belt.V
         tau, x = tau + max(limit - x, 0.0) / belt.V, max(limit, x)
-        if tau + OFF >= end:
+        if tau + oscillator.OFF >= end:
             return PlainMotion(cycles, evaluations, stuck)
-        found = integrate_slip(belt, law, scatter, (tau, x, s), end, METHOD, tolerance)
+        found = oscillator.integrate_slip(belt, law, scatter, (tau, x, s), end, METHOD, tolerance)
         evaluations += found.nfev
         if not len(found.t_events[0]):
             return PlainMotion(cycles, evaluations, stuck)
@@ -289,11 +264,11 @@ def find_equal_tolerance(tolerance: float, nodes: int) -> tuple[float, float, fl
 
     Returns it, our error and scipy's.
     """
-    slip = choose_slips(nodes)[1]
-    exact = exact_place(slip)
-    error = abs(slip_by_roughslip(slip, "fehlberg45", tolerance)[0] / exact - 1.0)
-    for one in TOLERANCES:
-        plain = abs(slip_by_scipy(slip, METHOD, one)[0] / exact - 1.0)
+    slip = oscillator.choose_slips(nodes)[1]
+    exact = oscillator.exact_place(slip)
+    error = abs(oscillator.slip_by_roughslip(slip, "fehlberg45", tolerance)[0] / exact - 1.0)
+    for one in oscillator.TOLERANCES:
+        plain = abs(oscillator.slip_by_scipy(slip, METHOD, one)[0] / exact - 1.0)
         if plain <= error:
             break
     return one, error, plain
@@ -305,7 +280,7 @@ def oscillator_cost(scene: Scene, summary: Path, paths: int, plain_periods: floa
     scipy's error control steps over the nodes of a path, where its error far exceeds its tolerance. One ratio is at the
     tolerance where a slip has our error, the other at the tolerance that the scene sets.
     """
-    friction, _ = read_friction(summary)
+    friction, _ = budget.read_friction(summary)
     ensemble, nodes = scene.ensemble, scene.ensemble.nodes_per_correlation_length
     drawn, options = friction.paths(nodes), mass_on_belt.motion_options(scene)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, friction.mean)
@@ -313,10 +288,10 @@ def oscillator_cost(scene: Scene, summary: Path, paths: int, plain_periods: floa
 
     def run(number: int, duration: float = periods) -> None:
         path = KeptPath(drawn.realisation([scene.seed, STREAM, number]))
-        ensemble_counts(belt, law, path, drawn.spacing, duration, DAMPING, options)
+        ensemble_counts(belt, law, path, drawn.spacing, duration, budget.DAMPING, options)
 
     run(0, 1.0)  # compiles
-    ours_each = mean_cpu_seconds(run, range(paths)) / (len(DAMPING) * periods)
+    ours_each = mean_cpu_seconds(run, range(paths)) / (len(budget.DAMPING) * periods)
     tolerance, our_error, plain_error = find_equal_tolerance(options.tolerance, nodes)
     length = int(np.ceil(mass_on_belt.path_length(belt, plain_periods) / drawn.spacing)) + 2
     whole = next(iter(drawn.realisation([scene.seed, STREAM, 0], length)))
@@ -329,13 +304,12 @@ def oscillator_cost(scene: Scene, summary: Path, paths: int, plain_periods: floa
             departs = one.F * law.static - 2 * one.damping_ratio * one.V
             simulate_plainly(one, law, whole, drawn.spacing, plain_periods, asked, departs)
 
-        return mean_cpu_seconds(run_plainly, DAMPING) / plain_periods
+        return mean_cpu_seconds(run_plainly, budget.DAMPING) / plain_periods
 
     units = ensemble.realisations * len(ensemble.damping_ratios) * periods
     how = (
-        "Both: realisations x damping ratios x duration, without variance reduction, paths by recursion. Measured at "
-        f"D = {', '.join(f'{damping:g}' for damping in DAMPING)}: ours over {paths} paths, scipy's {METHOD} over "
-        f"{plain_periods:g} natural periods of one. At scipy's tolerance {tolerance:g} the error of a slip on a path "
+        f"Both: realisations x damping ratios x duration. Measured at D in {budget.DAMPING}: ours over {paths} paths, "
+        f"scipy's {METHOD} over {plain_periods:g} natural periods of one. At scipy's tolerance {tolerance:g} the error of a slip on a path "
         f"is {plain_error:.1e}, ours {our_error:.1e} at our tolerance {options.tolerance:g}."
     )
     plain, as_asked = work(units, plain_each(tolerance)), work(units, plain_each(options.tolerance))
@@ -350,12 +324,12 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
     for name in sizes.scenes:
         square, reference = Square(name), read_references(name)[MEDIAN]
         scene, kept = square.scene, KEPT_RESULTS / name
-        of_expansion = list(chain_budget.expansion_budget(square, reference))
-        rows += chain_budget.square_budget(square, sizes.surfaces)
+        of_expansion = list(budget.expansion_budget(square, reference))
+        rows += budget.square_budget(square, sizes.surfaces)
         rows += of_expansion
-        rows += chain_budget.strip_budget(name, scene, sizes.strips)
-        rows += chain_budget.strip_sampling(name, kept / "summary.csv")
-        rows += chain_budget.oscillator_budget(name, scene, sizes.paths, kept / "summary.csv")
+        rows += budget.strip_budget(name, scene, sizes.strips)
+        rows += budget.strip_sampling(name, kept / "summary.csv")
+        rows += budget.oscillator_budget(name, scene, sizes.paths, kept / "summary.csv")
         stages = [square_cost(square, of_expansion, reference, sizes.cost_surfaces)]
         stages.append(strip_cost(scene, kept, sizes.cost_strips))
         stages.append(oscillator_cost(scene, kept / "summary.csv", sizes.cost_paths, sizes.plain_periods))

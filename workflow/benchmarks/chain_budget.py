@@ -93,8 +93,8 @@ def central_pressures(square: Square, grid: Grid, rough: np.ndarray, tolerance: 
     """
     influence = elastic.influence(square.scene, grid)
     x, y = (step * nodes[: square.central] for nodes in (square.nodes.x, square.nodes.y))
-    planes = square.planes[MEDIAN]
-    pressure = np.array([solve(influence, surface - planes, tolerance).pressure[x, y] for surface in rough])
+    solved = (solve(influence, surface - square.planes[MEDIAN], tolerance) for surface in rough)
+    pressure = np.array([solution.pressure[x, y] for solution in solved])
     return lambda chosen: describe(pressure[chosen])
 
 
@@ -136,7 +136,8 @@ def expansion_budget(square: Square, reference: MonteCarloReference) -> Iterator
     start = time.perf_counter()
     solved = square.solve(square.design("latin_hypercube", count, 0))
     fitting = time.process_time()
-    drawn = square.draw(square.fit(square.samples(solved, MEDIAN)), DRAWS, left_out=True)
+    generator = np.random.default_rng([square.seed, geometry.STREAM_DRAWS])
+    drawn = square.fit(solved, MEDIAN).draw(generator, DRAWS, left_out=True)
     seconds, fit_seconds = time.perf_counter() - start, time.process_time() - fitting
     numbers = [describe(one) for one in drawn]
     missed, scatter = {}, {}

@@ -2,16 +2,18 @@
 
 Direct sampling, the paper's eqs. (8) and (9), and our expansion get the same numbers of contact solves, in several
 designs. A Monte Carlo reference with its own random numbers judges each distribution. Errors are net of its standard
-error s: sqrt(max(0, e^2 - s^2)). The seconds of a row are those of its solves at that penetration alone, which are
-timed separately, and of its fit and draws.
+error s: sqrt(max(0, e^2 - s^2)). The seconds of a row are those of its solves at all penetrations, fit and draws.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import statistics
+import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,7 +24,7 @@ from roughslip import store
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
 from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol_places
-from roughslip.contact.solve import solve, sweep
+from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
 from roughslip.scene.loader import load
 from roughslip.scene.types import Scene, scene_of
@@ -43,8 +45,6 @@ JUDGED = (0.5, 0.9, 0.99)  # quantiles given contact
 EQUATIONS = ("equation_8", "equation_9")
 EQUATION_DESIGNS = 3  # of each number of solves to which the equations are fitted
 
-Drawn = Callable[[int, int], np.ndarray]  # number of draws, and of their stream -> pressures (n,) [Pa]
-
 
 class Plan(NamedTuple):
     """How often a scene is solved.
@@ -62,12 +62,10 @@ class Sizes(NamedTuple):
 
     plans : by scene
     draws : from each expansion, as in the study; a contact probability of 0.05 is then known to 0.7 %
-    timed : solves that are timed at each penetration
     """
 
     plans: Mapping[str, Plan]
     draws: int = 400_000
-    timed: int = 100
 
 
 # 1000 solves of `paper` take a third of a second, of `resolved` 12 s.
@@ -77,7 +75,7 @@ USUAL = Sizes(
         "resolved": Plan({250: 4, 500: 4, 1000: 2, 2000: 20, 4000: 1}, 2),
     }
 )
-QUICK = Sizes({"paper": Plan({250: 1, 500: 1}, 1)}, 20_000, 5)
+QUICK = Sizes({"paper": Plan({250: 1, 500: 1}, 1)}, 20_000)
 
 
 def load_scene(name: str, changes: Mapping[str, object] | None = None) -> Scene:
@@ -154,15 +152,16 @@ def read_references(name: str) -> list[MonteCarloReference]:
 
 
 class Solved(NamedTuple):
-    """A design xi (K, M) and its solves: pressure and gap (K, penetrations, nodes)."""
+    """A design xi (K, M), its pressure and gap (K, penetrations, nodes), and the mean seconds of a sample."""
 
     xi: np.ndarray
     pressure: np.ndarray
     gap: np.ndarray
+    seconds: float
 
     def first(self, samples: int) -> Solved:
         """Return so many samples."""
-        return Solved(*(part[:samples] for part in self))
+        return Solved(self.xi[:samples], self.pressure[:samples], self.gap[:samples], self.seconds)
 
 
 class Square:
@@ -201,26 +200,15 @@ class Square:
         """Return heights (nx, ny) [m] of one sample."""
         return self.model.heights(heights(self.modes, xi))
 
-    def solve(self, xi: np.ndarray, planes: Sequence[float] | None = None) -> Solved:
-        """Solve every sample of a design (K, M) at all penetrations, or at planes [m] of their own."""
-        planes = self.planes if planes is None else planes
-        pressure, gap = np.empty((2, len(xi), len(planes), len(self.nodes.x)))
+    def solve(self, xi: np.ndarray) -> Solved:
+        """Solve every sample of a design (K, M) at all penetrations."""
+        pressure, gap = np.empty((2, len(xi), len(self.planes), len(self.nodes.x)))
+        start = time.perf_counter()
         for row, sample in enumerate(xi):
-            for level, solution in enumerate(sweep(self.influence, self.surface(sample), planes, TOLERANCE)):
+            for level, solution in enumerate(sweep(self.influence, self.surface(sample), self.planes, TOLERANCE)):
                 pressure[row, level] = solution.pressure[self.nodes.x, self.nodes.y]
                 gap[row, level] = solution.gap[self.nodes.x, self.nodes.y]
-        return Solved(xi, pressure, gap)
-
-    def solve_seconds(self, samples: int) -> list[float]:
-        """Return the mean seconds of a solve at each penetration alone, including its surface."""
-        xi = self.design("monte_carlo", samples, 0)
-        found = []
-        for plane in self.planes:
-            solve(self.influence, self.surface(xi[0]) - plane, TOLERANCE)  # compiles at the first call
-            found.append(
-                timed(lambda at=plane: [solve(self.influence, self.surface(z) - at, TOLERANCE) for z in xi])[0]
-            )
-        return [seconds / samples for seconds in found]
+        return Solved(xi, pressure, gap, (time.perf_counter() - start) / len(xi))
 
     def designs(self, plan: Plan) -> Iterator[tuple[str, int, Solved]]:
         """Yield the kind of each design of a plan, its number, and its solves."""
@@ -233,64 +221,52 @@ class Square:
             for number in range(count):
                 yield "latin_hypercube", number, self.solve(self.design("latin_hypercube", samples, number))
 
-    def samples(self, solved: Solved, level: int) -> Samples:
-        """Return what an expansion at a penetration is fitted to."""
+    def fit(self, solved: Solved, level: int) -> LocalExpansion:
+        """Fit our local expansion at a penetration to all samples at all training nodes."""
         variables = np.einsum("km,nvm->knv", solved.xi, self.directions)
-        return Samples(variables, self.nodes.distance2, solved.pressure[:, level], solved.gap[:, level], self.odd)
-
-    def fit(self, samples: Samples) -> LocalExpansion:
-        """Fit our local expansion to all samples at all training nodes."""
-        return fit_local(samples, self.degree, self.target)
-
-    def draw(self, one: LocalExpansion, count: int, stream: Sequence[int] = (), left_out: bool = False) -> np.ndarray:
-        """Return pressures (count,) [Pa] of the same draws for every expansion, as the study draws."""
-        generator = np.random.default_rng([self.seed, geometry.STREAM_DRAWS, *stream])
-        return one.draw(generator, count, left_out=left_out)
+        pressure, gap = solved.pressure[:, level], solved.gap[:, level]
+        return fit_local(Samples(variables, self.nodes.distance2, pressure, gap, self.odd), self.degree, self.target)
 
 
 # Methods.
 
 
-def prepare(method: str, square: Square, solved: Solved, level: int) -> Drawn:
-    """Return the draws of a method: the pressures at the central nodes themselves, or from an expansion fitted to them.
+def draw_pressures(method: str, square: Square, solved: Solved, level: int, draws: int, stream: int) -> np.ndarray:
+    """Return pressures (n,) [Pa] by a method: those at the central nodes, or drawn from an expansion of them.
 
     Eqs. (8) and (9) are fitted to the samples in contact alone, as in stage chaos_square.
     """
     if method in STREAMS:
-        pressure = solved.pressure[:, level, : square.central].ravel()
-        return lambda count, stream: pressure
+        return solved.pressure[:, level, : square.central].ravel()
+    seed = [square.seed, geometry.STREAM_DRAWS, stream]
     if method == OURS:
-        found = square.fit(square.samples(solved, level))
-        return lambda count, stream: square.draw(found, count, [stream])
+        return square.fit(solved, level).draw(np.random.default_rng(seed), draws)
     indices = multi_indices(square.scene.expansion.variables, square.degree)
     basis = hermite_basis(solved.xi @ square.directions[0].T, indices)
     one = Expansion(method, basis, solved.pressure[:, level, 0], indices)
-    coefficients = one.fit().coefficients
-    return lambda count, stream: draw(one, coefficients, count, [square.seed, geometry.STREAM_DRAWS, stream])
+    return draw(one, one.fit().coefficients, draws, seed)
 
 
 def compare_methods(
-    square: Square, references: Sequence[MonteCarloReference], plan: Plan, sizes: Sizes
+    square: Square, references: Sequence[MonteCarloReference], plan: Plan, draws: int
 ) -> tuple[list[Row], dict[str, str]]:
     """Return a row for each penetration, method and number of solves, and why designs were refused.
 
     The error of a row is the median net distance of its designs from the reference; `errors` has that of each.
     """
-    solve_seconds, refused = square.solve_seconds(sizes.timed), {}
     found: dict[tuple[int, str, int], list[tuple[float, float]]] = defaultdict(list)
+    refused = {}
     for kind, number, solved in square.designs(plan):
         samples = len(solved.xi)
-        fitted = (OURS, *EQUATIONS[: 2 if number < EQUATION_DESIGNS else 0]) if kind == "latin_hypercube" else ()
-        for method in (kind, *fitted):
-            for level, reference in enumerate(references):
-                call = lambda m=method, s=solved, at=level, n=number: prepare(m, square, s, at)(sizes.draws, n)  # noqa: E731
-                try:
-                    seconds, pressure = timed(call)
-                except IllPosedError as error:
-                    refused[f"{case_of(square.name, level)} {method} {samples} {number}"] = str(error)
-                    continue
-                whole = samples * solve_seconds[level] + seconds
-                found[level, method, samples].append((whole, reference.distance(pressure)))
+        fitted = (OURS, *(EQUATIONS if number < EQUATION_DESIGNS else ())) if kind == "latin_hypercube" else ()
+        for method, level in itertools.product((kind, *fitted), range(len(references))):
+            try:
+                seconds, pressure = timed(partial(draw_pressures, method, square, solved, level, draws, number))
+            except IllPosedError as error:
+                refused[f"{case_of(square.name, level)} {method} {samples} {number}"] = str(error)
+                continue
+            distance = references[level].distance(pressure)
+            found[level, method, samples].append((samples * solved.seconds + seconds, distance))
         report_progress(f"{square.name}: {kind} {number} of {samples} solves")
     rows = []
     for (level, method, samples), results in sorted(found.items()):
@@ -311,7 +287,7 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
     rows: list[Row] = []
     refused: dict[str, str] = {}
     for name, plan in sizes.plans.items():
-        of_scene, reasons = compare_methods(Square(name), read_references(name), plan, sizes)
+        of_scene, reasons = compare_methods(Square(name), read_references(name), plan, sizes.draws)
         rows += of_scene
         refused |= reasons
     return {"summary": {"refused": refused}, "rows": rows}

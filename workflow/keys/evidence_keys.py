@@ -16,7 +16,6 @@ from workflow.keys.monte_carlo_batches import SURFACES, reference_file
 KEPT = {
     "chaos": {"reference": "pressure.nc"},
     "chain": {"reference": "pressure.nc", "summary": "summary.csv"},
-    "skips": {},
 }
 
 

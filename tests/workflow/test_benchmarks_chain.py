@@ -154,4 +154,3 @@ def test_surfaces_of_the_plain_method():
         rows.append(of | {"method": "sampling", "error": 0.03})
     counts = chain.count_surfaces(rows, reference)
     assert counts == pytest.approx({"mean_pressure": 360.0, "quantile_90": 4 * 360.0})
-    assert chain.samples_for(0.0, 100, 0.1) == math.inf

@@ -119,7 +119,7 @@ def sum_stages(scene: str, stages: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 def samples_for(error: float, samples: int, left: float) -> float:
     """Return how many samples have a mean of this error, if `samples` of them leave the error `left`."""
-    return samples * (left / error) ** 2 if error > 0.0 else math.inf
+    return samples * (left / error) ** 2
 
 
 def mean_cpu_seconds(call: Callable[[Any], object], arguments: Sequence[Any]) -> float:
@@ -216,8 +216,8 @@ def strip_cost(scene: Scene, kept: Path, sample: int) -> dict[str, Any]:
         f"Ours: strips of the scene, swept over {len(levels)} penetrations, and fit and expansion of "
         f"{scene.strip.expansion_samples} strips: {share:.2f} of the solves by the kept costs.json. Plain: strips of "
         f"direct solves, each penetration from a cold start, mean over {len(planes)} of them. The variance of a strip "
-        f"is from a jackknife of {sample} strips, known to {np.sqrt(2 / (sample - 1)):.0%}; ours from the kept summary.csv. "
-        "Median of the numbers."
+        f"is from a jackknife of {sample} strips, known to {np.sqrt(2 / (sample - 1)):.0%}. Our errors are from the "
+        "kept summary.csv. Median of the numbers."
     )
     ours = work(strips, ours_each, share * strips * ours_each)
     needed = work(statistics.median(counts.values()), plain_each * len(levels))
@@ -309,8 +309,8 @@ def oscillator_cost(scene: Scene, summary: Path, paths: int, plain_periods: floa
     units = ensemble.realisations * len(ensemble.damping_ratios) * periods
     how = (
         f"Both: realisations x damping ratios x duration. Measured at D in {budget.DAMPING}: ours over {paths} paths, "
-        f"scipy's {METHOD} over {plain_periods:g} natural periods of one. At scipy's tolerance {tolerance:g} the error of a slip on a path "
-        f"is {plain_error:.1e}, ours {our_error:.1e} at our tolerance {options.tolerance:g}."
+        f"scipy's {METHOD} over {plain_periods:g} natural periods of one. At scipy's tolerance {tolerance:g} the error "
+        f"of a slip on a path is {plain_error:.1e}, ours {our_error:.1e} at our tolerance {options.tolerance:g}."
     )
     plain, as_asked = work(units, plain_each(tolerance)), work(units, plain_each(options.tolerance))
     return stage_cost("oscillator", "natural periods", work(units, ours_each), plain, how, as_asked)

@@ -119,7 +119,7 @@ def sum_stages(scene: str, stages: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 def samples_for(error: float, samples: int, left: float) -> float:
     """Return how many samples have a mean of this error, if `samples` of them leave the error `left`."""
-    return samples * (left / error) ** 2
+    return samples * (left / error) ** 2 if error > 0.0 else math.inf
 
 
 def mean_cpu_seconds(call: Callable[[Any], object], arguments: Sequence[Any]) -> float:

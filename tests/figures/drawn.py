@@ -1,8 +1,14 @@
-"""Checks that hold of every figure, and results to draw."""
+"""Results to draw, and checks that hold of every figure."""
+
+from itertools import pairwise
 
 import numpy as np
 
-from roughslip.figures.style import save
+from roughslip.figures.figure2 import METHODS
+from roughslip.figures.figure3 import FAMILIES
+from roughslip.figures.figure_scan import NUMBERS
+
+DAMPING = np.array([0.05, 0.1, 0.17, 0.2, 0.23, 0.25, 0.27, 0.28, 0.29, 0.3, 0.31, 0.32, 0.3225, 0.325, 0.34, 0.4])
 
 
 class Recorded(dict):
@@ -22,23 +28,220 @@ def with_interval(name, value, half):
     return {name: value, f"{name}_low": value - half, f"{name}_high": value + half}
 
 
-def assert_nothing_is_cut(figure):
-    """At the edges of the picture, of a figure that has been laid out."""
+def assert_all_is_in_its_place(figure):
+    """Nothing is cut at the edges of the picture, no title reaches the next panel, and no legend covers data.
+
+    At the size that is saved; a point of slack for rounding.
+    """
+    figure.draw_without_rendering()
     for axes in figure.axes:
         box = axes.get_tightbbox()
         assert figure.bbox.x0 <= box.x0
         assert box.x1 <= figure.bbox.x1 + 1
         assert figure.bbox.y0 <= box.y0
         assert box.y1 <= figure.bbox.y1 + 1
+        assert np.all(np.isfinite([*axes.get_xlim(), *axes.get_ylim()]))
+    titles = [axes._left_title.get_window_extent() for axes in figure.axes if axes.get_title(loc="left")]
+    for one, after in pairwise(titles):
+        assert one.x1 < after.x0 or one.y0 > after.y1
 
 
-def assert_stored_and_the_same_bytes(draw, arrays, drawn, folder):
-    """Drawn twice, a figure reads the stored variables and no more, and leaves the same files."""
-    arrays = Recorded(arrays)
-    for name in ("one", "two"):
-        figure = draw(arrays)
-        for kind in ("png", "svg"):
-            save(figure, folder / f"{name}.{kind}")
-    assert arrays.read == set(drawn)
-    for kind in ("png", "svg"):
-        assert (folder / f"one.{kind}").read_bytes() == (folder / f"two.{kind}").read_bytes()
+def assert_no_legend_covers_data(figure):
+    """In a figure that has been laid out."""
+    for axes in figure.axes:
+        if (legend := axes.get_legend()) is None:
+            continue
+        inside, box = axes.get_window_extent(), legend.get_window_extent()
+        assert box.x0 >= inside.x0 - 1
+        assert box.x1 <= inside.x1 + 1, axes.get_title(loc="left")
+        assert box.y1 <= inside.y1 + 1
+        for artist in (*axes.lines, *axes.patches):
+            path = artist.get_path().transformed(artist.get_transform())
+            assert not path.intersects_bbox(box, filled=False), (axes.get_title(loc="left"), artist.get_label())
+        for collection in axes.collections:
+            for path in collection.get_paths():
+                assert not path.transformed(collection.get_transform()).intersects_bbox(box, filled=False)
+
+
+def square(*, count=200, scale=1e8):
+    """Exponential pressures; eq. (9) far off, as it is in the study."""
+    pressure = scale * np.geomspace(1e-3, 8.0, count)
+    curve = 1 - np.exp(-pressure / scale)
+    rows = np.array([curve, curve, curve**0.8, curve**0.1, curve**1.1])
+    shares = [0.16, 0.158, 0.158, 0.158, 0.165]
+    return {
+        "method": np.array(list(METHODS)),
+        "pressure": pressure,
+        "distance_in_contact": np.array([0.0, 0.02, 0.14, 0.76, 0.013]),
+        **{name: np.clip(values, 0, 1) for name, values in with_interval("cumulative", rows, 0.03).items()},
+        **with_interval("contact_probability", shares, 0.01),
+    }
+
+
+def refused():
+    """Eqs. (8) and (9) with no more samples in contact than coefficients."""
+    result = square()
+    for name in ("cumulative", "cumulative_low", "cumulative_high", "distance_in_contact"):
+        result[name] = np.where(
+            np.array([0, 0, 1, 1, 0]).reshape(-1, *[1] * (result[name].ndim - 1)), np.nan, result[name]
+        )
+    return result
+
+
+def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e-6, lightest=0.0):
+    percentile = np.array(percentile, dtype=float)
+    lag = 15e-6 * np.arange(121)
+    mean, std = 0.4 - 0.001 * percentile, 0.1 / (1 + percentile / 10)
+    both = np.ones((2, 1))
+    skewness = 0.3 + lightest * (percentile == percentile[0])
+    curves = np.exp(-lag / length) * np.ones((2, len(percentile), 1))
+    middle = 0.4 - 0.05
+    edges = np.linspace(middle - 0.05, middle + 0.1, 41)
+    density = np.exp(-(((edges[1:] - middle) / 0.0167) ** 2) / 2)
+    return {
+        "source": np.array(["solved", "expansion"]),
+        "percentile": percentile,
+        "lag": lag,
+        "triangle": np.maximum(0, 1 - lag / 600e-6),
+        "histogram": density / density.sum() / np.diff(edges),
+        "histogram_edge": edges,
+        **{f"beta_{name}": np.full((2, len(percentile)), v) for name, v in zip("ab", (299.7, 300.0), strict=True)},
+        "beta_at_bound": np.ones((2, len(percentile)), dtype=np.int8),
+        "beta_lower": np.full((2, len(percentile)), 0.2),
+        "beta_upper": np.full((2, len(percentile)), 0.5),
+        **with_interval("combined_mean", mean, 0.002),
+        **with_interval("combined_std", std, 0.002),
+        **with_interval("mean", both * mean, 0.004),
+        **with_interval("std", both * std, 0.004),
+        **with_interval("autocorrelation", curves, 0.2),
+        "fit_percentile": percentile,
+        **with_interval("fit", mean, 0.002),
+        "family": np.array(list(FAMILIES)),
+        "p_equal_law": np.array(0.0025 if len(percentile) > 1 else np.nan),
+        "p_equal_correlation": np.array(0.12 if len(percentile) > 1 else np.nan),
+        **with_interval("white_autocorrelation", np.maximum(0, 1 - lag / 600e-6), 0.1),
+        **with_interval("length_least_squares", np.full((2, len(percentile)), length), 30e-6),
+        **with_interval("white_length", 320e-6, 40e-6),
+        **with_interval("beta_misfit", both * 0.02 * np.ones(len(percentile)), 0.01),
+        **with_interval("family_distance", np.array([[0.06], [0.03], [0.029]]) * np.ones(len(percentile)), 0.01),
+        **with_interval("skewness", both * skewness, 0.2),
+        **with_interval("kurtosis", both * skewness**2, 0.4),
+    }
+
+
+def oscillator(runs=12, damping=DAMPING):
+    """The shape that Figure 5 has: M_d near 91 up to the limit, then 0; the ensemble loses the cycle before it."""
+    angle = np.linspace(0, 2 * np.pi, 400)
+    cycles = np.where(damping < 0.3244, 91, 0)
+    mean = 91 / (1 + np.exp((damping - 0.3) / 0.01))
+    edges = np.linspace(2e-3, 5e-3, 49)
+    density = np.exp(-((edges[1:] - 3.3e-3) ** 2) / (2 * 3e-4**2))
+    return {
+        "position": np.array([7e-3 + (4e-3 + 1e-4 * k) * np.cos(angle) for k in range(runs)]),
+        "velocity": np.array([(3e-3 + 1e-4 * k) * np.sin(angle) for k in range(runs)]),
+        "deterministic_position": 7e-3 + 4e-3 * np.cos(angle),
+        "deterministic_velocity": 3e-3 * np.sin(angle),
+        "histogram": density / density.sum() / np.diff(edges),
+        "histogram_edge": edges,
+        "reattachment_mean": np.array(3.3e-3),
+        "reattachment_std": np.array(3e-4),
+        "deterministic_reattachment": np.array(3.28e-3),
+        "nominal_damping": np.array(0.17),
+        "damping_ratio": damping,
+        "deterministic_cycles": cycles,
+        "mean_cycles": mean,
+        **with_interval("difference", cycles - mean, 2.0),
+        "deterministic_hopf_damping": np.array(0.2311),
+        "deterministic_existence_limit": np.array(0.3244),
+    }
+
+
+def sampled(name, value, spread):
+    return {f"twin_{name}": np.asarray(value) + spread * np.linspace(-1, 1, 19)[(..., *[None] * np.ndim(value))]}
+
+
+def scan_result(*, sufficient=1, fractal=2.3):
+    """A surface of Sq 0.3 um with grooves along x, whose numbers lie in intervals of a tenth of them."""
+    lag_x, lag_y = 1e-6 * np.arange(-30, 31), 1e-6 * np.arange(-10, 11)
+    table = np.exp(-np.hypot(lag_x[:, None] / 1e-5, lag_y / 3e-6))
+    edges = 6e-8 * np.arange(-20, 16)
+    density = np.exp(-((edges[1:] / 3e-7) ** 2) / 2) / 3e-7 / np.sqrt(2 * np.pi)
+    wavenumber = np.geomspace(1e5, 6e6, 20)
+    power = 1e-24 / (1 + (wavenumber / 3e5) ** 3)
+    heights = 3e-7 * np.random.default_rng(1).standard_normal((64, 48))
+    values = dict(zip(NUMBERS, (3e-7, -0.6, 4.1, 1e-5, 3e-6, 0.01, fractal), strict=True))
+    result = {
+        "map": heights, "twin_map": heights[::-1],
+        "map_x": 1e-6 * np.arange(0.5, 64), "map_y": 1e-6 * np.arange(0.5, 48),
+        "lag_x": lag_x, "lag_y": lag_y, "density_edge": edges, "wavenumber": wavenumber, "sufficient": sufficient,
+        **with_interval("correlation", table, 0.05),
+        **with_interval("density", density, 0.05 / 3e-7),
+        "power": power, "power_low": power / 2, "power_high": power * 2,
+        **sampled("correlation_x", table[:, 10], 0.02),
+        **sampled("correlation_y", table[30], 0.02),
+        **sampled("density", density, 0.02 / 3e-7),
+        "twin_power": np.outer(np.linspace(0.9, 1.1, 19), power),
+    }  # fmt: skip
+    for name, value in values.items():
+        result |= with_interval(name, value, abs(value) / 10) | sampled(name, value, abs(value) / 5)
+    return result
+
+
+def field_result(nodes=8, modes=20, scale=1e8):
+    """Made up: fields that rise towards an edge, shares that fall with the mode."""
+    x = np.linspace(1e-6, 1e-4, nodes)
+    field = np.add.outer(x, np.zeros(nodes)) / x[-1]
+    share = 0.4 / np.arange(1, modes + 1)
+    found = {"x": x, "y": x, "missed": 0.1 + 0.05 * field, "leading_share": 0.3 * field, "mean_gain": 5 + field}
+    for name, unit in (("contact", 0.2), ("mean", scale), ("deviation", 2 * scale)):
+        found |= {name: unit * (0.5 + field), f"{name}_error": 0.01 * unit * (0.5 + field)}
+    for name in ("first", "total"):
+        found |= {f"sobol_{name}": share, f"sobol_{name}_error": 0.1 * share}
+    for number, name in enumerate(("solved", "expected", "drawn")):
+        found[f"{name}_pressure"] = np.stack([(number + 1) * scale * field, np.zeros_like(field)])
+    return found
+
+
+def map_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
+    """Made up: a limit that falls with the velocity, lifetimes that cross near it."""
+    velocity, damping = np.geomspace(0.1, 2.0, points), np.linspace(0, 0.6, points)
+    limit = 0.5 / (1 + velocity)
+    share = 1 / (1 + np.exp((damping - limit[:, None]) / 0.03))
+    deviation = 0.05 * np.array(scatters)
+    grid = 0.32 + deviation[:, None] * np.linspace(-3, 3, points)
+    time = np.linspace(0, 50, 9)
+    lifetime, waiting = np.exp(-(grid - 0.32) / 0.03 + 2), np.exp((grid - 0.32) / 0.03 + 2)
+    found = {
+        "belt_velocity": velocity,
+        "damping_ratio": damping,
+        "probability": share,
+        "hopf_damping": 0.8 * limit,
+        "existence_limit": np.where(velocity > 1.5, np.nan, limit),
+        "nominal_damping": np.array(0.17),
+        "nominal_velocity": np.array(0.948),
+        "map_runs": np.array(20),
+        "scatter_factor": np.array(scatters),
+        "friction_deviation": deviation,
+        "survival_damping": grid,
+        "survival_time": time,
+        "survival_limit": np.array(0.3244),
+        "survival_hopf": np.array(0.2311),
+        "band_level": np.array([0.9, 0.5, 0.1]),
+        "band_start": np.array(["from rest on the belt", "from steady sliding"]),
+    }
+    curve = np.exp(-time / lifetime[..., None])
+    found |= with_interval("survival_curve", curve, 0.02) | with_interval("waiting", waiting, 0.2 * waiting)
+    found |= with_interval("lifetime", np.where(lifetime > 1e3, np.nan, lifetime), 0.2 * lifetime)
+    found["lifetime_low"] = 0.8 * lifetime
+    band = 0.3 + deviation[:, None, None] * np.array([[-1, 0, 1], [-1.5, -0.5, 0.5]])
+    return found | with_interval("band", band, 0.01)
+
+
+def scene_result(scale, percentile=(5, 20, 50, 95)):
+    """Made up: friction that falls with penetration, the expansion a hundredth above what was solved."""
+    percentile = np.array(percentile, dtype=float)
+    found = {"source": np.array(["solved", "expansion"]), "percentile": percentile}
+    for name, row in (("mean", 0.4 - 0.001 * percentile), ("std", 0.1 / (1 + percentile / 10))):
+        found |= with_interval(name, scale * row * np.array([[1.0], [1.01]]), 0.005)
+        found |= with_interval(f"combined_{name}", scale * row, 0.002)
+    return Recorded(found)

@@ -1,0 +1,309 @@
+"""The figures draw what is stored and nothing else, the same bytes each time, with all in its place.
+
+Warnings are errors in every test of this project, so a figure that warns fails here.
+"""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from scipy import stats
+
+from roughslip.figures.figure2 import DRAWN as DRAWN_2
+from roughslip.figures.figure2 import METHODS, figure2
+from roughslip.figures.figure3 import COMPARED, FAMILIES, MOST, comparison, figure3, figure3_law
+from roughslip.figures.figure3 import DRAWN as DRAWN_3
+from roughslip.figures.figure5 import DRAWN as DRAWN_5
+from roughslip.figures.figure5 import figure5
+from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
+from roughslip.figures.figure_field import figure_field
+from roughslip.figures.figure_map import DRAWN as MAP_DRAWN
+from roughslip.figures.figure_map import figure_map
+from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
+from roughslip.figures.figure_scan import NUMBERS, OUTSIDE, figure_scan
+from roughslip.figures.style import save
+from tests.figures.drawn import (
+    DAMPING,
+    Recorded,
+    assert_all_is_in_its_place,
+    assert_no_legend_covers_data,
+    field_result,
+    friction,
+    map_result,
+    oscillator,
+    refused,
+    scan_result,
+    scene_result,
+    square,
+)
+
+FIGURES = {
+    "figure2": (figure2, DRAWN_2, square()),
+    "figure3": (figure3, DRAWN_3["figure3"], friction()),
+    "figure3_law": (figure3_law, DRAWN_3["figure3_law"], friction()),
+    "figure5": (figure5, DRAWN_5, oscillator()),
+    "scan": (figure_scan, SCAN_DRAWN, scan_result()),
+    "field": (figure_field, FIELD_DRAWN, field_result()),
+    "map": (figure_map, MAP_DRAWN, map_result()),
+}
+NONE = np.array(np.nan)
+NO_LIMITS = {"deterministic_hopf_damping": NONE, "deterministic_existence_limit": NONE}
+NO_CYCLE = {"reattachment_mean": NONE, "reattachment_std": NONE, "deterministic_reattachment": NONE}
+EXCITED = oscillator() | NO_LIMITS | {"deterministic_reattachment": NONE}
+NEVER_UNSTABLE = oscillator() | NO_LIMITS | {"deterministic_hopf_damping": np.array(-0.4)}
+CASES = {
+    "figure2": {
+        "full": square(),
+        "GPa": square(scale=2e9),
+        "few in contact": square(count=6) | {"cumulative": np.tile(np.arange(1, 7) / 8, (5, 1))},
+        "refused": refused(),
+    },
+    "figure3": {"eleven levels": friction(), "one level": friction([50]), "light": friction(lightest=7.0)},
+    "figure3_law": {
+        "eleven levels": friction(),
+        "three levels": friction([10, 50, 90]),
+        "one level": friction([50]),
+        "long correlation": friction(length=5e-3),
+        "hardly any contact": friction(lightest=7.0),
+    },
+    "figure5": {
+        "full": oscillator(),
+        "four runs and three dampings": oscillator(4, np.array([0.17, 0.3, 0.34])),
+        "one run and one damping": oscillator(1, np.array([0.17])),
+        "excited": EXCITED,
+        "no cycle": oscillator() | NO_CYCLE,
+        "never unstable": NEVER_UNSTABLE,
+    },
+    "scan": {
+        "whole": scan_result(),
+        "small": scan_result(sufficient=0),
+        "smooth": scan_result(fractal=-0.4),
+        "without": scan_result(fractal=np.nan),
+    },
+    "field": {"GPa": field_result(scale=5e9), "large": field_result(nodes=64, modes=300)},
+    "map": {
+        "four scatters": map_result(),
+        "one scatter": map_result(5, (1.0,)),
+        "nothing decided": map_result()
+        | {"survival_curve": np.ones((4, 12, 9)), "existence_limit": np.full(12, np.nan)},
+    },
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_figure_reads_the_stored_variables_and_leaves_the_same_bytes(name, tmp_path):
+    """Also where a matplotlibrc in the working folder or at home asks for another look."""
+    draw, drawn, result = FIGURES[name]
+    result = Recorded({variable: result[variable] for variable in drawn})
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        figure = draw(result)
+        for kind in ("png", "svg"):
+            save(figure, tmp_path / folder / f"a.{kind}")
+        mpl.rcParams.update({"savefig.bbox": "tight", "lines.antialiased": False, "axes.facecolor": "0.9"})
+    assert result.read == set(drawn)
+    assert len(drawn) == len(set(drawn))
+    for kind in ("png", "svg"):
+        content = (tmp_path / "one" / f"a.{kind}").read_bytes()
+        assert content == (tmp_path / "two" / f"a.{kind}").read_bytes()
+        assert b"atplotlib v" not in content  # a new version would make new bytes of the same picture
+        assert b"dc:date" not in content
+
+
+@pytest.mark.parametrize(("name", "case"), [(name, case) for name, cases in CASES.items() for case in cases])
+def test_all_is_in_its_place(name, case):
+    figure = FIGURES[name][0](CASES[name][case])
+    assert_all_is_in_its_place(figure)
+    if name.startswith("figure"):
+        assert_no_legend_covers_data(figure)
+
+
+def line(axes, label):
+    (found,) = [each for each in axes.lines if each.get_label() == label]
+    return found.get_data()
+
+
+def test_figure2_draws_the_stored_numbers():
+    result = square()
+    linear, logarithmic, probability = figure2(result).axes
+    for row, (label, _) in enumerate(METHODS.values()):
+        for axes in (linear, logarithmic):
+            x, y = line(axes, label)
+            np.testing.assert_allclose(x, 1e-6 * result["pressure"])
+            np.testing.assert_array_equal(y, result["cumulative"][row])
+        interval, value = probability.lines[2 * row : 2 * row + 2]
+        np.testing.assert_allclose(value.get_data(), [[100 * result["contact_probability"][row]], [-row]])
+        ends = [100 * result[f"contact_probability_{end}"][row] for end in ("low", "high")]
+        np.testing.assert_allclose(interval.get_xdata(), ends)
+    texts = [text.get_text() for text in probability.texts]
+    assert texts == ["distance 0.020", "distance 0.140", "distance 0.760", "distance 0.013"]
+    texts = [text.get_text() for text in figure2(refused()).axes[2].texts]
+    assert texts == ["distance 0.020", "fit refused", "fit refused", "distance 0.013"]
+    assert linear.get_xlabel().endswith("[MPa]")
+    assert figure2(square(scale=2e9)).axes[0].get_xlabel().endswith("[GPa]")
+    looks = [look for _, look in METHODS.values()]  # methods differ in style too, for print in grey
+    assert len({(look["linestyle"], look.get("linewidth")) for look in looks}) == len(looks)
+
+
+def test_figure3_draws_the_stored_numbers():
+    result = friction()
+    mean, std = figure3(result).axes
+    for axes, name in ((mean, "mean"), (std, "std")):
+        for row, label in enumerate(("solved contact", "expansion")):
+            np.testing.assert_array_equal(line(axes, label), [result["percentile"], result[name][row]])
+        np.testing.assert_array_equal(line(axes, "expansion as control")[1], result[f"combined_{name}"])
+    np.testing.assert_array_equal(line(mean, "$\\mu_{fit}$"), [result["fit_percentile"], result["fit"]])
+
+
+def test_figure3_law_draws_the_stored_numbers():
+    result = friction(lightest=7.0)
+    correlation, lengths, marginal, distances, skewness, kurtosis = figure3_law(result).axes
+    x, y = line(correlation, "median penetration")
+    np.testing.assert_allclose(x, 1e6 * result["lag"])
+    np.testing.assert_array_equal(y, result["autocorrelation"][0, 5])
+    np.testing.assert_array_equal(line(correlation, "triangle of the window")[1], result["triangle"])
+    np.testing.assert_array_equal(line(correlation, "white pressure")[1], result["white_autocorrelation"])
+    np.testing.assert_allclose(line(correlation, "exponential, 300 µm")[1], np.exp(-result["lag"] / 300e-6))
+    assert len(correlation.lines) == 10 + 5 + 1  # other levels, five curves, the zero line
+    np.testing.assert_allclose(line(lengths, "solved contact")[1], 300.0)
+    np.testing.assert_allclose(line(lengths, "white pressure")[1], 320.0)
+    np.testing.assert_allclose(line(lengths, "paper")[1], 250.0)
+    u = np.linspace(-8, 8, 4001)
+    for label in ("fitted Beta at bound", "paper, Beta(2.1, 5)", "normal"):
+        x, y = line(marginal, label)
+        np.testing.assert_allclose(
+            np.trapezoid(np.interp(u, x, y, 0, 0), u), 1.0, atol=5e-3
+        )  # densities, on 400 points
+    (stairs,) = marginal.patches
+    values, edges, _ = stairs.get_data()
+    assert np.sum(values * np.diff(edges)) == pytest.approx(1.0)
+    np.testing.assert_array_equal(line(distances, "fitted Beta")[1], result["beta_misfit"][0])
+    for row, family in enumerate(FAMILIES):
+        np.testing.assert_array_equal(line(distances, family)[1], result["family_distance"][row])
+    papers = stats.beta(2.1, 5.0).stats("sk")
+    for axes, name, paper in zip((skewness, kurtosis), ("skewness", "kurtosis"), papers, strict=True):
+        np.testing.assert_array_equal(line(axes, "solved contact"), [result["percentile"], result[name][0]])
+        assert line(axes, "paper, Beta(2.1, 5)")[1][0] == pytest.approx(paper, abs=5e-4)
+        assert axes.get_yscale() == "symlog"
+    assert correlation.get_title(loc="left").endswith("$p$ = 0.12")
+    assert distances.get_title(loc="left").endswith("$p$ = 0.0025")
+    assert figure3_law(friction()).axes[4].get_yscale() == "linear"
+
+
+def test_figure5_draws_the_stored_numbers():
+    result = oscillator()
+    cycle, histogram, loss = figure5(result).axes
+    np.testing.assert_allclose(
+        line(cycle, "deterministic"),
+        [1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]],
+    )
+    np.testing.assert_allclose(cycle.lines[3].get_ydata(), 1e3 * result["velocity"][3])
+    (stairs,) = histogram.patches
+    values, edges, _ = stairs.get_data()
+    np.testing.assert_allclose(edges, 1e3 * result["histogram_edge"])
+    assert np.sum(values * np.diff(edges)) == pytest.approx(1.0)
+    x, y = line(histogram, "fitted normal")
+    assert (x[np.argmax(y)], np.trapezoid(y, x)) == (pytest.approx(3.3, abs=0.01), pytest.approx(1.0, abs=1e-3))
+    for label, name in (
+        ("$M_d - E[M_S]$", "difference"),
+        ("$M_d$", "deterministic_cycles"),
+        ("$E[M_S]$", "mean_cycles"),
+    ):
+        np.testing.assert_array_equal(line(loss, label), [DAMPING, result[name]])
+    labels = loss.get_legend_handles_labels()[1]
+    assert labels[-2:] == ["sliding unstable below 0.2311", "cycle exists below 0.3244"]
+
+
+def test_limits_that_do_not_exist_or_lie_off_the_list_are_not_drawn():
+    for result in (EXCITED, NEVER_UNSTABLE):
+        loss = figure5(result).axes[2]
+        assert len(loss.get_legend_handles_labels()[1]) == 3
+        assert loss.get_xlim()[0] > 0
+    histogram = figure5(oscillator() | NO_CYCLE).axes[1]
+    assert [text.get_text() for text in histogram.texts] == ["too few cycles at this damping"]
+
+
+def test_the_scan_draws_the_stored_numbers():
+    result = scan_result()
+    figure = figure_scan(result)
+    density, correlation, spectrum, numbers = figure.axes[2:6]
+    lines = {line.get_label(): line.get_data() for line in correlation.lines}
+    np.testing.assert_allclose(lines["scan, along x"], [1e6 * result["lag_x"][30:], result["correlation"][30:, 10]])
+    np.testing.assert_allclose(lines["twins, along y"][1], result["twin_correlation_y"][:, 10:].mean(axis=0))
+    np.testing.assert_allclose(density.lines[0].get_ydata(), 1e-6 * result["density"])
+    np.testing.assert_allclose(spectrum.lines[1].get_ydata(), 1e24 * result["twin_power"].mean(axis=0))
+    # twins spread to two half widths of the interval
+    assert numbers.lines[1].get_xdata().max() == pytest.approx(2.0)
+    assert [label.get_text() for label in numbers.get_yticklabels()] == [label for label, _, _ in NUMBERS.values()]
+    # of 19 equally spaced over -2 to 2, nine lie within -1 to 1
+    assert [text.get_text() for text in numbers.texts[:2]] == ["9 of 19", "0.3 µm (0.27 to 0.33)"]
+
+
+def test_far_twins_stay_in_the_picture_and_no_dimension_is_made_up():
+    result = scan_result(fractal=-0.4)
+    result["twin_skewness"] = result["skewness"] + np.array([0.0, 99.0])
+    numbers = figure_scan(result).axes[5]
+    np.testing.assert_allclose(numbers.lines[3].get_xdata(), [0.0, OUTSIDE])
+    assert "fractal dimension" not in [label.get_text() for label in numbers.get_yticklabels()]
+
+
+def test_the_field_draws_the_stored_numbers_in_its_units():
+    arrays = field_result()
+    axes = figure_field(arrays).axes
+    units = {0: ("contact", 100), 1: ("mean", 1e-6), 2: ("deviation", 1e-6)}
+    for place, (name, unit) in units.items():
+        np.testing.assert_allclose(axes[place].images[0].get_array(), unit * arrays[name].T)
+        assert axes[place].get_title(loc="left").endswith("±1.0 %")
+    np.testing.assert_allclose(axes[4].images[0].get_array(), 100 * (1 - arrays["missed"].T))
+    for place, name in ((6, "solved"), (7, "expected"), (8, "drawn")):
+        np.testing.assert_allclose(axes[place].images[0].get_array(), 1e-6 * arrays[f"{name}_pressure"][0].T)
+        assert axes[place].images[0].get_clim() == (0.0, pytest.approx(300.0))  # one scale for the three
+    np.testing.assert_allclose(axes[5].lines[0].get_ydata(), 100 * arrays["sobol_total"])
+    assert "0.3 to 30.0 %" in axes[5].get_legend().get_title().get_text()
+
+
+def test_the_map_draws_the_stored_numbers():
+    arrays = map_result()
+    over, curves, lifetimes, band = figure_map(arrays).axes[:4]
+    mesh = over.collections[0]
+    np.testing.assert_allclose(mesh.get_array(), arrays["probability"])
+    assert mesh.get_clim() == (0, 1)
+    np.testing.assert_allclose(over.lines[0].get_xdata(), arrays["existence_limit"])
+    np.testing.assert_allclose(over.lines[1].get_xdata(), arrays["hopf_damping"])
+    assert (over.get_yscale(), over.lines[2].get_xdata()[0], over.lines[2].get_ydata()[0]) == ("log", 0.17, 0.948)
+    *labels, scatter = [text.get_text() for text in curves.get_legend().get_texts()]
+    assert scatter == f"std {arrays['friction_deviation'][2]:.3g}"
+    places = [float(label.removeprefix("$D$ = ")) for label in labels]
+    assert places == sorted(places)
+    for line, place in zip(curves.lines[:-1], places, strict=True):
+        column = np.argmin(np.abs(arrays["survival_damping"][2] - place))  # at the scene's own scatter
+        np.testing.assert_allclose(line.get_ydata(), arrays["survival_curve"][2, column])
+    np.testing.assert_allclose(lifetimes.lines[2].get_ydata(), arrays["waiting"][0])
+    drawn = [line for line in band.lines if line.get_label().startswith(("from", "_"))]
+    middles = [line.get_ydata() for line in drawn if len(line.get_ydata()) == 4 and line.get_marker() in "os"]
+    for start, middle in enumerate(middles):
+        np.testing.assert_allclose(middle, arrays["band"][:, start, 1])
+
+
+@pytest.mark.parametrize("count", [1, MOST])
+def test_every_scene_is_drawn_from_what_is_stored(count):
+    results = {f"scene{number}": scene_result(1 + number) for number in range(count)}
+    figure = comparison(results)
+    assert_all_is_in_its_place(figure)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == [*results, "solved contact", "expansion", "expansion as control"]
+    for result in results.values():
+        assert result.read == set(COMPARED)
+    for axes, name in zip(figure.axes, ("mean", "std"), strict=True):
+        for number, result in enumerate(results.values()):
+            lines = axes.lines[3 * number : 3 * number + 3]
+            expected = (result[f"combined_{name}"], *result[name])
+            for line, values in zip(lines, expected, strict=True):
+                np.testing.assert_array_equal(line.get_ydata(), values)
+        places = np.array([line.get_xdata() for line in axes.lines[::3]])
+        assert np.all(np.diff(places, axis=0) > 0)  # no marker hides another
+        np.testing.assert_allclose(places.mean(axis=0), result["percentile"])
+
+
+def test_scenes_of_other_penetrations_go_together():
+    figure = comparison({"one": scene_result(1.0), "other": scene_result(1.0, percentile=(50,))})
+    assert len(figure.axes[0].lines[3].get_ydata()) == 1

@@ -12,7 +12,7 @@ import pytest
 
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import execute
-from workflow.faults import campaign
+from workflow.faults.__main__ import outcomes
 from workflow.faults.injections import FAULTS
 from workflow.faults.scratch import Scratch
 
@@ -56,7 +56,7 @@ def test_one_new_run_mends_each_kind_of_fault(shared, tmp_path, kind):
     scratch = Scratch(shared.folder, tmp_path / "state", "tiny", shared.options["env"])
     scratch.save()
     number = list(FAULTS).index(kind)
-    (outcome,) = campaign.outcomes(scratch, 1, range(number, number + 1))
+    (outcome,) = outcomes(scratch, 1, range(number, number + 1))
     scratch.reset()
     assert (outcome.wrong, outcome.recovery) == ([], 1), outcome.description
 

@@ -14,7 +14,6 @@ from roughslip.chaos.local import fit_local
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import fit_beta
 from roughslip.grid import Grid
 from roughslip.oscillator.equation import Oscillator
@@ -176,7 +175,7 @@ def contact_problem(control: str, load: float | None = None) -> contact.ContactP
     """Return a rough surface of 12 x 9 nodes, with the plane at its median or under a load."""
     heights = 1e-7 * np.random.default_rng(8).standard_normal((12, 9))
     planes, grid = () if load else (float(np.median(heights)),), Grid(12, 9, 1e-6, 2e-6)
-    return contact.ContactProblem(0, grid, 2e11, heights, "white", control, planes, load, math.inf, 1e-10, {})
+    return contact.ContactProblem(0, grid, 2e11, heights, "white", control, planes, load, math.inf, 1e-10)
 
 
 PLANE, LOAD = contact_problem("plane"), contact_problem("load", 1e9)
@@ -237,9 +236,9 @@ def test_wrong_contacts_are_rejected():
 def test_wrong_distributions_of_pressure_are_rejected():
     """A plane that is lower by a standard deviation moves the distribution by 0.2; 0.098 are allowed."""
     problems = (chaos.random_problem(5, number) for number in range(400))
-    problem = next(one for one in problems if one.is_well_posed and one.entry == "local")
+    problem = next(one for one in problems if one.is_well_posed)
     samples = problem.samples()
-    found = fit_local(samples, problem.degree, problem.target(problem.kinds[0]))
+    found = fit_local(samples, problem.degree, problem.targets[0])
     assert chaos.judge(problem, found, samples, 0.06).broken == ()
     lower = replace(problem, plane=problem.plane + 1.0)
     assert "the distribution" in names(chaos.judge(lower, found, samples, 0.06))
@@ -267,27 +266,17 @@ def shifted(estimate: Estimate, by: float) -> Estimate:
     return Estimate(estimate.value + by, estimate.low + by, estimate.high + by, estimate.replicates + by)
 
 
-def test_wrong_lengths_and_beta_distributions_are_rejected():
+def test_wrong_beta_distributions_are_rejected():
     generator = np.random.default_rng(11)
     mu = np.exp(0.02 * np.cumsum(generator.standard_normal((8, 30)), axis=1))
     valid = generator.random(mu.shape) > 0.1
-    problem = friction.WindowProblem(2, "beta", "rough", np.where(valid, mu, 0.0), valid, 10, 1e-6, 6e-6)
-    curve = autocorrelation(problem.mu, valid, 10, problem.weights)
-    lengths = correlation_fit(1e-6 * np.arange(10), curve, 6e-6)
-    assert friction.judge_lengths(problem, curve, lengths).broken == ()
-    for name, broken in {
-        "least_squares": "no better least_squares, row 0",
-        "half_window": "no better half_window, row 0",
-        "one_over_e": "1/e, row 0",
-    }.items():
-        wrong = replace(lengths, **{name: shifted(getattr(lengths, name), 1e-2 * float(getattr(lengths, name).value))})
-        assert broken in names(friction.judge_lengths(problem, curve, wrong)), name
+    problem = friction.WindowProblem(2, "rough", np.where(valid, mu, 0.0), valid)
     beta = fit_beta(problem.mu, valid, problem.weights)
-    assert friction.judge_beta(problem, beta).broken == ()
+    assert friction.judge(problem, beta).broken == ()
     other = replace(beta, a=shifted(beta.a, 0.3 * float(beta.a.value)))
-    assert {"distance, row 0", "no nearer Beta, row 0"} <= names(friction.judge_beta(problem, other))
+    assert {"distance, row 0", "no nearer Beta, row 0"} <= names(friction.judge(problem, other))
     moved = replace(beta, lower=shifted(beta.lower, 1e-6))
-    assert "its mean, row 0" in names(friction.judge_beta(problem, moved))
+    assert "its mean, row 0" in names(friction.judge(problem, moved))
 
 
 # Judges of motions.

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import signal
 import subprocess
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from random import Random
 
@@ -23,7 +25,7 @@ _PATIENCE = 120.0  # seconds for a process to end after a signal
 
 
 def files(scratch: Scratch) -> list[Path]:
-    """Everything that a run left in the folder of the scene but logs."""
+    """Return all files that a run left in the folder of the scene, except logs."""
     return [path for path in sorted(scratch.results.rglob("*")) if path.is_file() and path.parent.name != "logs"]
 
 
@@ -48,10 +50,8 @@ def kill(scratch: Scratch, random: Random, whom: str) -> str:
     jobs = _jobs(process)
     targets = {"snakemake": [process.pid], "job": [job.pid for job in jobs[:1]]}
     for pid in targets.get(whom, [process.pid, *(job.pid for job in jobs)]):
-        try:
+        with contextlib.suppress(ProcessLookupError):
             os.kill(pid, sent)
-        except ProcessLookupError:
-            continue
     try:
         process.communicate(timeout=_PATIENCE)
     except subprocess.TimeoutExpired:
@@ -61,7 +61,7 @@ def kill(scratch: Scratch, random: Random, whom: str) -> str:
 
 
 def full_disk(scratch: Scratch, random: Random) -> str:
-    """Results on a file system with little room, where one can be mounted; else no file may be larger than a limit."""
+    """Run on a file system with little room, where one can be mounted; else limit the size of each file."""
     lost = lose_some(scratch, random)
     folder, aside = scratch.folder / "results", scratch.folder / "results-aside"
     shutil.copytree(folder, aside)
@@ -84,7 +84,7 @@ def full_disk(scratch: Scratch, random: Random) -> str:
 
 
 def read_only(scratch: Scratch, random: Random) -> str:
-    """Folders of results that cannot be written to while a run wants to."""
+    """Run while folders of results cannot be written to."""
     lost = lose_some(scratch, random)
     scratch.results.mkdir(exist_ok=True)
     folders = [scratch.folder / "results", *(path for path in (scratch.folder / "results").rglob("*") if path.is_dir())]
@@ -106,7 +106,7 @@ def damage(scratch: Scratch, random: Random) -> str:
 
 
 def damaged_cache(scratch: Scratch, random: Random) -> str:
-    """The same of what numba compiled and a start has looked at, as by a failing disk; a lost result calls for it."""
+    """Damage what numba compiled, and lose a result whose stage needs it."""
     scratch.run()
     lost = lose_some(scratch, random)
     compiled = sorted(Path(scratch.environment["NUMBA_CACHE_DIR"]).rglob("*.nb?"))
@@ -114,7 +114,7 @@ def damaged_cache(scratch: Scratch, random: Random) -> str:
 
 
 def damaged_records(scratch: Scratch, random: Random) -> str:
-    """The same of what Snakemake recorded, alone or with a result lost."""
+    """Damage what Snakemake recorded, alone or with a result lost."""
     records = [path for path in sorted((scratch.folder / ".snakemake" / "metadata").rglob("*")) if path.is_file()]
     lost = lose_some(scratch, random) if random.random() < 0.5 else "nothing lost"
     return f"{lost}; a record of Snakemake {_damage(random.choice(records), random, keep_time=False)}"
@@ -135,61 +135,49 @@ def _damage(victim: Path, random: Random, *, keep_time: bool) -> str:
 
 
 def records_gone(scratch: Scratch, random: Random) -> str:
-    """Snakemake's own records deleted, alone or with a result, damaged or lost."""
-    shutil.rmtree(scratch.folder / ".snakemake")
-    more = random.choice([lose_some, damage, lambda *_: "nothing else"])
-    return f".snakemake deleted; {more(scratch, random)}"
-
-
-def disorder(scratch: Scratch, random: Random) -> str:
-    """Times of files at random, within years, of results and of sources; with Snakemake's records or without."""
-    gone = random.random() < 0.3
-    if gone:
-        shutil.rmtree(scratch.folder / ".snakemake")
-    what = lose_some(scratch, random) if random.random() < 0.5 else damage(scratch, random)
-    for path in scratch.folder.rglob("*"):
-        if path.is_file() and ".snakemake" not in path.parts:
-            moment = time.time() + random.uniform(-1e8, 1e8)
-            os.utime(path, (moment, moment))
-    return f"times in disorder{', .snakemake deleted' if gone else ''}; {what}"
-
-
-def killed_then_records_gone(scratch: Scratch, random: Random) -> str:
-    """A killed run whose marks of what was incomplete are deleted as well."""
-    done = kill(scratch, random, "both")
+    """Delete Snakemake's own records, alone or after a result was damaged or lost or a run was killed."""
+    before = random.choice([lose_some, damage, partial(kill, whom="both"), lambda *_: "nothing else"])
+    done = before(scratch, random)
     shutil.rmtree(scratch.folder / ".snakemake", ignore_errors=True)
     return f"{done}; .snakemake deleted"
 
 
+def disorder(scratch: Scratch, random: Random) -> str:
+    """Set random times, within years, of results and sources, after a result was damaged or lost."""
+    done = random.choice([lose_some, damage])(scratch, random)
+    if random.random() < 0.3:
+        shutil.rmtree(scratch.folder / ".snakemake")
+        done += "; .snakemake deleted"
+    for path in scratch.folder.rglob("*"):
+        if path.is_file() and ".snakemake" not in path.parts:
+            moment = time.time() + random.uniform(-1e8, 1e8)
+            os.utime(path, (moment, moment))
+    return f"{done}; times in disorder"
+
+
 FAULTS: dict[str, Fault] = {
-    "kill snakemake": lambda scratch, random: kill(scratch, random, "snakemake"),
-    "kill job": lambda scratch, random: kill(scratch, random, "job"),
-    "kill both": lambda scratch, random: kill(scratch, random, "both"),
+    **{f"kill {whom}": partial(kill, whom=whom) for whom in ("snakemake", "job", "both")},
     "damage": damage,
     "full disk": full_disk,
     "read-only": read_only,
     "records gone": records_gone,
     "disorder": disorder,
-    "killed, records gone": killed_then_records_gone,
-    "damage again": damage,
     "damaged cache": damaged_cache,
     "damaged records": damaged_records,
 }
 
 
 def _jobs(process: subprocess.Popen) -> list[psutil.Process]:
-    """Stages that a run has started."""
+    """Return the stages that a run has started."""
     found = []
-    try:
+    with contextlib.suppress(psutil.Error):
         for child in psutil.Process(process.pid).children(recursive=True):
             if any("roughslip.stages" in word for word in child.cmdline()):
                 found.append(child)
-    except psutil.Error:
-        pass
     return found
 
 
 def _mount(folder: Path, size: int) -> bool:
-    """A file system of so many bytes in memory over a folder, where this user may mount one."""
+    """Mount a file system of so many bytes in memory over a folder; return whether this user may."""
     command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", folder]
     return hasattr(os, "geteuid") and os.geteuid() == 0 and subprocess.run(command, capture_output=True).returncode == 0

@@ -11,8 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import psutil
-
 from roughslip.stages.runtime.record import checksum
 from roughslip.stages.runtime.usage import die_with_parent
 
@@ -47,7 +45,7 @@ _STATE = ("results", ".snakemake")
 
 
 def copy_project(root: Path, folder: Path) -> None:
-    """The project's sources without what was generated in them."""
+    """Copy the project's sources without what was generated in them."""
     folder.mkdir(parents=True)
     for name in SOURCES:
         if (root / name).is_dir():
@@ -81,19 +79,19 @@ class Scratch:
         return {"cwd": self.folder, "env": self.environment, "text": True}
 
     def save(self) -> None:
-        """Take the present state as the undisturbed one."""
+        """Keep the present state as the undisturbed one."""
         shutil.rmtree(self.saved, ignore_errors=True)
         for name in _STATE:
             shutil.copytree(self.folder / name, self.saved / name)
 
     def reset(self) -> None:
-        """The undisturbed state again, with all times."""
+        """Restore the undisturbed state, with all times."""
         for name in _STATE:
             shutil.rmtree(self.folder / name, ignore_errors=True)
             shutil.copytree(self.saved / name, self.folder / name)
 
     def start(self, largest_file: int | None = None) -> subprocess.Popen:
-        """Snakemake for the scene, as `make reproduce` starts it; optionally no process may write a larger file [B]."""
+        """Start Snakemake for the scene, as `make reproduce` does. largest_file : [B] that a process may write"""
         return subprocess.Popen(
             [sys.executable, "-m", "snakemake", "-j2", self.scene],
             stdout=subprocess.PIPE,
@@ -102,30 +100,11 @@ class Scratch:
             **self.options,
         )
 
-    def run(self, **limits: int | None) -> tuple[int, str]:
-        """The same to its end: exit status and what it said."""
-        with self.start(**limits) as process:
-            said = process.communicate(timeout=600)[0]
-        return process.returncode, said
-
-    def processes(self) -> list[psutil.Process]:
-        """Every process that works in the project."""
-        found = []
-        for process in psutil.process_iter():
-            try:
-                if Path(process.cwd()).is_relative_to(self.folder) and process.pid != os.getpid():
-                    found.append(process)
-            except (psutil.Error, OSError):
-                continue
-        return found
-
-    def digests(self) -> dict[str, str]:
-        """Checksums of the results of the present state by name, "there" of what holds times."""
-        return digests(self.results)
-
-    def undisturbed(self) -> dict[str, str]:
-        """The same of the undisturbed run."""
-        return digests(self.saved / "results" / self.scene)
+    def run(self, largest_file: int | None = None) -> tuple[int, str]:
+        """Run the same to its end and return exit status and output."""
+        with self.start(largest_file) as process:
+            output = process.communicate(timeout=600)[0]
+        return process.returncode, output
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -133,14 +112,9 @@ def digests(folder: Path) -> dict[str, str]:
     found = {}
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
-        if (
-            path.is_file()
-            and not name.startswith("logs/")
-            and not path.name.startswith(".")
-            and path.suffix != ".damaged"
-        ):
-            timed = name in TIMED or name.startswith("usage/")
-            found[name] = "there" if timed else checksum(path)
+        is_result = not name.startswith("logs/") and not path.name.startswith(".") and path.suffix != ".damaged"
+        if path.is_file() and is_result:
+            found[name] = "there" if name in TIMED or name.startswith("usage/") else checksum(path)
     return found
 
 

@@ -67,7 +67,6 @@ class ContactProblem:
     load : mean pressure [Pa], or None
     cap : the hardness over the elastic peak pressure, or infinity
     tolerance : of the residual
-    labels : what else names the case
     """
 
     number: int
@@ -80,7 +79,6 @@ class ContactProblem:
     load: float | None
     cap: float
     tolerance: float
-    labels: dict[str, str]
 
     @property
     def periodic(self) -> bool:
@@ -103,17 +101,16 @@ def random_problem(seed: int, number: int) -> ContactProblem:
     if generator.random() < 0.15:  # another zero of the heights
         heights += generator.choice((-1.0, 1.0)) * log_uniform(generator, -1, 2)
     heights *= scale
-    labels = {"length": f"{length:.3g}", "scale": f"{scale:.3g}"}
     planes: tuple[float, ...] = ()
     load = None
-    if control.endswith("load"):
-        load, labels["level"] = _load(generator, grid, modulus, heights, scale)
+    if control.endswith("load"):  # E* times the range of heights over the edge of the mesh, times 1e-4 to 1e3
+        rise = (float(np.ptp(heights)) or scale) / math.sqrt(grid.size * grid.cell_area)
+        load = log_uniform(generator, -4, 3) * modulus * rise
     else:
         count = generator.integers(2, 7) if control == "sweep" else 1
-        found = [_plane(generator, surface, heights, scale) for _ in range(count)]
-        planes, labels["level"] = tuple(plane for plane, _ in found), ",".join(level for _, level in found)
+        planes = tuple(_plane(generator, surface, heights, scale) for _ in range(count))
     cap = log_uniform(generator, -2, 1) if generator.random() < 0.4 else math.inf
-    return ContactProblem(number, grid, modulus, heights, surface, control, planes, load, cap, tolerance, labels)
+    return ContactProblem(number, grid, modulus, heights, surface, control, planes, load, cap, tolerance)
 
 
 def _mesh(generator: np.random.Generator) -> Grid:
@@ -172,28 +169,17 @@ def _correlated(
     return fft.irfft2(fft.rfft2(generator.standard_normal((m, n))) * root, (m, n))[: grid.nx, : grid.ny].copy()
 
 
-def _plane(generator: np.random.Generator, surface: str, heights: np.ndarray, scale: float) -> tuple[float, str]:
-    """Draw a plane, with the share of the heights above it, or its depth below all of them, as its name."""
+def _plane(generator: np.random.Generator, surface: str, heights: np.ndarray, scale: float) -> float:
+    """Draw a plane: among the heights by their share above it, or below all of them."""
     if surface == "touching":
-        return float(heights.max()), "touching"
+        return float(heights.max())
     if surface == "one-node" and heights.size > 1:
         second, highest = np.sort(heights, axis=None)[-2:]
-        return float(second + generator.random() * (highest - second)), "one-node"
+        return float(second + generator.random() * (highest - second))
     if generator.random() < 0.15 or (surface == "constant" and generator.random() < 0.7):
-        depth = log_uniform(generator, -3, 3)
-        return float(heights.min() - depth * (float(np.ptp(heights)) or scale)), f"full-{depth:.2g}"
+        return float(heights.min() - log_uniform(generator, -3, 3) * (float(np.ptp(heights)) or scale))
     limit = math.log(0.9999 / 0.0001)
-    above = 100 / (1 + math.exp(generator.uniform(-limit, limit)))
-    return float(np.percentile(heights, 100 - above)), f"{above:.3g}"
-
-
-def _load(
-    generator: np.random.Generator, grid: Grid, modulus: float, heights: np.ndarray, scale: float
-) -> tuple[float, str]:
-    """Draw a mean pressure, with its ratio to E* times the range of heights over the edge of the mesh."""
-    level = log_uniform(generator, -4, 3)
-    edge = math.sqrt(grid.size * grid.cell_area)
-    return level * modulus * (float(np.ptp(heights)) or scale) / edge, f"{level:.2g}"
+    return float(np.percentile(heights, 100 - 100 / (1 + math.exp(generator.uniform(-limit, limit)))))
 
 
 def row_of(seed: int, number: int) -> Row:

@@ -1,13 +1,11 @@
-"""Stress campaign of friction: lengths and Beta distributions fitted to random windows, each judged by plain searches.
+"""Stress campaign of friction: Beta distributions fitted to random windows, each judged by a plain search.
 
 Problems include one strip, one window, strips without contact, friction without scatter or of two values, and outliers.
-No length of a table may be nearer to the autocorrelation than the fitted one, and no Beta distribution of a grid or
-nearby, with scipy's quantiles, nearer to the windows.
+No Beta distribution of a grid or nearby, with scipy's quantiles, may be nearer to the windows than the fitted one.
 """
 
 from __future__ import annotations
 
-import math
 import sys
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,10 +14,8 @@ import numpy as np
 from scipy import stats
 
 from roughslip.errors import IllPosedError, RoughslipError
-from roughslip.friction.correlation import CorrelationFit, autocorrelation, correlation_fit
 from roughslip.friction.marginal import PROBABILITIES, SHAPES, BetaFit, fit_beta
 from roughslip.friction.resampling import FEWEST_REPLICATES, strip_weights
-from roughslip.probability import Estimate
 from workflow.evidence.rows import Row
 from workflow.stress import runner
 from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_uniform, verdict_of
@@ -27,14 +23,12 @@ from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_
 STAGE = "friction"
 PROBLEMS = 2000
 
-ENTRIES = ("lengths", "beta")
 KINDS = ("rough", "dilute", "shaped", "outlier", "two-values", "constant", "nearly-constant", "none", "long")
 KIND_SHARES = (0.3, 0.12, 0.2, 0.06, 0.05, 0.06, 0.06, 0.03, 0.12)
 MOST_STRIPS, MOST_WINDOWS = 25, 150
 
 EPS = float(np.finfo(float).eps)
-TRIALS, GRID = 4001, 25  # lengths, and Beta shapes on each axis
-THREE, HALF = 3.0, 0.5  # windows, up to which lags enter
+GRID = 25  # Beta shapes on each axis
 SAMPLE_FIT, TABLE_FIT = 1e-7, 3e-3  # of the squared distance: least squares for the sample, a table for replicates
 
 
@@ -42,19 +36,14 @@ SAMPLE_FIT, TABLE_FIT = 1e-7, 3e-3  # of the squared distance: least squares for
 class WindowProblem:
     """Windows of strips.
 
-    number, entry, kind : of the problem, of ENTRIES and KINDS
+    number, kind : of the problem, of KINDS
     mu, valid : (S, W) friction of the windows, and which windows have contact
-    lags, spacing, window : number of lags, their distance [m] and the length of a window [m]
     """
 
     number: int
-    entry: str
     kind: str
     mu: np.ndarray
     valid: np.ndarray
-    lags: int
-    spacing: float
-    window: float
 
     @property
     def weights(self) -> np.ndarray:
@@ -65,21 +54,16 @@ class WindowProblem:
     @property
     def is_well_posed(self) -> bool:
         """Whether a problem has a solution beyond doubt, so that no error answers it."""
-        scatters = self.kind in ("rough", "shaped") and bool(self.valid.all())
-        return scatters and min(self.mu.shape) >= 8 and self.lags >= 2
+        return self.kind in ("rough", "shaped") and bool(self.valid.all()) and min(self.mu.shape) >= 8
 
 
 def random_problem(seed: int, number: int) -> WindowProblem:
     """Return the problem of this number."""
     generator = np.random.default_rng([seed, number])
-    entry, kind = choose(generator, ENTRIES), choose(generator, KINDS, KIND_SHARES)
+    kind = choose(generator, KINDS, KIND_SHARES)
     strips = int(generator.integers(1, 4)) if generator.random() < 0.12 else int(generator.integers(2, MOST_STRIPS + 1))
     windows = round(MOST_WINDOWS ** generator.random())
-    mu, valid = _friction(generator, kind, strips, windows)
-    lags = int(generator.integers(2, windows + 1)) if windows > 1 and generator.random() < 0.9 else windows
-    spacing = log_uniform(generator, -9, 2)
-    window = spacing * log_uniform(generator, 0.4, 2)
-    return WindowProblem(number, entry, kind, mu, valid, lags, spacing, window)
+    return WindowProblem(number, kind, *_friction(generator, kind, strips, windows))
 
 
 def _friction(generator: np.random.Generator, kind: str, strips: int, windows: int) -> tuple[np.ndarray, np.ndarray]:
@@ -123,54 +107,14 @@ def is_answer(problem: WindowProblem, error: RoughslipError) -> bool:
 
 
 def judged(problem: WindowProblem) -> Verdict:
-    """Fit the entry of a problem and judge the fit to the sample and to the last replicate."""
-    if problem.entry == "beta":
-        return judge_beta(problem, fit_beta(problem.mu, problem.valid, problem.weights))
-    curve = autocorrelation(problem.mu, problem.valid, problem.lags, problem.weights)
-    return judge_lengths(problem, curve, correlation_fit(_lags(problem), curve, problem.window))
+    """Fit a Beta distribution and judge the fit."""
+    return judge(problem, fit_beta(problem.mu, problem.valid, problem.weights))
 
 
-def _lags(problem: WindowProblem) -> np.ndarray:
-    return problem.spacing * np.arange(problem.lags)
-
-
-def _finite(found: object, names: tuple[str, ...]) -> Conditions:
-    estimates: list[Estimate] = [getattr(found, name) for name in names]
-    parts = [part for one in estimates for part in (one.value, one.low, one.high, one.replicates)]
-    return {"finite": (0.0 if all(np.isfinite(part).all() for part in parts) else math.inf, 0)}
-
-
-def judge_lengths(problem: WindowProblem, curve: Estimate, found: CorrelationFit) -> Verdict:
-    """Return the verdict on fitted lengths, on the first crossing of 1/e, and on whether a length is at its bound."""
-    lags = _lags(problem)
-    used, near = (int(np.sum(lags <= share * problem.window * (1 + 1e-9))) for share in (THREE, HALF))
-    lags = lags[:used]
-    conditions = _finite(found, ("least_squares", "half_window", "one_over_e", "integral", "misfit_difference"))
-    for row in (0, len(curve.rows) - 1):
-        r = curve.rows[row, :used]
-        slack = 1e-9 * (1 + float(np.sum(r**2)))
-        for name, count in (("least_squares", used), ("half_window", near)):
-            length = float(getattr(found, name).rows[row])
-            conditions[f"no better {name}, row {row}"] = (_excess(lags[:count], r[:count], length), slack)
-        below = np.append(np.flatnonzero(r < math.exp(-1)), used - 1)[0]
-        share = (r[below - 1] - math.exp(-1)) / (r[below - 1] - r[below]) if r[below] < math.exp(-1) else 1.0
-        crossing = lags[below - 1] + share * (lags[below] - lags[below - 1])
-        conditions[f"1/e, row {row}"] = (abs(float(found.one_over_e.rows[row]) - crossing) / lags[-1], 1e-12)
-    ends = float(found.least_squares.value) / (100 * lags[-1]), lags[1] / 20 / float(found.least_squares.value)
-    conditions["stated at a bound"] = (float((max(ends) > 1 - 1e-9) != found.at_bound), 0)
-    return verdict_of(conditions)
-
-
-def _excess(lags: np.ndarray, r: np.ndarray, length: float) -> float:
-    """Return the squares of a length beyond the least of lengths from a 20th of the first lag to 100 times the last."""
-    lengths = np.append(length, np.geomspace(lags[1] / 20, 100 * lags[-1], TRIALS))
-    squares = np.sum((np.exp(-lags / lengths[:, None]) - r) ** 2, axis=1)
-    return float(squares[0] - squares.min())
-
-
-def judge_beta(problem: WindowProblem, found: BetaFit) -> Verdict:
-    """Return the verdict on ends and distance of a Beta fit; no shape of a grid or nearby may fit better."""
-    conditions = _finite(found, ("a", "b", "lower", "upper"))
+def judge(problem: WindowProblem, found: BetaFit) -> Verdict:
+    """Return the verdict on the fit to the sample and to the last replicate; no shape nearby may fit better."""
+    ends = [end for one in (found.a, found.b, found.lower, found.upper) for end in (one.low, one.high)]
+    conditions: Conditions = {"finite intervals": (float(not np.isfinite(ends).all()), 0)}
     nodes = len(PROBABILITIES)
     weights = problem.weights
     for row in (0, len(weights) - 1):

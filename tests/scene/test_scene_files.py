@@ -1,58 +1,16 @@
 """Shipped scenes are valid, say where each number comes from, and overlays exercise every option that is offered."""
 
 import re
+from pathlib import Path
 
 import pytest
 import yaml
 
 from roughslip.scene.loader import load, scene_names
 from roughslip.scene.plan import slice_for, stages_needed
-from tests.scene.shipped import CONFIG, SCAN, SCENES, SCHEMA, STATISTICS, TABLE, properties, shipped_scene
+from tests.scene.shipped import CONFIG, SCENES, SCHEMA, properties, shipped_scene
 
-# Overlays that validate and plan: the options that README.md offers and no shipped scene sets.
-OPTIONS = (
-    "expansion: {samples: auto, cdf_error: 0.01, design: sobol}",
-    "expansion: {samples: auto, cdf_error: 0.01, design: monte_carlo, variables: best, rotation: regression}",
-    "expansion: {design: latin_hypercube, rotation: none}",
-    "expansion: {rotation: local, target: best}",
-    "targets: [figure2]\nexpansion: {target: censored}",
-    "square: {variance_share: 0.95}",
-    f"oscillator: {{law: table, friction_table: {TABLE[:-1]}, interpolation: linear}}}}",
-    f"oscillator: {{law: table, friction_table: {TABLE[:-1]}, interpolation: monotone_cubic}}}}",
-    "oscillator: {law: stribeck, friction_follows: time, correlation_time_s: 1.0e-4, negative_friction: refuse}",
-    "oscillator: {friction_follows: belt, negative_friction: clip, integrator: dormand_prince853}",
-    "oscillator: {friction_follows: slip, integrator: fehlberg45, penetration_percentile: 30}",
-    "oscillator: {windows_in_parallel: 100}",
-    "ensemble: {nodes_per_correlation_length: auto, count_error: 0.05, process: embedding}",
-    "ensemble: {process: spectral, marginal: paper, interpolation: linear}",
-    "ensemble: {process: recursion, marginal: empirical, interpolation: cubic}",
-    "ensemble: {marginal: beta, count_by_period: true}",
-    "roughness: {correlation_length_across_m: 2.0e-6, lay_rad: 0.5}",
-    "roughness: {covariance: self_affine, hurst: 0.8, bandwidth: 100}",
-    "roughness: {covariance: matern, smoothness: 1.5}",
-    "roughness: {covariance: exponential}",
-    "roughness: {covariance: separable_exponential}",
-    "roughness: {marginal: {family: weibull, shapes: [2], mirrored: true, correct_correlation: true}}",
-    "roughness: {marginal: {family: lognormal, shapes: [0.4]}}",
-    "roughness: {covariance: gaussian, marginal: {family: beta, shapes: [2.1, 5]}}",
-    *(
-        f"roughness: {{scan: {{file: a.txt, spacing_x_m: 1.0e-6, spacing_y_m: 1.0e-6, height_unit: {unit}, form: {form}"
-        f", covariance: {covariance}, marginal: {marginal}}}}}"
-        for unit, form, covariance, marginal in (
-            ("m", "mean", "measured", "beta"),
-            ("mm", "plane", "best", "weibull"),
-            ("um", "quadratic", "gaussian", "lognormal"),
-            ("nm", "plane", "exponential", "empirical"),
-            ("pm", "plane", "separable_exponential", "gaussian"),
-            ("nm", "plane", "matern", "gaussian"),
-            ("nm", "plane", "self_affine", "gaussian"),
-        )
-    ),
-    f"targets: [figure_scan]\nroughness: {{scan: {SCAN}}}",
-    "extends: fractal\n"
-    "roughness: {fractal: {longest_wavelength_m: 1.0e-3, shortest_wavelength_m: 2.0e-5}}\ntargets: [figure3]",
-    f"targets: [figure5, figure_map]\nfriction: {{statistics: {STATISTICS}}}",
-)
+_, *OPTIONS = (Path(__file__).parent / "options.txt").read_text(encoding="utf-8").strip().split("\n\n")
 
 
 def leaves(values: dict, prefix: str = ""):

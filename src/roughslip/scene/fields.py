@@ -1,7 +1,9 @@
 """Fields of the sections of a scene: each states description, unit, range and default once, next to its name.
 
-Sections are plain frozen dataclasses, because every stage imports them at its start. The JSON schema is generated from
-the metadata of their fields.
+A section is written as `class Strip(Section)` under `@section`, with fields such as
+`samples: int = integer("Strips that are solved", at_least=8, at_most=100_000)`. From these fields `scene.schema`
+generates the JSON schema, and scene files are checked against it. `build` makes the object that a stage reads as
+`job.scene.strip.samples`. Sections are plain frozen dataclasses, because every stage imports them at its start.
 """
 
 from __future__ import annotations
@@ -10,8 +12,9 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, TypeVar, get_args
 
-REQUIRED = object()
+REQUIRED = object()  # as the default of a field: a scene must give it where it gives the section
 WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
+# Of each argument of `number` and `integer` the word of JSON schema.
 _BOUNDS = {"at_least": "minimum", "above": "exclusiveMinimum", "at_most": "maximum", "below": "exclusiveMaximum"}
 
 S = TypeVar("S", bound="Section")
@@ -73,7 +76,12 @@ def many(
     unique: bool = False,
     default: Any = REQUIRED,
 ) -> Any:
-    """A field for a list. item : the field of one of its elements."""
+    """A field for a list.
+
+    item : the field of one of its elements; a section holds the list as a tuple
+    fewest, most : bounds of its length
+    unique : whether no element may come twice
+    """
     part = {"description": description, "type": "array", "minItems": fewest, "items": item.metadata["schema"]}
     part |= {} if most is None else {"maxItems": most}
     return _field(part | ({"uniqueItems": True} if unique else {}), default)
@@ -133,7 +141,10 @@ def _limits(bounds: Mapping[str, float]) -> dict[str, float]:
 
 
 def _field(part: dict[str, Any], default: Any, kind: type[Section] | None = None) -> Any:
-    """The default is a factory, so that the class has no attribute of its name."""
+    """A dataclass field whose metadata hold its part of the schema, its default, and the section inside it if any.
+
+    The default is a factory, so that the class has no attribute of its name: a key that was not read must be missing.
+    """
     metadata = {"schema": part, "default": default, "kind": kind}
     if default is REQUIRED:
         return dataclasses.field(metadata=metadata)

@@ -53,6 +53,12 @@ _MULTIPLES = {
     "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
     "expansion_spacing_m": "length_m window_m window_spacing_m",
 }
+_AT_MOST = (
+    ("strip.training_samples", "strip.samples"),
+    ("ensemble.drawn_realisations", "ensemble.realisations"),
+    ("roughness.fractal.shortest_wavelength_m", "roughness.fractal.longest_wavelength_m"),
+    ("roughness.fractal.longest_wavelength_m", "strip.length_m"),
+)
 _EXTENDED = ("sobol", "monte_carlo")  # designs that can be extended
 _ASCENDING = (
     *("strip.penetration_percentiles", "ensemble.damping_ratios"),
@@ -159,16 +165,6 @@ _RULES = (
         "at least eight times roughness.correlation_length_m = {1} [m]",
     ),
     _Rule(
-        ("roughness.fractal.longest_wavelength_m", "roughness.fractal.shortest_wavelength_m"),
-        lambda longest, shortest: longest >= shortest,
-        "at least roughness.fractal.shortest_wavelength_m = {1} [m]",
-    ),
-    _Rule(
-        ("roughness.fractal.longest_wavelength_m", "strip.length_m"),
-        lambda longest, length: longest <= length,
-        "at most strip.length_m = {1} [m]",
-    ),
-    _Rule(
         ("roughness.fractal.shortest_wavelength_m", "strip.cell_m"),
         lambda shortest, cell: shortest > 2 * cell,
         "more than two cells, strip.cell_m = {1} [m]",
@@ -241,17 +237,12 @@ _RULES = (
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     ),
-    _Rule(("strip.training_samples", "strip.samples"), lambda t, s: t <= s, "at most strip.samples = {1}"),
+    *(_Rule(pair, lambda value, limit: value <= limit, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
     _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
     _Rule(
         ("ensemble.discarded_periods", "ensemble.duration_periods"),
         lambda discarded, duration: discarded < duration,
         "less than ensemble.duration_periods = {1}",
-    ),
-    _Rule(
-        ("ensemble.drawn_realisations", "ensemble.realisations"),
-        lambda drawn, realisations: drawn <= realisations,
-        "at most ensemble.realisations = {1}",
     ),
     _Rule(
         ("oscillator.excitation_frequency_rad_per_s", _FORCE),

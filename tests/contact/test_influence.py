@@ -1,4 +1,4 @@
-"""The influence matrix of the free half-space against closed forms and quadrature, its products, and the material."""
+"""The influence matrix against closed forms and quadrature, its products, the far field of a strip, the material."""
 
 import math
 
@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from roughslip.contact import convolution
 from roughslip.contact.convolution import Convolution, NarrowConvolution
+from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
 from roughslip.contact.influence import DIRECT_SUM_LIMIT, PATCH_RADIUS, Influence, Material, gathered, love_coefficients
-from roughslip.contact.periodic import periodic_symbol
-from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 
 
@@ -89,12 +87,17 @@ def test_plane_strain_modulus() -> None:
 
 
 @pytest.mark.parametrize("way", [Convolution, NarrowConvolution])
+@pytest.mark.parametrize("most_columns", [600, 5])
 @pytest.mark.parametrize(
     ("shape", "torus"),
     [((5, 7), (5, 7)), ((4, 6), (8, 12)), ((6, 1), (12, 1)), ((150, 5), (299, 9)), ((30, 40), (60, 81))],
 )
-def test_product_with_an_even_circulant(way: type, shape: tuple[int, int], torus: tuple[int, int]) -> None:
-    """Against numpy's transform of the whole torus; rounding is some log2(n) units of the largest term."""
+def test_product_with_an_even_circulant(
+    way: type, most_columns: int, shape: tuple[int, int], torus: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also in parts of the spectrum. Against numpy's transform of the whole torus, to some log2(n) roundings."""
+    monkeypatch.setattr("roughslip.contact.convolution.MOST_COLUMNS", most_columns)
+    monkeypatch.setattr("roughslip.contact.convolution.PART", 4)
     rng = np.random.default_rng(1)
     kernel = rng.random(torus)
     kernel += np.roll(kernel[::-1], 1, axis=0)
@@ -110,28 +113,38 @@ def test_product_with_an_even_circulant(way: type, shape: tuple[int, int], torus
         np.testing.assert_allclose(result, expected, rtol=0, atol=1e-14 * np.abs(symbol).max())
 
 
-def test_parts_of_the_spectrum(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A large mesh is transformed in parts of its columns: the same arithmetic, the same bits."""
-    grid, pressure = Grid(50, 60, 1.0, 1.0), np.random.default_rng(2).random((50, 60))
-    whole = Influence(grid, 1.0).apply(pressure)
-    monkeypatch.setattr(convolution, "MOST_COLUMNS", 10)
-    monkeypatch.setattr(convolution, "PART", 7)
-    np.testing.assert_allclose(Influence(grid, 1.0).apply(pressure), whole, rtol=1e-15, atol=0)
+STRIP = Grid(24, 5, 2e-6, 3e-6)
+OF_STRIP = Influence(STRIP, 2.3e11)
 
 
-@pytest.mark.parametrize("bad", [0.0, -1.0, math.inf, math.nan])
-def test_refuses_impossible_materials(bad: float) -> None:
-    """Poisson's ratio lies above -1 and up to 0.5: the first bad value is allowed."""
-    with pytest.raises(ParameterError, match="modulus"):
-        Influence(Grid(2, 2, 1.0, 1.0), bad)
-    with pytest.raises(ParameterError, match="modulus"):
-        periodic_symbol(Grid(2, 2, 1.0, 1.0), bad)
-    with pytest.raises(ParameterError, match="Young"):
-        Material(bad, 0.3)
-    with pytest.raises(ParameterError, match="Poisson"):
-        Material(1.0, bad or 0.51)
+@pytest.mark.parametrize(("spacing", "reach"), [(1, 1), (3, 1), (3, 4)])
+def test_a_column_moves_the_mean_of_the_others_as_the_full_influence_does(spacing, reach):
+    """An identity: means over pairs of rows. The first columns of the kernel count for nothing."""
+    force = 7.0
+    pressure = np.zeros(STRIP.shape)
+    pressure[0] = force / (STRIP.ny * STRIP.cell_area)
+    expected = OF_STRIP.apply(pressure).mean(axis=1)[::spacing] / force
+    kernel = column_influence(OF_STRIP, spacing, reach)
+    assert kernel.shape == expected.shape
+    assert np.all(kernel[:reach] == 0.0)
+    np.testing.assert_allclose(kernel[reach:], expected[reach:], rtol=1e-12)
 
 
-def test_refuses_wrong_shapes() -> None:
-    with pytest.raises(ParameterError, match="shape"):
-        Influence(Grid(4, 5, 1.0, 1.0), 1.0).apply(np.zeros((5, 4)))
+def test_displacements_are_sums_over_the_columns_and_nothing_wraps_around():
+    rng = np.random.default_rng(1)
+    kernel, force = rng.uniform(1, 2, 12), rng.standard_normal((2, 3, 9))
+    distance = np.abs(np.subtract.outer(np.arange(9), np.arange(9)))
+    np.testing.assert_allclose(displacement(kernel, force), force @ kernel[distance], rtol=0, atol=1e-13)
+
+
+def test_quantities_linear_in_the_height_of_the_plane_are_found_at_any():
+    """Within the planes and below the lowest; above the highest they are kept, and never fall below zero."""
+    planes = np.array([3.0, 1.0, 0.5])
+    column = np.arange(4.0)
+    values = np.stack([10.0 - 2.0 * planes[:, None] + column, 4.0 - planes[:, None] + 0.0 * column])
+    moved = np.array([[-2.9, -0.4, 0.0, 0.3], [1.9, 0.5, -0.6, -0.9], [1.0, 0.1, -0.2, 0.0]])
+    height = np.minimum(planes[:, None] + moved, 3.0)
+    expected = np.stack([10.0 - 2.0 * height + column, 4.0 - height])
+    np.testing.assert_allclose(at_displaced_planes(values, planes, moved), expected, rtol=1e-14)
+    falling = np.array([[5.0], [1.0]])  # a quantity that grew upwards would turn negative below
+    assert at_displaced_planes(falling, np.array([1.0, 0.0]), np.array([[0.0], [-2.0]]))[1, 0] == 0.0

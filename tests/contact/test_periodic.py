@@ -120,9 +120,6 @@ def test_nearly_full_contact_of_crossed_waves(load: float) -> None:
     assert 1 - mean_area(n, load) == pytest.approx(expected, rel=tolerance)
 
 
-GRIDS = [Grid(16, 5, 1.0, 0.3), Grid(7, 8, 0.2, 1.0), Grid(9, 1, 1.0, 1.0), Grid(1, 6, 1.0, 1.0), Grid(4, 6, 1.0, 30.0)]
-
-
 def test_energy_grows_by_the_work_of_the_load(surface) -> None:
     """dW = -p d(plane) per area, W = 1/2 mean(p B p): by the trapezoidal rule up to the square of the step of 1 %."""
     influence = Influence(Grid(32, 24, 1.0, 0.7), 1.0, periodic=True)
@@ -224,9 +221,3 @@ def test_inverse_has_negative_off_diagonal_entries(aspect: float) -> None:
     entries = np.fft.irfft2(inverse, (16, 24)).ravel()
     assert entries[0] > 0
     assert np.all(entries[1:] < 0)
-
-
-def test_a_wave_along_one_axis_does_not_see_the_other() -> None:
-    strip = periodic_symbol(Grid(32, 1, 0.5, 7.0), 1.0)[:, 0]
-    for ny, dy in [(5, 0.1), (8, 20.0)]:
-        np.testing.assert_allclose(periodic_symbol(Grid(32, ny, 0.5, dy), 1.0)[:, 0], strip, rtol=1e-14)

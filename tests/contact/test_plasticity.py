@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from roughslip.contact.closed_forms import HertzSphere, rigid_plastic_force_n
+from roughslip.contact.closed_forms import HertzSphere
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import solve, solve_load
+from roughslip.contact.solve import solve
 from roughslip.grid import Grid
 
 TOLERANCE = 1e-12
@@ -61,16 +61,6 @@ def test_conditions_on_a_rough_square(surface, contact_conditions, hardness: flo
     contact_conditions(solution, influence.apply(solution.pressure), interference, hardness)
 
 
-@pytest.mark.parametrize("hardness", [0.05, 0.3])
-def test_conditions_on_a_periodic_cell(surface, contact_conditions, hardness: float) -> None:
-    influence = Influence(Grid(32, 24, 1.0, 0.8), 1.0, periodic=True)
-    heights = surface((32, 24), 4.0, 2)
-    solution = solve_load(influence, heights, 0.04, hardness_pa=hardness)
-    assert solution.mean_pressure == pytest.approx(0.04, rel=1e-8)
-    assert np.any(solution.plastic_displacement)
-    contact_conditions(solution, influence.apply(solution.pressure), heights - solution.plane, hardness)
-
-
 @pytest.mark.parametrize(("shape", "length"), [((12, 10), 0.0), ((48, 40), 5.0)])
 def test_a_cap_that_is_not_reached_changes_nothing(surface, shape, length: float) -> None:
     influence = Influence(Grid(*shape, 1.0, 1.0), 1.0)
@@ -105,7 +95,8 @@ def test_sphere_yields_on_its_axis_when_the_peak_pressure_reaches_the_cap() -> N
 
 @pytest.mark.parametrize("hardness", [1e-5, 1e-4, 1e-3, 1e-2])
 def test_plastic_limit(surface, hardness: float) -> None:
-    """N = H A_c. Elastic displacements are at most H max(B 1): nodes deeper than that bear H, those that do not
+    """N = H A_c, the bearing area of Abbott and Firestone, Mech. Eng. 55 (1933) 569. Elastic displacements
+    are at most H max(B 1): nodes deeper than that bear H, those that do not
     reach the plane nothing. So A_c and N / H lie between the bearing areas at these two heights, which are the same
     for a cap low enough."""
     grid = Grid(48, 40, 1.0, 0.8)
@@ -115,8 +106,7 @@ def test_plastic_limit(surface, hardness: float) -> None:
     force = solution.pressure.sum() * grid.cell_area
     area = np.count_nonzero(solution.contact) * grid.cell_area
     elastic = hardness * influence.apply(np.ones(grid.shape)).max()
-    most = rigid_plastic_force_n(interference, hardness, grid.cell_area)
-    least = rigid_plastic_force_n(interference - elastic, hardness, grid.cell_area)
+    most, least = (hardness * grid.cell_area * np.count_nonzero(z > 0) for z in (interference, interference - elastic))
     assert least * (1 - 1e-12) <= force <= hardness * area * (1 + 1e-12)
     assert hardness * area <= most * (1 + 1e-12)
     assert (least == most) == (hardness == 1e-5)

@@ -205,16 +205,3 @@ class CrossedWaves(_Problem):
     def open_fraction(self, mean_pressure_pa: float) -> float:
         """1 - A / l^2 = 3 / (2 pi) (1 - p / p*) as p goes to p*: every trough a penny-shaped crack that closes."""
         return 3 / (2 * math.pi) * (1 - mean_pressure_pa / self.full_contact_pressure_pa)
-
-
-def rigid_plastic_force_n(interference: np.ndarray, hardness_pa: float, cell_area_m2: float) -> float:
-    """Force [N] of a rigid-plastic surface: H times the area of positive interference.
-
-    interference : (nx, ny) [m] height of the surface over the plane
-    hardness_pa : H, cap of the pressure
-    cell_area_m2 : area of a node
-
-    N = H A_c in the limit of a cap so low that elastic displacements vanish; A_c is then the bearing area of Abbott and
-    Firestone, Mech. Eng. 55 (1933) 569.
-    """
-    return hardness_pa * cell_area_m2 * np.count_nonzero(interference > 0)

@@ -14,17 +14,6 @@ from roughslip.compilation.cache import compiled
 
 
 @compiled()
-def all_finite(a: np.ndarray) -> bool:
-    """Whether all values are finite."""
-    nx, ny = a.shape
-    fine = True
-    for i in range(nx):
-        for j in range(ny):
-            fine &= np.isfinite(a[i, j])
-    return fine
-
-
-@compiled()
 def inner(a: np.ndarray, b: np.ndarray) -> float:
     """Sum of a b."""
     nx, ny = a.shape
@@ -88,9 +77,9 @@ def assess(
         for j in range(ny):
             p = pressure[i, j]
             w = gap[i, j] + offset
-            lift = diagonal * p
-            target = min(max(lift - w, 0.0), highest)
-            partial[j] += (lift - target) * (lift - target)
+            own = diagonal * p  # displacement by the node's own pressure
+            target = min(max(own - w, 0.0), highest)
+            partial[j] += (own - target) * (own - target)
             may_move = ((p > 0) | (w < 0)) & ((p < cap) | (w > 0))
             free[i, j] = may_move
             misfit[i, j] = -w if may_move else 0.0
@@ -111,13 +100,13 @@ def conjugate(descent: np.ndarray, factor: float, direction: np.ndarray, misfit:
 
 
 @compiled()
-def balance(direction: np.ndarray, lift: np.ndarray) -> None:
-    """direction <- direction - factor lift, so that its sum is zero."""
+def balance(direction: np.ndarray, uniform_descent: np.ndarray) -> None:
+    """direction <- direction - factor uniform_descent, so that its sum is zero."""
     nx, ny = direction.shape
-    factor = total(direction) / total(lift)
+    factor = total(direction) / total(uniform_descent)
     for i in range(nx):
         for j in range(ny):
-            direction[i, j] -= factor * lift[i, j]
+            direction[i, j] -= factor * uniform_descent[i, j]
 
 
 @compiled()
@@ -129,10 +118,11 @@ def advance(
     shift: float,
     free: np.ndarray,
     new_pressure: np.ndarray,
+    excess: np.ndarray,
 ) -> int:
     """Write p + length d, plus the shift where that is positive and free, clipped to [0, cap].
 
-    Returns the number of nodes at which shift and clip changed the pressure.
+    Returns the number of nodes at which shift and clip changed the pressure, and writes by how much: the excess.
     """
     nx, ny = pressure.shape
     count = np.zeros(ny, dtype=np.int64)
@@ -142,6 +132,7 @@ def advance(
             moved = trial + shift if free[i, j] & (trial > 0) else trial
             allowed = min(max(moved, 0.0), cap)
             new_pressure[i, j] = allowed
+            excess[i, j] = allowed - trial
             count[j] += allowed != trial
     return count.sum()
 
@@ -156,27 +147,16 @@ def add_multiple(field: np.ndarray, factor: float, other: np.ndarray, result: np
 
 
 @compiled()
-def clipped(
-    pressure: np.ndarray, length: float, direction: np.ndarray, new_pressure: np.ndarray, excess: np.ndarray
-) -> None:
-    """Write the part of a new pressure that shift and clip added, exactly zero where they added nothing."""
-    nx, ny = pressure.shape
-    for i in range(nx):
-        for j in range(ny):
-            excess[i, j] = new_pressure[i, j] - (pressure[i, j] + length * direction[i, j])
-
-
-@compiled()
 def shift_to_sum(
     pressure: np.ndarray,
     length: float,
     direction: np.ndarray,
     cap: float,
-    force: float,
+    pressure_sum: float,
     free: np.ndarray,
     everywhere: bool,
 ) -> tuple[float, bool]:
-    """The shift for which clip(p + length d + shift, 0, cap) has the sum `force`, and whether there is one.
+    """The shift for which clip(p + length d + shift, 0, cap) has the sum `pressure_sum`, and whether there is one.
 
     everywhere : whether all nodes are shifted, or only the free nodes with positive p + length d
 
@@ -196,8 +176,8 @@ def shift_to_sum(
                     between += (value > 0) & (value < cap)
                 else:
                     sum_ += min(max(trial, 0.0), cap)
-        missing = force - sum_
-        if abs(missing) <= 4e-16 * force:
+        missing = pressure_sum - sum_
+        if abs(missing) <= 4e-16 * pressure_sum:
             return shift, True
         if missing > 0:
             low = shift
@@ -210,12 +190,12 @@ def shift_to_sum(
             shift = (low + high) / 2
         elif missing < 0:
             shift = -top  # all at zero
-        else:  # all at the cap, or without one the highest with the whole force
-            shift = cap - bottom if np.isfinite(cap) else force - top
+        else:  # all at the cap, or without one the highest with the whole sum
+            shift = cap - bottom if np.isfinite(cap) else pressure_sum - top
         if not (low < shift < high):
             break
     rounding = 1e-15 * between * max(abs(top), abs(bottom))
-    return shift, abs(missing) <= 1e-12 * force + rounding
+    return shift, abs(missing) <= 1e-12 * pressure_sum + rounding
 
 
 @compiled()
@@ -225,8 +205,8 @@ def positive_square(interference: np.ndarray, plane: float) -> float:
     partial = np.zeros(ny)
     for i in range(nx):
         for j in range(ny):
-            reach = max(interference[i, j] - plane, 0.0)
-            partial[j] += reach * reach
+            height = max(interference[i, j] - plane, 0.0)
+            partial[j] += height * height
     return partial.sum()
 
 
@@ -303,13 +283,13 @@ def _square_ratio(
     for i in range(nx):
         for j in range(ny):
             largest = max(largest, interference[i, j], diagonal * pressure[i, j])
-    unmet, reach, lifts = np.zeros(ny), np.zeros(ny), np.zeros(ny)
+    unmet, heights, displacements = np.zeros(ny), np.zeros(ny), np.zeros(ny)
     for i in range(nx):
         for j in range(ny):
-            lift = diagonal * pressure[i, j]
-            step = (lift - min(max(lift - gap[i, j], 0.0), diagonal * hardness)) / largest
+            own = diagonal * pressure[i, j]
+            step = (own - min(max(own - gap[i, j], 0.0), diagonal * hardness)) / largest
             height = max(interference[i, j], 0.0) / largest
             unmet[j] += step * step
-            reach[j] += height * height
-            lifts[j] += (lift / largest) ** 2
-    return unmet.sum() / max(reach.sum(), lifts.sum())
+            heights[j] += height * height
+            displacements[j] += (own / largest) ** 2
+    return unmet.sum() / max(heights.sum(), displacements.sum())

@@ -24,10 +24,10 @@ def guess(problem: Problem) -> np.ndarray | None:
     for axis in (0, 1):
         if coarser.grid.shape[axis] < u_bar.shape[axis]:
             coarse_u_bar = _pair_means(coarse_u_bar, axis)
-    force = None if problem.force is None else problem.force * coarse_u_bar.size / u_bar.size
-    if force is None and not (coarse_u_bar > 0).any():
+    pressure_sum = None if problem.pressure_sum is None else problem.pressure_sum * coarse_u_bar.size / u_bar.size
+    if pressure_sum is None and not (coarse_u_bar > 0).any():
         return None
-    coarse = Problem(coarser, coarse_u_bar, problem.cap, force)
+    coarse = Problem(coarser, coarse_u_bar, problem.cap, pressure_sum)
     try:
         pressure = solve(coarse, TOLERANCE, guess(coarse)).pressure
     except ConvergenceError:  # the solve on the fine mesh may still succeed
@@ -35,7 +35,7 @@ def guess(problem: Problem) -> np.ndarray | None:
     for axis in (0, 1):
         if coarser.grid.shape[axis] < u_bar.shape[axis]:
             pressure = np.repeat(pressure, 2, axis).take(range(u_bar.shape[axis]), axis)
-    return pressure if force is not None else np.where(u_bar > 0, pressure, 0.0)
+    return pressure if pressure_sum is not None else np.where(u_bar > 0, pressure, 0.0)
 
 
 def _pair_means(field: np.ndarray, axis: int) -> np.ndarray:

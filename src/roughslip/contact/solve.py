@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
-from roughslip.contact.kernels import all_finite, relative_residual
+from roughslip.contact.kernels import relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.8 us per node of the
@@ -111,8 +110,8 @@ def solve(
         pressure, work = dense_solver.solve(influence, interference)
         if pressure.max() <= hardness_pa:
             gap = influence.apply(pressure) - interference
-            solved = _Solved(pressure, gap, work, "dense", int(candidates), "none")
-            return _solution(influence, solved, interference, 0.0, hardness_pa, tolerance)
+            dense = _elastic(pressure, gap, 0.0, work, "dense", int(candidates), "none")
+            return _checked(dense, influence, interference, hardness_pa, tolerance)
         initial_pressure = np.minimum(pressure, hardness_pa)
     box = _box(touching)
     if touching[box].size <= CROPPED_SHARE * touching.size:
@@ -125,8 +124,8 @@ def solve(
     else:
         found, start = _iterate(Problem(influence, interference, hardness_pa), tolerance, initial_pressure)
         pressure, gap = found.pressure, found.gap
-    solved = _Solved(pressure, gap, found.products, "fft", found.pressure.size, start)
-    return _solution(influence, solved, interference, 0.0, hardness_pa, tolerance)
+    solved = _elastic(pressure, gap, 0.0, found.products, "fft", found.pressure.size, start)
+    return _checked(solved, influence, interference, hardness_pa, tolerance)
 
 
 def solve_load(
@@ -157,8 +156,8 @@ def solve_load(
         )
     problem = Problem(influence, heights, hardness_pa, mean_pressure_pa * heights.size)
     found, start = _iterate(problem, tolerance, initial_pressure)
-    solved = _Solved(found.pressure, found.gap, found.products, "fft", heights.size, start)
-    return _solution(influence, solved, heights - found.plane, found.plane, hardness_pa, tolerance)
+    solved = _elastic(found.pressure, found.gap, found.plane, found.products, "fft", heights.size, start)
+    return _checked(solved, influence, heights - found.plane, hardness_pa, tolerance)
 
 
 def sweep(
@@ -207,37 +206,29 @@ def _iterate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> tu
     return conjugate_gradients.solve(problem, tolerance, guess), start
 
 
-class _Solved(NamedTuple):
-    """Result of either method; the gap is B p - u_bar."""
-
-    pressure: np.ndarray
-    gap: np.ndarray
-    work: int
-    method: str
-    nodes: int
-    start: str
-
-
-def _solution(
-    influence: Influence,
-    solved: _Solved,
-    interference: np.ndarray,
-    plane: float,
-    hardness_pa: float,
-    tolerance: float,
+def _elastic(
+    pressure: np.ndarray, gap: np.ndarray, plane: float, work: int, method: str, nodes: int, start: str
 ) -> ContactSolution:
-    """Check the residual and split the gap into gap and plastic displacement."""
-    pressure, gap, work, method, nodes, start = solved
+    """Result of either method before its check; the gap is B p - u_bar."""
+    return ContactSolution(pressure, gap, np.zeros(gap.shape), plane, math.nan, work, method, nodes, start)
+
+
+def _checked(
+    solution: ContactSolution, influence: Influence, interference: np.ndarray, hardness_pa: float, tolerance: float
+) -> ContactSolution:
+    """Check the residual, and where the surface yields take the plastic displacement out of the gap."""
+    pressure, gap = solution.pressure, solution.gap
     residual = relative_residual(gap, pressure, influence.diagonal, interference, hardness_pa)
     if not residual <= tolerance:
         raise ConvergenceError(
-            f"the contact residual is above the tolerance {tolerance:.1e}; rounding allows about 1e-14", residual, work
+            f"the contact residual is above the tolerance {tolerance:.1e}; rounding allows about 1e-14",
+            residual,
+            solution.work,
         )
-    sunk = np.zeros(gap.shape)
-    if math.isfinite(hardness_pa):
-        sunk = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
-        gap = gap + sunk
-    return ContactSolution(pressure, gap, sunk, plane, residual, work, method, nodes, start)
+    if not math.isfinite(hardness_pa):
+        return replace(solution, residual=residual)
+    plastic = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
+    return replace(solution, residual=residual, plastic_displacement=plastic, gap=gap + plastic)
 
 
 def _box(nodes: np.ndarray) -> tuple[slice, slice]:
@@ -268,6 +259,6 @@ def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:
     field = np.ascontiguousarray(values, dtype=np.float64)
     if field.shape != influence.grid.shape:
         raise ParameterError(f"the {name} has the shape {field.shape}, the mesh has {influence.grid.shape}")
-    if not all_finite(field):
+    if not np.isfinite(field).all():
         raise ParameterError(f"the {name} must be finite everywhere")
     return field

@@ -30,7 +30,7 @@ from roughslip.grid import Grid
 
 # Cells on either side of the centre of the patch behind `approximate_inverse`, which has 7 x 7 cells. Convolutions of
 # the iterative solver on 24 rough surfaces, relative to those without any approximate inverse: 0.59 with 3 x 3 cells,
-# 0.56 with 5 x 5, 0.55 with 7 x 7, and 0.88 with the inverse of the whole symbol, which needs a second one in each step.
+# 0.56 with 5 x 5, 0.55 with 7 x 7, and 0.88 with the inverse of the whole symbol, which needs a second one a step.
 PATCH_RADIUS = 3
 
 # Up to so many loaded nodes their sum costs less than a convolution; they break even at 64 (240 x 10) to 190 (64 x 64).

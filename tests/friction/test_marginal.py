@@ -1,4 +1,4 @@
-"""Autocorrelation of mu and lengths of the exponential fitted to it, against closed forms and white windows."""
+"""Distribution of mu: fits of the Beta and of other families, the scaling of the paper, distances."""
 
 import math
 
@@ -7,10 +7,18 @@ import pytest
 from scipy import special, stats
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.distribution_families import FAMILIES, _gamma, _lognormal, fit_candidates
+from roughslip.friction.marginal import (
+    FAMILIES,
+    SHAPES,
+    _gamma,
+    _lognormal,
+    distance_to_beta,
+    fit_beta,
+    fit_candidates,
+    scaled_beta,
+)
 from roughslip.friction.marginal import PROBABILITIES as AT
-from roughslip.friction.marginal import SHAPES, distance_to_beta, fit_beta, scaled_beta
-from roughslip.friction.resampling import strip_weights
+from roughslip.friction.statistics import strip_weights
 from roughslip.probability import beta_moments
 
 STRIPS, WINDOWS = 20, 50
@@ -26,20 +34,6 @@ def windows(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def weights(strips: int = STRIPS, replicates: int = 40, seed: int = 0) -> np.ndarray:
     return strip_weights(strips, replicates, np.random.default_rng(seed))
-
-
-@pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.5, 0.5), (1.0, 1.0), (40.0, 3.0)])
-def test_beta_moments_are_scipys(a: float, b: float) -> None:
-    mean, variance, skewness, excess = stats.beta.stats(a, b, moments="mvsk")
-    np.testing.assert_allclose(
-        beta_moments(a, b), (mean, math.sqrt(variance), skewness, excess), rtol=1e-12, atol=1e-14
-    )
-
-
-def test_the_papers_beta_is_right_skewed_and_platykurtic() -> None:
-    _, _, skewness, excess = beta_moments(2.1, 5.0)
-    assert skewness == pytest.approx(0.560, abs=5e-4)
-    assert excess == pytest.approx(-0.171, abs=5e-4)
 
 
 @pytest.mark.parametrize(("a", "b"), [(2.1, 5.0), (0.6, 3.0), (1.0, 1.0), (30.0, 12.0)])
@@ -236,18 +230,3 @@ def test_a_family_finds_its_own_members(family, family_member, skewness):
     assert found[family].distance.value <= min(found[other].distance.value for other in FAMILIES) + 0.004
     if skewness:
         assert found["normal"].distance.low > 0.05
-
-
-def test_left_skewed_members_are_mirror_images():
-    right = drawn(stats.gamma(4.0))
-    mu = -stats.gamma(4.0).rvs(SAMPLE, random_state=np.random.default_rng(6)) + 20.0
-    weights = strip_weights(SAMPLE[0], 60, np.random.default_rng(7))
-    left = fit_candidates(mu, np.ones(mu.shape, dtype=bool), weights)
-    assert float(left["gamma"].skewness.value) == pytest.approx(-float(right["gamma"].skewness.value), abs=0.011)
-    assert float(left["gamma"].distance.value) == pytest.approx(float(right["gamma"].distance.value), rel=0.05)
-
-
-def test_no_scatter_has_no_distribution():
-    weights = strip_weights(5, 60, np.random.default_rng(7))
-    with pytest.raises(IllPosedError, match="no scatter"):
-        fit_candidates(np.full((5, 4), 0.3), np.ones((5, 4), dtype=bool), weights)

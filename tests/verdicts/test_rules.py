@@ -8,8 +8,7 @@ from scipy import stats
 
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta
-from roughslip.friction.resampling import strip_weights
-from roughslip.friction.statistics import window_statistics
+from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import reattachment_statistics
 from roughslip.verdicts.rules import claims, inside
 from roughslip.verdicts.statements import BETA_KURTOSIS, BETA_SKEWNESS, P_VALUES, RULES, STATEMENTS, VISIBLE

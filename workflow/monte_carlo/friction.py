@@ -16,8 +16,7 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
-from roughslip.friction.resampling import strip_weights
-from roughslip.friction.statistics import window_statistics
+from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import elastic, geometry, surface_model

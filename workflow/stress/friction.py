@@ -15,7 +15,7 @@ from scipy import stats
 
 from roughslip.errors import IllPosedError, RoughslipError
 from roughslip.friction.marginal import PROBABILITIES, SHAPES, BetaFit, fit_beta
-from roughslip.friction.resampling import FEWEST_REPLICATES, strip_weights
+from roughslip.friction.statistics import FEWEST_REPLICATES, strip_weights
 from workflow.evidence.rows import Row
 from workflow.stress import runner
 from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_uniform, verdict_of

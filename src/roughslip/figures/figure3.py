@@ -30,7 +30,15 @@ DRAWN = {
     ],
     "figure3_law": [
         *("percentile", "lag", "triangle", "histogram", "histogram_edge", "mean", "std", "family"),
-        *("beta_a", "beta_b", "beta_lower", "beta_upper", "beta_at_bound", "p_equal_law", "p_equal_correlation"),
+        *(
+            "beta_a",
+            "beta_b",
+            "beta_lower",
+            "beta_upper",
+            "beta_at_bound",
+            "p_equal_distribution",
+            "p_equal_correlation",
+        ),
         *with_interval_names("autocorrelation", "white_autocorrelation", "length_least_squares", "white_length"),
         *with_interval_names("beta_misfit", "family_distance", "skewness", "kurtosis"),
     ],
@@ -116,14 +124,14 @@ def figure3_law(result: Arrays) -> Figure:
     _moment(grid[1, 1], result, "skewness", "skewness")
     _moment(grid[1, 2], result, "kurtosis", "excess kurtosis")
     several = len(result["percentile"]) > 1
-    law, correlation = (
+    distribution, correlation = (
         f", one for all: $p$ = {float(result[f'p_equal_{name}']):.2g}" if several else ""
-        for name in ("law", "correlation")
+        for name in ("distribution", "correlation")
     )
     heads(
         grid.ravel(),
         *(f"autocorrelation{correlation}", "exponential length", "marginal at median penetration"),
-        *(f"distance to families{law}", "skewness", "excess kurtosis"),
+        *(f"distance to families{distribution}", "skewness", "excess kurtosis"),
     )
     sns.despine(figure)
     return figure

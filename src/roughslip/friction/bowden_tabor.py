@@ -55,27 +55,19 @@ def friction_coefficient(
     Returns (mu, valid): mu (...) [-], 0 where a window has none, and valid (...) bool.
     Raises ParameterError where a contact carries no force: area and force then do not belong together.
     """
-    area, force = _area_and_force(area, force)
-    if not (math.isfinite(real("the shear strength", shear_strength_pa)) and shear_strength_pa > 0.0):
-        raise ParameterError(f"the shear strength must be positive and finite, not {shear_strength_pa} Pa")
-    if not (math.isfinite(real("the least contact area", least_area_m2)) and least_area_m2 > 0.0):
-        raise ParameterError(f"the least contact area must be positive and finite, not {least_area_m2} m^2")
-    valid = area >= least_area_m2
-    return shear_strength_pa * _area_per_force(area, force, valid), valid
-
-
-def _area_and_force(area: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     area, force = reals("contact area", area), reals("normal force", force)
     if area.shape != force.shape:
         raise ParameterError(f"area {area.shape} and force {force.shape} must have one shape")
     for name, values in (("area", area), ("force", force)):
         if not (np.isfinite(values).all() and (values >= 0.0).all()):
             raise ParameterError(f"contact {name} of a window must be finite and not negative")
-    return area, force
-
-
-def _area_per_force(area: np.ndarray, force: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """A / N [m^2/N], 0 outside `valid`."""
+    for name, value, unit in (
+        ("shear strength", shear_strength_pa, "Pa"),
+        ("least contact area", least_area_m2, "m^2"),
+    ):
+        if not (math.isfinite(real(f"the {name}", value)) and value > 0.0):
+            raise ParameterError(f"the {name} must be positive and finite, not {value} {unit}")
+    valid = area >= least_area_m2
     if (force[valid] <= 0.0).any():
         raise ParameterError("a window in contact carries no normal force: area and force do not belong together")
-    return np.divide(area, force, out=np.zeros_like(area), where=valid)
+    return shear_strength_pa * np.divide(area, force, out=np.zeros_like(area), where=valid), valid

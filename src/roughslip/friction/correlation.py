@@ -16,7 +16,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.bowden_tabor import window_sums
-from roughslip.friction.resampling import FEWEST_REPLICATES, check_windows, require_scatter, resampled
+from roughslip.friction.statistics import FEWEST_REPLICATES, check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
 from roughslip.validation import reals
 
@@ -89,22 +89,16 @@ def autocorrelation(mu: np.ndarray, valid: np.ndarray, lags: int, weights: np.nd
     if not 2 <= lags <= windows:
         raise IllPosedError(f"{lags} lags of {windows} windows a strip: take 2 to {windows}, or longer strips")
     centre = float(np.mean(mu[valid]))
-    sums = pair_sums(np.where(valid, mu - centre, 0.0), valid, lags)
+    sums = pair_sums(np.ascontiguousarray(np.where(valid, mu - centre, 0.0)), valid.astype(np.float64), lags)
     return Estimate.from_rows(curves_of([resampled(weights, part) for part in sums], centre))
 
 
-def pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Per strip and lag the number of pairs of valid windows, and the sums of their products and of their ends.
-
-    x : (S, W) windows less their common mean, 0 where not valid : (S, W)
-
-    Returns three arrays (S, lags).
-    """
-    return _pair_sums(np.ascontiguousarray(x), valid.astype(np.float64), lags)
-
-
 @compiled()
-def _pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Three sums (S, lags) of each strip: pairs of valid windows, their products, and their ends.
+
+    x, valid : (S, W) windows less their common mean, 0 where not valid; 1 where valid, else 0
+    """
     strips, windows = x.shape
     pairs, products, ends = np.zeros((strips, lags)), np.zeros((strips, lags)), np.zeros((strips, lags))
     for s in range(strips):
@@ -248,7 +242,7 @@ def white_autocorrelation(
     curves = np.empty((1 + replicates, lags))
     for row in curves[1:]:
         sums = window_sums(rng.standard_normal((strips, columns // block)), window // block, spacing // block)
-        parts = pair_sums(sums, np.ones(sums.shape, dtype=bool), lags)
+        parts = pair_sums(np.ascontiguousarray(sums), np.ones(sums.shape), lags)
         row[:] = curves_of([part.sum(axis=0, keepdims=True) for part in parts], 0.0)[0]
     curves[0] = curves[1:].mean(axis=0)
     return Estimate.from_rows(curves)

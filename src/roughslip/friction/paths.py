@@ -6,16 +6,15 @@ The spectral representation and the circulant embedding take one transform over 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.process import FrictionProcess
-from roughslip.friction.recursion import recursion
+from roughslip.friction.recursion import Recursion, recursion
 from roughslip.probability import Translation
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
@@ -51,8 +50,18 @@ class Spectrum:
     correlation_error: float
 
     def realisation(self, seed: Sequence[int]) -> list[np.ndarray]:
-        """The path of a seed, whole."""
-        return [sample(self, np.random.default_rng(seed))]
+        """The path : (nodes,) of a seed, whole: mu_S [-] at the slipped distances 0, spacing, 2 spacing, ...
+
+        The Gaussian sum z = sum_k sqrt(2 variance_k) |w_k| cos(2 pi k j / period_nodes + arg w_k) comes by FFT. The w_k
+        are exp(i phase) with independent uniform phases, or complex normal of mean square 1. mu_S is the quantile of
+        the marginal at the probability of z, less the mean of the marginal.
+        """
+        generator, count = np.random.default_rng(seed), self.amplitude.size
+        if self.gaussian_amplitudes:
+            wave = generator.standard_normal(2 * count).view(np.complex128) * math.sqrt(0.5)
+        else:
+            wave = np.exp(1j * generator.uniform(0.0, 2.0 * math.pi, count))
+        return [self.translation.apply(irfft(self.amplitude * wave, n=self.period_nodes)[: self.nodes])]
 
 
 def spectral_representation(process: FrictionProcess, spacing_m: float, length_m: float) -> Spectrum:
@@ -93,23 +102,17 @@ def _nodes(spacing_m: float, length_m: float) -> int:
     for name, value in (("spacing", spacing_m), ("length", length_m)):
         if not (math.isfinite(real(f"the {name} of a friction path", value)) and value > 0.0):
             raise ParameterError(f"the {name} of a friction path must be finite and positive, not {value} m")
-    if not length_m / spacing_m < MOST_NODES:
-        raise _too_long()
-    return max(math.ceil(length_m / spacing_m - 1e-9), 1) + 1
-
-
-def _too_long() -> ParameterError:
-    return ParameterError(
-        f"a path by Fourier transform needs more than {MOST_NODES} nodes; use a wider spacing, or the recursion, which "
-        f"goes piece by piece"
-    )
+    return max(math.ceil(min(length_m / spacing_m, 2.0 * MOST_NODES) - 1e-9), 1) + 1
 
 
 def _spectrum(
     process: FrictionProcess, spacing_m: float, nodes: int, period_nodes: float, gaussian_amplitudes: bool
 ) -> Spectrum:
     if not period_nodes < MOST_NODES:
-        raise _too_long()
+        raise ParameterError(
+            f"a path by Fourier transform needs more than {MOST_NODES} nodes; use a wider spacing, or the recursion, "
+            f"which goes piece by piece"
+        )
     period = 2 * next_fast_len(math.ceil(0.5 * period_nodes) + 1, real=True)
     translation = process.translation()
     lag = np.arange(period // 2 + 1) * spacing_m
@@ -143,39 +146,10 @@ def _spectrum(
     )
 
 
-def sample(spectrum: Spectrum, generator: np.random.Generator) -> np.ndarray:
-    """One path: (nodes,) [-] mu_S at the slipped distances 0, spacing, 2 spacing, ..., of mean zero in the ensemble.
-
-    The Gaussian sum z = sum_k sqrt(2 variance_k) |w_k| cos(2 pi k j / period_nodes + arg w_k) comes by FFT. The w_k are
-    exp(i phase) with independent uniform phases, or complex normal of mean square 1. mu_S is the quantile of the
-    marginal at the probability of z.
-    """
-    count = spectrum.amplitude.size
-    if spectrum.gaussian_amplitudes:
-        wave = generator.standard_normal(2 * count).view(np.complex128) * math.sqrt(0.5)
-    else:
-        wave = np.exp(1j * generator.uniform(0.0, 2.0 * math.pi, count))
-    return spectrum.translation.apply(irfft(spectrum.amplitude * wave, n=spectrum.period_nodes)[: spectrum.nodes])
-
-
 METHODS = ("recursion", "embedding", "spectral")
 
 
-class Paths(Protocol):
-    """Paths of one process at one spacing [m], with the largest error of their autocorrelation [-]."""
-
-    @property
-    def spacing(self) -> float:
-        """[m] between two nodes."""
-        ...
-
-    @property
-    def correlation_error(self) -> float:
-        """[-] the largest error of the autocorrelation."""
-        ...
-
-    def realisation(self, seed: Sequence[int]) -> Iterable[np.ndarray]:
-        """mu_S of a seed at the slipped distances 0, spacing, ..., in pieces one after another, again at every turn."""
+Paths = Recursion | Spectrum  # of one process at one spacing
 
 
 def prepare(process: FrictionProcess, spacing_m: float, length_m: float, method: str = "recursion") -> Paths:

@@ -68,14 +68,18 @@ def penetration_curve(percentiles: np.ndarray, estimates: list[Estimate]) -> Pen
 
     Raises IllPosedError for fewer than two levels, ParameterError for percentiles that do not increase or match.
     """
-    q = reals("percentiles", percentiles)
-    if q.ndim != 1 or not np.isfinite(q).all():
-        raise ParameterError("percentiles of a curve must be a row of finite numbers")
-    if len(q) < 2:
-        raise IllPosedError("a curve over penetration needs at least two levels")
-    if len(estimates) != len(q) or not (np.diff(q) > 0.0).all():
-        raise ParameterError("a curve over penetration needs increasing percentiles with an estimate each")
+    q = _levels(percentiles, len(estimates))
     return PenetrationCurve(q, np.stack([estimate.rows for estimate in estimates], axis=1))
+
+
+def _levels(percentiles: np.ndarray, count: int) -> np.ndarray:
+    """The percentiles as floats; refuses all but `count` increasing ones, at least two."""
+    q = reals("percentiles", percentiles)
+    if q.ndim != 1 or not np.isfinite(q).all() or len(q) != count or not (np.diff(q) > 0.0).all():
+        raise ParameterError("statistics over penetration need increasing, finite percentiles, one for each value")
+    if len(q) < 2:
+        raise IllPosedError("a curve or trend over penetration needs at least two levels")
+    return q
 
 
 @dataclass(frozen=True)
@@ -101,13 +105,10 @@ def trend(percentiles: np.ndarray, values: np.ndarray, replicates: np.ndarray) -
 
     Rule: it falls if the 95 % intervals of the least-squares slope and of last - first both lie below 0.
     """
-    q, values = reals("percentiles", percentiles), reals("values of a trend", values)
-    if q.ndim != 1 or not np.isfinite(q).all():
-        raise ParameterError("percentiles of a trend must be a row of finite numbers")
-    if len(q) < 2:
-        raise IllPosedError("a trend needs at least two levels of penetration")
-    if values.shape != q.shape or replicates.shape[:1] != q.shape or not (np.diff(q) > 0.0).all():
-        raise ParameterError("a trend needs increasing percentiles with a value and a row of replicates each")
+    values = reals("values of a trend", values)
+    q = _levels(percentiles, values.size)
+    if values.shape != q.shape or replicates.shape[:1] != q.shape:
+        raise ParameterError("a trend needs a value and a row of replicates at each percentile")
     rows = np.concatenate((values[:, None], replicates), axis=1)
     if not np.isfinite(rows).all():
         raise ParameterError("values and replicates of a trend must be finite")

@@ -1,16 +1,10 @@
 """Friction paths of any length by recursion, node after node.
 
-Let r be the Gaussian correlation that gives mu_S the correlation x = exp(-s / L). It is a smooth function of x with
-r(0) = 0 and r(1) = 1, so a polynomial in x of low degree p approximates it well:
+Let r be the Gaussian correlation that gives mu_S the correlation x = exp(-s / L): a smooth function with r(0) = 0 and
+r(1) = 1. So a polynomial r = sum_i b_i x^i of low degree p, without a constant, approximates it well. The process at
+equidistant nodes is then p first-order recursions that share their noise e, one normal number a node:
 
-    r = 1 - (1 - x) q(x) = sum_i b_i exp(-i s / L),    i = 1, ..., p.
-
-Its spectrum is rational, and the process at equidistant nodes is p first-order recursions that share their noise,
-
-    z_k = sum_i v_i,    v_i <- rho_i v_i + c_i e,    rho_i = exp(-i spacing / L),
-
-which costs one normal number a node. A normal marginal has p = 1, the Ornstein-Uhlenbeck process. The b_i have both
-signs, so independent recursions cannot replace these: r of another marginal is no mixture of exponentials.
+    z_k = sum_i v_i,    v_i <- rho_i v_i + c_i e,    rho_i = exp(-i spacing / L),    i = 1, ..., p.
 """
 
 from __future__ import annotations
@@ -27,15 +21,15 @@ from roughslip.friction.process import FrictionProcess
 from roughslip.probability import Translation
 
 PIECE_NODES = 4096
-MOST_TERMS = 8  # the weights grow by some five a term, and rounding with them
-CORRELATION_TOLERANCE = 1e-4  # at which the degree is high enough,
-CORRELATION_LIMIT = 0.01  # and above which MOST_TERMS is too low
-INCREMENT_TOLERANCE = 1e-3  # relative, of the mean square of an increment, at every lag
-LONGEST_RATE = 30.0  # of a decay a node: beyond, decays are rounding against one and their differences vanish
-FIT_NODES, CHECK_NODES = 64, 2001
-SPACINGS = (1e-6, 10.0)  # correlation lengths; nodes at the longest have the correlation 5e-5
-FURTHEST_LAG, MOST_LAGS = 30.0, 100_000  # correlation lengths and nodes at which the built recursion is checked
-APART = 1e-6  # of 1 - rho_1: how far from the unit circle a zero of the spectrum lies at least
+MOST_TERMS = 8  # largest p; the weights b grow by some five a term, and rounding with them
+CORRELATION_TOLERANCE = 1e-4  # p is large enough where the autocorrelation errs by no more than this,
+INCREMENT_TOLERANCE = 1e-3  # and the mean square of an increment, at every lag, by no more than this share of it
+CORRELATION_LIMIT = 0.01  # larger errors of the autocorrelation are refused
+LONGEST_RATE = 30.0  # largest p spacing / L: exp(-30) is rounding against one
+FIT_NODES, CHECK_NODES = 64, 2001  # values of x at which r is fitted and checked
+SPACINGS = (1e-6, 10.0)  # range of spacing / L; nodes at the longest have the correlation 5e-5
+FURTHEST_LAG, MOST_LAGS = 30.0, 100_000  # the built recursion is checked up to so many L, and at so many nodes at most
+APART = 1e-6  # least distance of a zero of the spectrum from the unit circle, as a share of 1 - rho_1
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +99,7 @@ def interpolated(x: float, normal: np.ndarray, values: np.ndarray) -> float:
     if x >= normal[last]:
         return values[last]
     j = min(int((x - normal[0]) * (last / (normal[last] - normal[0]))), last - 1)
-    if x < normal[j]:  # just below a node: the quotient is rounded up
+    if x < normal[j]:  # where the quotient was rounded up to a node
         j -= 1
     slope = (values[j + 1] - values[j]) / (normal[j + 1] - normal[j])
     return slope * (x - normal[j]) + values[j]
@@ -114,9 +108,9 @@ def interpolated(x: float, normal: np.ndarray, values: np.ndarray) -> float:
 def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     """The recursion of a process at a spacing, of the lowest degree that meets both tolerances, else of the highest.
 
-    Exact at the nodes but for the errors returned. Raises ParameterError for a
-    spacing out of range, IllPosedError where the autocorrelation misses the exponential by more than 0.01 or no
-    Gaussian process has the correlation needed.
+    Exact at the nodes but for the errors returned. Raises ParameterError for a spacing out of range, IllPosedError
+    where the autocorrelation misses the exponential by more than 0.01 or no Gaussian process has the correlation
+    needed.
 
     Method: spectral factorization (G. E. P. Box & G. M. Jenkins, Time Series Analysis, 1976, ch. 3) in the variable
     4 sin(w/2)^2, where poles close to one stay apart. The stationary state uses the orthonormal functions of Malmquist
@@ -132,7 +126,7 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     translation = process.translation()
     every = np.linspace(0.0, 1.0, CHECK_NODES)[:-1]
     most = min(MOST_TERMS, int(LONGEST_RATE / ratio))
-    if most < MOST_TERMS:  # nodes so far apart see the correlation at their own lags alone, where few terms do
+    if most < MOST_TERMS:  # nodes far apart: only x up to that of their first lag matters, and few terms suffice
         every = every * math.exp(-ratio)
     for terms in range(1, most + 1):
         weights = _exponentials(translation, terms)
@@ -177,6 +171,8 @@ def _errors(translation: Translation, weights: np.ndarray, x: np.ndarray) -> tup
 
 def _gains(weights: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """c : (p,) of recursions that share their noise, whose sum has the covariance sum_i weights_i exp(-rate_i k).
+
+    The weights b have both signs, so that independent recursions cannot replace these.
 
     Let y = 4 sin(w/2)^2. A first-order recursion has |1 - rho exp(iw)|^2 = (1 - rho)^2 + rho y. So the numerator of
     the spectrum is a polynomial in y. A root y gives the zero theta within the unit circle, (1 - theta)^2 = -theta y.

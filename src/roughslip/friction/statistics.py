@@ -1,4 +1,10 @@
-"""Statistics of the friction coefficient over windows, each with its interval from resampled strips."""
+"""Statistics of the friction coefficient over windows, each with its interval from resampled strips.
+
+Windows of one strip overlap and are correlated; strips are independent. So whole strips are resampled (Efron and
+Tibshirani, An Introduction to the Bootstrap, 1993, ch. 8). A replicate is a row of counts, one a strip; row 0 counts
+each strip once and is the sample. Moments of all replicates follow from one product of the counts with sums over
+strips. Levels of penetration share their counts, so that differences between levels are paired.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +12,130 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.resampling import (
-    NO_SCATTER,
-    check_windows,
-    power_sums,
-    require_scatter,
-    resampled,
-    resampled_quantiles,
-)
+from roughslip.compilation.cache import compiled
+from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.probability import Estimate
+from roughslip.validation import reals
 
 PERCENTS = (5, 25, 50, 75, 95)
 """Quantiles that are reported [%]."""
+
+FEWEST_REPLICATES = 40
+"""Below this many replicates the ends of a 95 % interval are the extreme replicates."""
+
+NO_SCATTER = 1e-10
+"""Scatter below this share of the mean is rounding: window sums carry errors of some 1e-12."""
+
+CANCELLED = 1e-3
+"""Scatter below this share of the distance from the sample's mean: a fourth moment about it has 4 digits left."""
+
+
+def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.ndarray:
+    """Counts (1 + replicates, strips): row 0 ones, the sample; the others multinomial, the bootstrap replicates."""
+    if strips < 2:
+        raise IllPosedError(f"{strips} strip(s) cannot show their own scatter: solve at least 2, better 100")
+    if whole("the number of replicates", replicates) < FEWEST_REPLICATES:
+        raise ParameterError(f"a 95 % interval needs at least {FEWEST_REPLICATES} replicates, not {replicates}")
+    drawn = rng.multinomial(strips, np.full(strips, 1.0 / strips), size=replicates)
+    return np.concatenate((np.ones((1, strips), dtype=np.int64), drawn))
+
+
+def check_windows(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """mu as (S, W) floats with 0 where not valid, and valid; refuses what statistics cannot be taken of."""
+    mu, valid, weights = reals("mu", mu), np.asarray(valid), np.asarray(weights)
+    if mu.ndim != 2 or valid.shape != mu.shape or valid.dtype != bool:
+        raise ParameterError(f"mu and valid (bool) must be (strips, windows), not {mu.shape} and {valid.shape}")
+    if not np.isfinite(mu[valid]).all():
+        raise ParameterError("mu must be finite in every valid window")
+    if weights.ndim != 2 or weights.shape[1] != mu.shape[0] or weights.dtype.kind not in "iu" or (weights < 0).any():
+        raise ParameterError(f"weights must be counts of {mu.shape[0]} strips, a row a replicate: see strip_weights")
+    if len(weights) <= FEWEST_REPLICATES or (weights[0] != 1).any():
+        raise ParameterError(f"weights need a row of ones and {FEWEST_REPLICATES} replicates: see strip_weights")
+    in_contact = valid.any(axis=1)
+    if in_contact.sum() < 2 or not (weights @ in_contact).all():
+        raise IllPosedError(
+            f"only {in_contact.sum()} of {len(mu)} strips have a window with a friction coefficient, too few to "
+            "resample: solve more strips, deepen the penetration or lower the least contact area"
+        )
+    return np.where(valid, mu, 0.0), valid
+
+
+def resampled(weights: np.ndarray, strip_sums: np.ndarray) -> np.ndarray:
+    """Totals (1 + R, k) of sums over strips (S, k), each strip counted as often as the row of weights says."""
+    return weights.astype(np.float64) @ strip_sums
+
+
+def power_sums(mu: np.ndarray, valid: np.ndarray, centre: float, order: int) -> np.ndarray:
+    """Sums (S, order + 1) of (mu - centre)^k, k = 0 ... order, over the valid windows of each strip."""
+    deviation = np.where(valid, mu - centre, 0.0)
+    powers = [np.sum(deviation**k, axis=1) for k in range(1, order + 1)]
+    return np.stack([np.sum(valid, axis=1, dtype=np.float64), *powers], axis=1)
+
+
+def resampled_quantiles(
+    mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, numerators: np.ndarray, denominator: int
+) -> np.ndarray:
+    """Empirical quantiles (1 + R, Q) of every replicate at the probabilities numerators / denominator.
+
+    The smallest mu whose share of windows at or below it reaches the probability; 0 gives the minimum. Ranks are
+    whole numbers, so nothing is rounded.
+    """
+    values, strip = _sorted_windows(mu, valid)
+    quantiles = np.empty((len(weights), len(numerators)))
+    for row, counts in zip(quantiles, weights, strict=True):
+        reached = _reached(counts, strip)[1:]
+        rank = np.maximum(-(-numerators * reached[-1] // denominator), 1)
+        row[:] = values[np.searchsorted(reached, rank)]
+    return quantiles
+
+
+def resampled_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Empirical distribution function (1 + R, Q) of every replicate at its points (1 + R, Q): share of mu <= point."""
+    values, strip = _sorted_windows(mu, valid)
+    shares = np.empty(points.shape)
+    for row, counts, at in zip(shares, weights, points, strict=True):
+        reached = _reached(counts, strip)
+        row[:] = reached[np.searchsorted(values, at, side="right")] / reached[-1]
+    return shares
+
+
+def resampled_extremes(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least and the largest mu (1 + R,) of every replicate: those of the strips that it counts."""
+    least, most = np.min(mu, axis=1, where=valid, initial=np.inf), np.max(mu, axis=1, where=valid, initial=-np.inf)
+    counted = weights > 0
+    return np.min(np.where(counted, least, np.inf), axis=1), np.max(np.where(counted, most, -np.inf), axis=1)
+
+
+@compiled()
+def _reached(counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
+    """(1 + n,) how often a replicate counts the first 0 ... n windows, from the strip of each."""
+    reached = np.empty(strip.size + 1, np.int64)
+    total = 0
+    reached[0] = 0
+    for window in range(strip.size):
+        total += counts[strip[window]]
+        reached[window + 1] = total
+    return reached
+
+
+def _sorted_windows(mu: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ascending mu of the valid windows and the strip of each."""
+    values, strip = mu[valid], np.nonzero(valid)[0]
+    order = np.argsort(values)  # equal ones in any order: only what comes after all of them is asked for
+    return values[order], strip[order]
+
+
+def require_scatter(variance: np.ndarray, centre: float, shift: np.ndarray | float = 0.0) -> None:
+    """Raises IllPosedError where a variance (1 + R,) is no more than rounding.
+
+    centre : mean of the sample
+    shift : (1 + R,) distance of a row's mean from it, where the variance was taken about it: its square has cancelled
+    """
+    if (variance <= np.maximum((NO_SCATTER * centre) ** 2, (CANCELLED * shift) ** 2)).any():
+        raise IllPosedError(
+            "the friction coefficient has no scatter in the sample or a resampled one, so its shape is undefined. "
+            "Solve more strips; a fully plastic contact has mu = tau / H exactly and needs no statistics"
+        )
 
 
 @dataclass(frozen=True)

@@ -39,16 +39,12 @@ class Oscillator:
     excitation_frequency_rad_per_s: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("mass_kg", "natural_frequency_rad_per_s", "normal_force_n"):
-            value = real(f"Oscillator.{name}", getattr(self, name))
-            if not (math.isfinite(value) and value > 0.0):
-                raise ParameterError(f"Oscillator.{name} must be finite and positive, not {value}")
-        for name in (
-            *("damping_ratio", "belt_velocity_m_per_s", "excitation_force_n", "excitation_frequency_rad_per_s"),
-        ):
-            value = real(f"Oscillator.{name}", getattr(self, name))
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ParameterError(f"Oscillator.{name} must be finite and not negative, not {value}")
+        positive = ("mass_kg", "natural_frequency_rad_per_s", "normal_force_n")
+        for name, number in vars(self).items():
+            value = real(f"Oscillator.{name}", number)
+            if not (math.isfinite(value) and value >= 0.0 and (value > 0.0 or name not in positive)):
+                allowed = "positive" if name in positive else "not negative"
+                raise ParameterError(f"Oscillator.{name} must be finite and {allowed}, not {value}")
 
     @property
     def stiffness_n_per_m(self) -> float:

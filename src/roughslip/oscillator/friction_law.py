@@ -94,11 +94,11 @@ class FrictionLaw(ABC):
 
     def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
         """mu_D at a relative velocity [m/s] of either sign; at 0 the limit from sliding."""
-        return friction(np.abs(velocity_m_per_s), self.parameters())
+        return np.vectorize(friction, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
 
     def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
         """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a kink that of the row above it."""
-        return friction_slope(np.abs(velocity_m_per_s), self.parameters())
+        return np.vectorize(friction_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
 
     def check_not_negative(self, *names: str) -> None:
         """Raise ParameterError for an attribute that is not finite or is negative."""

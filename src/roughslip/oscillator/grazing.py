@@ -1,21 +1,9 @@
 """First-order effect of noise on the end of stick-slip: the shift of the peak of the slip orbit that grazes the belt.
 
-Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow (`oscillator.return_map`), s being the slipped distance.
-Along the orbit of the existence limit, from departure to the next peak at the belt, the peak w moves by
-
-    dw = (F / V) (psi_y(0) mu_S(0) + integral of psi_w(tau) mu_S(s(tau)) d tau),
-
-psi being the solution of the adjoint equation that ends as (0, 1) at the peak. The first part is the departure point,
-which moves with the static limit. A constant mu_S only moves the motion along X, so that the two parts cancel. Where
-friction does not jump at the start of slip, as in eq. (13), each part is zero: the mass departs along the line of the
-belt, y' = 1 and w' = 0. An earlier or later departure is on the same orbit. Damping moves the peak by
-
-    dw / dD = -2 (psi_y(0) + integral of psi_w w d tau).
-
-So the damping ratio at which a loop just reaches the belt again is normal about the existence limit, in first order.
-Its standard deviation is proportional to that of mu_S. This scatter makes cycles miss the belt, and it sets the width
-of the band of damping in which stick-slip survives or ends by chance. A loop that misses the belt may still reach it at
-its next peak.
+Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow of `oscillator.limits`, s being the slipped distance. So
+the damping ratio at which a loop just reaches the belt again is normal about the existence limit, in first order, with
+a standard deviation proportional to that of mu_S. This scatter sets the width of the band of damping in which
+stick-slip survives or ends by chance. A loop that misses the belt may still reach it at its next peak.
 """
 
 from __future__ import annotations
@@ -29,8 +17,7 @@ from scipy.integrate import solve_ivp
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import existence_limit
-from roughslip.oscillator.return_map import TOLERANCE, slip_flow, turn_from
+from roughslip.oscillator.limits import TOLERANCE, existence_limit, next_peak, slip_flow
 
 SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it
 
@@ -62,23 +49,28 @@ class GrazingResponse:
         return math.sqrt(variance) / abs(self.damping)
 
 
-def grazing_response(
-    oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True, tolerance: float = TOLERANCE
-) -> GrazingResponse:
+def grazing_response(oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True) -> GrazingResponse:
     """The response of the orbit at the existence limit, independent of the oscillator's own damping ratio.
 
     stochastic_static_limit : whether the limit of stick, and so the departure point, moves with mu_S
 
     Raises as `existence_limit` does.
 
-    Method: variational equations along the orbit; the adjoint is the last row of the propagator from each sample to the
-    peak.
+    Method: along the orbit from departure to the next peak at the belt, that peak moves by
+
+        dw = (F / V) (psi_y(0) mu_S(0) + integral of psi_w(tau) mu_S(s(tau)) d tau),
+        dw / dD = -2 (psi_y(0) + integral of psi_w w d tau),
+
+    psi being the adjoint solution that ends as (0, 1) at the peak: the last row of the propagator from each sample to
+    the peak, by variational equations. The first part is the departure point, which moves with the static limit. A
+    constant mu_S only moves the motion along X, so that the two parts cancel. Where friction does not jump at the start
+    of slip, as in eq. (13), each part is zero: an earlier departure is on the same orbit.
     """
     limit = existence_limit(oscillator, law)
     flow = slip_flow(replace(oscillator, damping_ratio=limit), law)
     scale = oscillator.F / oscillator.V
     departure = scale * law.static - flow.steady / oscillator.V - 2.0 * limit
-    duration = turn_from(flow, departure, 1.0, tolerance).duration
+    _, duration = next_peak(flow, departure, 1.0)
 
     def velocity(_: float, state: np.ndarray) -> list[float]:
         y, w, yy, wy, yw, ww = state
@@ -87,7 +79,7 @@ def grazing_response(
 
     times = np.linspace(0.0, duration, SAMPLES)
     start = [departure, 1.0, 1.0, 0.0, 0.0, 1.0]
-    orbit = solve_ivp(velocity, (0.0, duration), start, "DOP853", times, rtol=tolerance, atol=0.1 * tolerance).y
+    orbit = solve_ivp(velocity, (0.0, duration), start, "DOP853", times, rtol=TOLERANCE, atol=0.1 * TOLERANCE).y
     y, w = orbit[:2]
     propagator = np.array([[orbit[2], orbit[4]], [orbit[3], orbit[5]]]).transpose(2, 0, 1)  # from 0 to each sample
     adjoint = np.linalg.solve(propagator.transpose(0, 2, 1), propagator[-1, 1][:, None])[..., 0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from roughslip.oscillator.friction_law import (
+from roughslip.oscillator.friction_law import (  # noqa: F401
     CONTRACTED,
     LAWS,
     FrictionLaw,
@@ -18,17 +18,3 @@ from roughslip.oscillator.friction_law import (
 
 # The registry: each module adds its law to LAWS.
 from roughslip.oscillator.friction_laws import coulomb, stribeck, table  # noqa: F401
-
-__all__ = [
-    "CONTRACTED",
-    "LAWS",
-    "FrictionLaw",
-    "excess_force",
-    "friction",
-    "friction_curvature",
-    "friction_slope",
-    "only_row",
-    "row_at",
-    "row_ends",
-    "row_spacing",
-]

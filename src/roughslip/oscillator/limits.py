@@ -1,29 +1,127 @@
-"""The deterministic motion: steady sliding, the stick-slip cycle, its limits in damping, and its counts of cycles.
+"""Motion without scatter: steady sliding, the stick-slip cycle, its limits in damping, and its counts of cycles.
 
-All functions are for the free oscillator (Q = 0) with its mean friction (mu_S = 0). With the peak a of X' / V a cycle
-without stick belongs to one damping ratio D(a) at most (`oscillator.return_map`). As mu_D''' < 0 in eq. (13), the
-equilibrium loses its stability by a subcritical bifurcation at D(0), the Hopf damping. Above it a repelling cycle
-separates the equilibrium from stick-slip. This cycle grows with D until it grazes the belt at D(1), the existence limit
-(H. Hetzler, D. Schwarzer & W. Seemann, Commun. Nonlinear Sci. Numer. Simul. 12 (2007) 83).
+All functions are for the free oscillator (Q = 0). Let y = (X - X_eq) / V and w = y' = X' / V. Slip with w < 1 obeys
+
+    y'' + 2 D y' + y = G(w),    G(w) = (F / V) (mu_D(v0 (1 - w)) - mu_D(v0)),
+
+where steady sliding is y = w = 0 and the belt runs at w = 1. A peak of w alone determines the motion after it. The next
+peak falls strictly with D, because more damping turns every velocity of the plane the same way (a rotated family,
+G. F. D. Duff, Ann. of Math. 57 (1953) 15). So one damping ratio at most belongs to each limit.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
-from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.laws import FrictionLaw, friction, friction_slope
 from roughslip.oscillator.motion import DEFAULTS, Counts, Motion, MotionOptions, simulate
-from roughslip.oscillator.return_map import TOLERANCE, check_free, falling_root, slip_flow, turn_from
 
+TOLERANCE = 1e-12  # relative, of a step
+AT_REST = 1e-9  # of the first peak: a motion that has come so close to steady sliding does not turn again
+LARGEST_DAMPING = 1e3
+MOST_EVALUATIONS = 100_000  # of a turn, which takes some thousand; a stiff one ends with a message
 LOOPS = 3.0  # natural periods of a damped oscillator within which slip that will stick again has done so
 LOOP_PERIODS = 4.0  # the first loop of slip takes 1 / sqrt(1 - D^2) natural periods and a little
+
+
+@dataclass(frozen=True)
+class SlipFlow:
+    """Slip about steady sliding in units of the belt.
+
+    damping_ratio : [-] D
+    force, slope : w -> G(w) and G'(w) [-]
+    steady : [m] X of steady sliding
+    """
+
+    damping_ratio: float
+    force: Callable[[float], float]
+    slope: Callable[[float], float]
+    steady: float
+
+    def at_peak(self, w: float) -> float:
+        """y where X' = V w has its peak or trough."""
+        return self.force(w) - 2.0 * self.damping_ratio * w
+
+
+def check_free(oscillator: Oscillator) -> None:
+    """Raise ParameterError where the oscillator is excited or its belt is at rest, as the limits do not apply there."""
+    if oscillator.q > 0.0:
+        raise ParameterError("limits of the cycle are for the free oscillator: set the excitation force to 0")
+    if not oscillator.V > 0.0:
+        raise ParameterError("limits of the cycle are for a belt that moves: give it a velocity")
+
+
+def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
+    """The flow of an oscillator and its law; friction below zero is cut, as in the motion."""
+    check_free(oscillator)
+    v0, scale, compiled = oscillator.belt_velocity_m_per_s, oscillator.F / oscillator.V, law.parameters()
+    mean = max(friction(v0, compiled), 0.0)
+
+    def force(w: float) -> float:
+        return scale * (max(friction(abs(v0 * (1.0 - w)), compiled), 0.0) - mean)
+
+    def slope(w: float) -> float:
+        speed = v0 * (1.0 - w)
+        if friction(abs(speed), compiled) <= 0.0:
+            return 0.0
+        return -scale * v0 * math.copysign(1.0, speed) * friction_slope(abs(speed), compiled)
+
+    return SlipFlow(oscillator.damping_ratio, force, slope, oscillator.F * mean)
+
+
+def next_peak(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
+    """The next peak of w from a state with w > 0 and w' <= 0, and the time until then [-] in tau.
+
+    The peak is 0 where the motion comes to steady sliding. Beyond the belt the law goes on as mu(|v|). Raises
+    ParameterError for another state, ConvergenceError where the flow is too stiff for an explicit method.
+
+    Method: DOP853 of E. Hairer, S. P. Nørsett & G. Wanner (Solving Ordinary Differential Equations I, 1993, II.10),
+    trough and peak as roots of w' on its dense output.
+    """
+    if not (math.isfinite(y) and w > 0.0 and flow.at_peak(w) - y <= 1e-9 * max(abs(y), w)):
+        raise ParameterError(f"a turn of slip begins where X' > 0 is at its peak or falls, not at y = {y}, w = {w}")
+    evaluations = 0
+
+    def velocity(_: float, state: np.ndarray) -> tuple[float, float]:
+        nonlocal evaluations
+        evaluations += 1
+        if evaluations > MOST_EVALUATIONS:
+            raise ConvergenceError(
+                f"a turn of slip at the damping ratio {flow.damping_ratio:.6g} is too stiff: this oscillator has no "
+                "cycle within reach of an explicit method; lower the normal force or the damping; distance from rest "
+                "in units of V",
+                residual=math.hypot(state[0], state[1]),
+                work=evaluations,
+            )
+        here = float(state[1])
+        return here, flow.at_peak(here) - float(state[0])
+
+    def rate(_: float, state: np.ndarray) -> float:
+        return flow.at_peak(float(state[1])) - float(state[0])
+
+    def rest(_: float, state: np.ndarray) -> float:
+        return math.hypot(state[0], state[1]) - AT_REST * w
+
+    rest.terminal = True  # type: ignore[attr-defined]
+    time, state = 0.0, np.array([y, w])
+    for direction in (1.0, -1.0):  # to the trough, then to the peak
+        rate.terminal, rate.direction = True, direction  # type: ignore[attr-defined]
+        leg = solve_ivp(
+            velocity, (time, math.inf), state, "DOP853", events=(rate, rest), rtol=TOLERANCE, atol=0.1 * TOLERANCE * w
+        )
+        if leg.t_events[0].size == 0:
+            return 0.0, float(leg.t[-1])
+        time, state = float(leg.t_events[0][0]), leg.y_events[0][0]
+    return max(float(state[1]), 0.0), time
 
 
 @dataclass(frozen=True)
@@ -89,33 +187,31 @@ def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-
     )
 
 
-def existence_limit(
-    oscillator: Oscillator, law: FrictionLaw, accuracy: float = 1e-10, tolerance: float = TOLERANCE
-) -> float:
+def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio above which the stick-slip cycle does not exist, for any damping ratio of the oscillator.
 
-    accuracy : [-] of the result, 1e-12 to 1
-    tolerance : [-] of the slip phases
-
     At the limit the first loop of slip from the departure point only grazes the belt: its next peak, which falls with
-    D, is 1. The departure point is y = (F / V) (static - mu_D(v0)) - 2 D and w = 1. Where friction at vanishing speed
-    is the limit of stick, departure is the grazing point, and the stick-slip cycle has shrunk to a cycle of slip alone.
+    D, is 1; the result is accurate to 1e-10. The departure point is y = (F / V) (static - mu_D(v0)) - 2 D and w = 1.
+    Where friction at vanishing speed is the limit of stick, departure is the grazing point, and the stick-slip cycle
+    has shrunk to a cycle of slip alone.
 
     Raises IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any
     damping or slip is too stiff.
     """
-    if not (math.isfinite(accuracy) and 1e-12 <= accuracy < 1.0):
-        raise ParameterError(f"the accuracy must lie in 1e-12 to 1, not {accuracy}")
     flow = slip_flow(oscillator, law)
     departure = (oscillator.F * law.static - flow.steady) / oscillator.V
 
     def excess(ratio: float) -> float:
-        return turn_from(replace(flow, damping_ratio=ratio), departure - 2.0 * ratio, 1.0, tolerance).peak - 1.0
+        return next_peak(replace(flow, damping_ratio=ratio), departure - 2.0 * ratio, 1.0)[0] - 1.0
 
-    limit = falling_root(excess, hopf_damping(oscillator, law), accuracy)
-    if limit is None:
+    if excess(0.0) <= 0.0:
         raise IllPosedError("no stick-slip cycle even without damping: friction must fall with sliding speed")
-    return limit
+    low, high, trials = 0.0, max(hopf_damping(oscillator, law), 0.05), 2
+    while (reached := excess(high)) > 0.0:
+        if high > LARGEST_DAMPING:
+            raise ConvergenceError("the cycle exists at every damping ratio tried", residual=reached, work=trials)
+        low, high, trials = high, 2.0 * high, trials + 1
+    return float(brentq(excess, low, high, xtol=1e-10, rtol=8.9e-16))
 
 
 def counts_by_period(

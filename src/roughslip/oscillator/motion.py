@@ -10,14 +10,7 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import FRICTION_FOLLOWS, Oscillator, coefficients, path_coordinate
-from roughslip.oscillator.event_loop import (
-    REATTACHMENT,
-    Events,
-    RunState,
-    continue_run,
-    start_in_slip,
-    start_on_belt,
-)
+from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
 from roughslip.oscillator.runge_kutta import PAIRS, STAGES
@@ -40,7 +33,6 @@ class Motion:
     backwards : (events,) true at a reattachment before which, since the departure, the mass moved against the belt
         (X' < 0): it ends a cycle; a reattachment without that ends a micro-slip
     duration : [-] tau at the end
-    total_slip : [m] s at the end
     local_error : [m] sum of the error estimates of all steps, in X and X'
     steps : number of steps, with the rejected ones and those that locate events
     evaluations : of X'' in these steps
@@ -53,7 +45,6 @@ class Motion:
     slipped_distance: np.ndarray
     backwards: np.ndarray
     duration: float
-    total_slip: float
     local_error: float
     steps: int
     evaluations: int = 0
@@ -144,6 +135,7 @@ def simulate(
     options: MotionOptions = DEFAULTS,
     start_position_m: float = 0.0,
     start_velocity_m: float | None = None,
+    samples: Samples | None = None,
 ) -> Motion:
     """The motion from the start on: stick and departure exact, slip by an embedded Runge-Kutta pair.
 
@@ -154,6 +146,7 @@ def simulate(
     duration_periods : [-] time in natural periods 2 pi / omega
     start_position_m : [m] X at tau = 0
     start_velocity_m : [m] X' at tau = 0; None for V, where the mass sticks if friction holds it
+    samples : arrays that receive X and X' at equal times, as `trajectory` gives them
 
     Returns the events with the local error. Raises ParameterError for input out of range, for a path that is too short
     and for negative friction that the options refuse, ConvergenceError at the step limit.
@@ -161,22 +154,14 @@ def simulate(
     Method: E. Fehlberg, NASA TR R-315 (1969), or DOP853 of Hairer, Nørsett & Wanner (1993); events by Newton's method
     on repeated steps.
     """
-    none = Samples(1.0, np.zeros(0), np.zeros(0))
-    return _run(oscillator, law, path, spacing_m, duration_periods, options, (start_position_m, start_velocity_m), none)
-
-
-def _run(
-    oscillator: Oscillator, law: FrictionLaw, path: FrictionPath, spacing: float, periods: float,
-    options: MotionOptions, start: tuple[float, float | None], samples: Samples,
-) -> Motion:  # fmt: skip
-    """The motion from (X, X'), with X and X' stored in the samples."""
-    x, u = start
-    if not (math.isfinite(periods) and periods > 0.0):
-        raise ParameterError(f"the duration must be finite and positive, not {periods} natural periods")
+    if not (math.isfinite(duration_periods) and duration_periods > 0.0):
+        raise ParameterError(f"the duration must be finite and positive, not {duration_periods} natural periods")
+    x, u = start_position_m, start_velocity_m
     if not (math.isfinite(x) and (u is None or math.isfinite(u))):
         raise ParameterError(f"the start must be finite, not {x} m, {u} m")
+    samples = samples or Samples(1.0, np.zeros(0), np.zeros(0))
     p = coefficients(oscillator, law, options.friction_follows)
-    feed = PathFeed(path, spacing, options.interpolation)
+    feed = PathFeed(path, spacing_m, options.interpolation)
     stochastic = bool(options.stochastic_static_limit)
     refuse = options.negative_friction == "refuse"
     settings = Settings(PAIRS[options.integrator], float(options.tolerance), refuse, stochastic)
@@ -186,14 +171,26 @@ def _run(
         run, events = start_in_slip(float(x), float(u), feed.path, p)
     status = Status.NODES_OVER
     while status == Status.NODES_OVER:
-        step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + periods)) + 4 * feed.received
-        horizon = Horizon(2.0 * math.pi * periods, step_limit)
+        step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + duration_periods)) + 4 * feed.received
+        horizon = Horizon(2.0 * math.pi * duration_periods, step_limit)
         status, run, events = continue_run(run, events, feed.path, p, settings, horizon, samples)
         if status == Status.NODES_OVER:
             feed.advance(path_coordinate(run.y.tau, run.y.s, p))
     unit = "s" if options.friction_follows == "time" else "m"
-    _check_end(status, run, periods, f"{feed.length_m:.4g} {unit}", feed.length_m)
-    return _motion(run, events, periods, STAGES[settings.pair])
+    _check_end(status, run, duration_periods, f"{feed.length_m:.4g} {unit}", feed.length_m)
+    rows = events.rows[: events.filled]
+    return Motion(
+        kind=events.kinds[: events.filled],
+        time=rows[:, 0].copy(),
+        position=rows[:, 1].copy(),
+        slipped_distance=rows[:, 2].copy(),
+        backwards=rows[:, 3] > 0.0,
+        duration=2.0 * math.pi * duration_periods,
+        local_error=run.error,
+        steps=run.steps,
+        evaluations=STAGES[settings.pair] * run.steps,
+        cuts=run.cuts,
+    )
 
 
 def _check_end(status: Status, run: RunState, periods: float, path: str, length: float) -> None:
@@ -210,30 +207,14 @@ def _check_end(status: Status, run: RunState, periods: float, path: str, length:
             f"friction turns negative after {reached:.4g} of {periods:.4g} natural periods: make it scatter less, or "
             f"let it be cut to zero (negative friction: clip)"
         )
-    if status == Status.STEPS_OVER:
+    if status in (Status.STEPS_OVER, Status.STEP_LOST):
+        reason = "within the step limit" if status == Status.STEPS_OVER else "and needs a step too short to change time"
         raise ConvergenceError(
-            f"the motion reached {reached:.4g} of {periods:.4g} natural periods within the step limit; try a larger "
-            f"tolerance or a coarser path; local errors in m",
+            f"the motion reached {reached:.4g} of {periods:.4g} natural periods {reason}; try a larger tolerance or a "
+            f"coarser path; local errors in m",
             residual=run.error,
             work=run.steps,
         )
-
-
-def _motion(run: RunState, events: Events, periods: float, stages: int) -> Motion:
-    rows = events.rows[: events.filled]
-    return Motion(
-        kind=events.kinds[: events.filled],
-        time=rows[:, 0].copy(),
-        position=rows[:, 1].copy(),
-        slipped_distance=rows[:, 2].copy(),
-        backwards=rows[:, 3] > 0.0,
-        duration=2.0 * math.pi * periods,
-        total_slip=run.y.s,
-        local_error=run.error,
-        steps=run.steps,
-        evaluations=stages * run.steps,
-        cuts=run.cuts,
-    )
 
 
 def trajectory(
@@ -252,12 +233,11 @@ def trajectory(
     """
     if samples_per_period < 1:
         raise ParameterError(f"a trajectory needs at least one sample a period, not {samples_per_period}")
-    finite = math.isfinite(duration_periods) and duration_periods > 0.0  # else an error of _run
+    finite = math.isfinite(duration_periods) and duration_periods > 0.0  # else an error of simulate
     size = max(math.ceil(duration_periods * samples_per_period - 1e-9), 1) if finite else 1
     samples = Samples(2.0 * math.pi / samples_per_period, np.full(size, np.nan), np.full(size, np.nan))
     samples.x[0], samples.u[0] = start_position_m, oscillator.V
-    start = (start_position_m, None)
-    motion = _run(oscillator, law, path, spacing_m, duration_periods, options, start, samples)
+    motion = simulate(oscillator, law, path, spacing_m, duration_periods, options, start_position_m, None, samples)
     return Trajectory(motion, samples.interval * np.arange(size), samples.x, samples.u)
 
 

@@ -1,19 +1,18 @@
-"""The embedded Runge-Kutta pairs for slip: a tableau each, and one step by it.
+"""One step of slip by an embedded Runge-Kutta pair, and the motion between the ends of a step.
 
-Fehlberg's pair of order 5 with an estimate of order 4 (E. Fehlberg, NASA TR R-315, 1969), and the pair of Dormand and
-Prince of order 8 with estimates of order 5 and 3 (E. Hairer, S. P. Nørsett & G. Wanner, Solving Ordinary Differential
-Equations I, 2nd ed. 1993, II.5 and II.10: the coefficients of their code DOP853, rounded to doubles). The second has
-twice the stages, and steps several times as long where the motion is smooth; where nodes of a path bound the steps it
-does not pay.
+Fehlberg's pair has order 5 and an estimate of order 4 (NASA TR R-315, 1969). The pair of Dormand and Prince has order 8
+and estimates of order 5 and 3 (E. Hairer, S. P. Nørsett & G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.
+1993, II.5 and II.10). It has twice the stages, and pays where no nodes of a path bound the steps.
 
-The rows of the tableaux are tuples without their zeros, so that the compiler writes out their sums. A step is written
-into its callers (`forceinline`): passing the thirty numbers of state, path and coefficients takes a quarter of the time
-of a motion.
+Tableaux are tuples without zeros, so that the compiler writes out their sums; steps are written into their callers.
 """
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
+from scipy.integrate import DOP853
 
 from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, acceleration, completed, path_coordinate
@@ -24,6 +23,8 @@ FEHLBERG45, DORMAND_PRINCE853 = 0, 1
 PAIRS = {"fehlberg45": FEHLBERG45, "dormand_prince853": DORMAND_PRINCE853}
 STAGES = (6, 12)  # evaluations of X'' in a step
 ORDERS = (5, 8)  # by which power of the step its error estimate goes
+HALVINGS = 52
+CONVERGED = 1e-9  # of a step, between two iterates of a root: Newton has doubled the digits by then
 
 # Fehlberg: nodes, rows, weights of order 5, and the weights less those of order 4.
 FEHLBERG_NODES = (0.0, 1 / 4, 3 / 8, 12 / 13, 1.0, 1 / 2)
@@ -37,54 +38,10 @@ FEHLBERG_ROWS = (
 FEHLBERG_WEIGHTS = (16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55)
 FEHLBERG_ERROR = (1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55)
 
-# Dormand and Prince, with zeros: nodes C, matrix A, weights B, and B less the weights of order 5 and of order 3.
-C = np.array((
-    0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 0.3333333333333333, 0.25,
-    0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0,
-))  # fmt: skip
-_ROWS = (
-    (0.05260015195876773,),
-    (0.0197250569845379, 0.0591751709536137),
-    (0.02958758547680685, 0.0, 0.08876275643042054),
-    (0.2413651341592667, 0.0, -0.8845494793282861, 0.924834003261792),
-    (0.037037037037037035, 0.0, 0.0, 0.17082860872947386, 0.12546768756682242),
-    (0.037109375, 0.0, 0.0, 0.17025221101954405, 0.06021653898045596, -0.017578125),
-    (
-        0.03709200011850479, 0.0, 0.0, 0.17038392571223998, 0.10726203044637328, -0.015319437748624402,
-        0.008273789163814023,
-    ),
-    (
-        0.6241109587160757, 0.0, 0.0, -3.3608926294469414, -0.868219346841726, 27.59209969944671, 20.154067550477894,
-        -43.48988418106996,
-    ),
-    (
-        0.47766253643826434, 0.0, 0.0, -2.4881146199716677, -0.590290826836843, 21.230051448181193,
-        15.279233632882423, -33.28821096898486, -0.020331201708508627,
-    ),
-    (
-        -0.9371424300859873, 0.0, 0.0, 5.186372428844064, 1.0914373489967295, -8.149787010746927, -18.52006565999696,
-        22.739487099350505, 2.4936055526796523, -3.0467644718982196,
-    ),
-    (
-        2.273310147516538, 0.0, 0.0, -10.53449546673725, -2.0008720582248625, -17.9589318631188, 27.94888452941996,
-        -2.8589982771350235, -8.87285693353063, 12.360567175794303, 0.6433927460157636,
-    ),
-)  # fmt: skip
-A = np.array([(*row, *(12 - len(row)) * (0.0,)) for row in ((), *_ROWS)])
-B = np.array((
-    0.054293734116568765, 0.0, 0.0, 0.0, 0.0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
-    0.3111643669578199, -0.1521609496625161, 0.20136540080403034, 0.04471061572777259,
-))  # fmt: skip
-E5 = np.array((
-    0.01312004499419488, 0.0, 0.0, 0.0, 0.0, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864,
-    -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294,
-))  # fmt: skip
-E3 = B.copy()
-E3[[0, 8, 11]] -= 0.2440944881889764, 0.7338466882816118, 0.022058823529411766
-# Without their zeros, as the step reads them: sums of constant length, which the compiler writes out.
-ROWS = tuple(tuple(value for value in row if value != 0.0) for row in _ROWS)
-WEIGHTS, ERROR5, ERROR3 = (tuple(map(float, row[[0, *range(5, 12)]])) for row in (B, E5, E3))
-NODES = tuple(map(float, C))
+# Dormand and Prince: the tables of scipy without zeros, of the weights those of stages 1 and 6 to 12.
+ROWS = tuple(tuple(float(value) for value in row if value != 0.0) for row in DOP853.A[1:])
+NODES = tuple(map(float, DOP853.C))
+WEIGHTS, ERROR5, ERROR3 = (tuple(map(float, row[[0, *range(5, 12)]])) for row in (DOP853.B, DOP853.E5, DOP853.E3))
 
 
 @compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
@@ -97,33 +54,37 @@ def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
 
 
 @compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
-def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
-    """The state of fifth order after a step h and the error of the fourth [m].
+def stage(
+    y: State, h: float, c: float, row: tuple[float, ...], us: tuple[float, ...], accelerations: tuple[float, ...],
+    sigma: float, piece: Piece, p: Coefficients,
+) -> tuple[float, float]:  # fmt: skip
+    """X' and X'' of the stage at y.tau + c h, from those of the stages that its row of the tableau weighs.
 
     The slipped distance needs no equation of its own: s + sigma (X - V tau) is constant in slip.
     """
-    tau, x, u, a = y.tau, y.x, y.u, y.a
-    rows, c = FEHLBERG_ROWS, FEHLBERG_NODES
+    x, u = y.x + h * weighted(row, us), y.u + h * weighted(row, accelerations)
+    z = path_coordinate(y.tau + c * h, y.s + sigma * (p.V * (c * h) - (x - y.x)), p)
+    return u, acceleration(y.tau + c * h, x, u, sigma, mu_s_at(piece, z), p)
 
-    def slope(c: float, x_then: float, u_then: float) -> float:
-        z = path_coordinate(tau + c * h, y.s + sigma * (p.V * (c * h) - (x_then - x)), p)
-        return acceleration(tau + c * h, x_then, u_then, sigma, mu_s_at(piece, z), p)
 
-    x2, u2 = x + h * weighted(rows[0], (u,)), u + h * weighted(rows[0], (a,))
-    a2 = slope(c[1], x2, u2)
-    x3, u3 = x + h * weighted(rows[1], (u, u2)), u + h * weighted(rows[1], (a, a2))
-    a3 = slope(c[2], x3, u3)
-    x4, u4 = x + h * weighted(rows[2], (u, u2, u3)), u + h * weighted(rows[2], (a, a2, a3))
-    a4 = slope(c[3], x4, u4)
-    x5, u5 = x + h * weighted(rows[3], (u, u2, u3, u4)), u + h * weighted(rows[3], (a, a2, a3, a4))
-    a5 = slope(c[4], x5, u5)
-    x6, u6 = x + h * weighted(rows[4], (u, u2, u3, u4, u5)), u + h * weighted(rows[4], (a, a2, a3, a4, a5))
-    a6 = slope(c[5], x6, u6)
+@compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
+def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
+    """The state of fifth order after a step h and the error of the fourth [m]."""
+    u, a, c, rows = y.u, y.a, FEHLBERG_NODES, FEHLBERG_ROWS
+
+    def next_stage(c: float, row: Any, us: Any, accelerations: Any) -> tuple[float, float]:
+        return stage(y, h, c, row, us, accelerations, sigma, piece, p)
+
+    u2, a2 = next_stage(c[1], rows[0], (u,), (a,))
+    u3, a3 = next_stage(c[2], rows[1], (u, u2), (a, a2))
+    u4, a4 = next_stage(c[3], rows[2], (u, u2, u3), (a, a2, a3))
+    u5, a5 = next_stage(c[4], rows[3], (u, u2, u3, u4), (a, a2, a3, a4))
+    u6, a6 = next_stage(c[5], rows[4], (u, u2, u3, u4, u5), (a, a2, a3, a4, a5))
     us, accelerations = (u, u3, u4, u5, u6), (a, a3, a4, a5, a6)
     dx, du = h * weighted(FEHLBERG_WEIGHTS, us), h * weighted(FEHLBERG_WEIGHTS, accelerations)
-    x_new = x + dx
-    s_new = y.s + sigma * (p.V * h - (x_new - x))
-    end = completed(tau + h, x_new, u + du, s_new, sigma, piece, p)
+    x_new = y.x + dx
+    s_new = y.s + sigma * (p.V * h - (x_new - y.x))
+    end = completed(y.tau + h, x_new, u + du, s_new, sigma, piece, p)
     x_error, u_error = h * weighted(FEHLBERG_ERROR, us), h * weighted(FEHLBERG_ERROR, accelerations)
     return end, max(abs(x_error), abs(u_error))
 
@@ -131,46 +92,26 @@ def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficient
 @compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
     """The state of eighth order after a step h and its error [m], which goes with h^8."""
-    tau, x, u, a = y.tau, y.x, y.u, y.a
+    u, a, c, rows = y.u, y.a, NODES, ROWS
 
-    def slope(c: float, x_then: float, u_then: float) -> float:
-        z = path_coordinate(tau + c * h, y.s + sigma * (p.V * (c * h) - (x_then - x)), p)
-        return acceleration(tau + c * h, x_then, u_then, sigma, mu_s_at(piece, z), p)
+    def next_stage(c: float, row: Any, us: Any, accelerations: Any) -> tuple[float, float]:
+        return stage(y, h, c, row, us, accelerations, sigma, piece, p)
 
-    x2, u2 = x + h * weighted(ROWS[0], (u,)), u + h * weighted(ROWS[0], (a,))
-    a2 = slope(NODES[1], x2, u2)
-    x3, u3 = x + h * weighted(ROWS[1], (u, u2)), u + h * weighted(ROWS[1], (a, a2))
-    a3 = slope(NODES[2], x3, u3)
-    x4, u4 = x + h * weighted(ROWS[2], (u, u3)), u + h * weighted(ROWS[2], (a, a3))
-    a4 = slope(NODES[3], x4, u4)
-    x5, u5 = x + h * weighted(ROWS[3], (u, u3, u4)), u + h * weighted(ROWS[3], (a, a3, a4))
-    a5 = slope(NODES[4], x5, u5)
-    x6, u6 = x + h * weighted(ROWS[4], (u, u4, u5)), u + h * weighted(ROWS[4], (a, a4, a5))
-    a6 = slope(NODES[5], x6, u6)
-    x7, u7 = x + h * weighted(ROWS[5], (u, u4, u5, u6)), u + h * weighted(ROWS[5], (a, a4, a5, a6))
-    a7 = slope(NODES[6], x7, u7)
-    x8, u8 = x + h * weighted(ROWS[6], (u, u4, u5, u6, u7)), u + h * weighted(ROWS[6], (a, a4, a5, a6, a7))
-    a8 = slope(NODES[7], x8, u8)
-    x9, u9 = x + h * weighted(ROWS[7], (u, u4, u5, u6, u7, u8)), u + h * weighted(ROWS[7], (a, a4, a5, a6, a7, a8))
-    a9 = slope(NODES[8], x9, u9)
-    x10, u10 = (
-        x + h * weighted(ROWS[8], (u, u4, u5, u6, u7, u8, u9)),
-        u + h * weighted(ROWS[8], (a, a4, a5, a6, a7, a8, a9)),
-    )
-    a10 = slope(NODES[9], x10, u10)
-    x11, u11 = (
-        x + h * weighted(ROWS[9], (u, u4, u5, u6, u7, u8, u9, u10)),
-        u + h * weighted(ROWS[9], (a, a4, a5, a6, a7, a8, a9, a10)),
-    )
-    a11 = slope(NODES[10], x11, u11)
-    x12, u12 = (
-        x + h * weighted(ROWS[10], (u, u4, u5, u6, u7, u8, u9, u10, u11)),
-        u + h * weighted(ROWS[10], (a, a4, a5, a6, a7, a8, a9, a10, a11)),
-    )
-    a12 = slope(NODES[11], x12, u12)
+    u2, a2 = next_stage(c[1], rows[0], (u,), (a,))
+    u3, a3 = next_stage(c[2], rows[1], (u, u2), (a, a2))
+    u4, a4 = next_stage(c[3], rows[2], (u, u3), (a, a3))
+    u5, a5 = next_stage(c[4], rows[3], (u, u3, u4), (a, a3, a4))
+    u6, a6 = next_stage(c[5], rows[4], (u, u4, u5), (a, a4, a5))
+    u7, a7 = next_stage(c[6], rows[5], (u, u4, u5, u6), (a, a4, a5, a6))
+    u8, a8 = next_stage(c[7], rows[6], (u, u4, u5, u6, u7), (a, a4, a5, a6, a7))
+    late_us, late = (u, u4, u5, u6, u7, u8), (a, a4, a5, a6, a7, a8)
+    u9, a9 = next_stage(c[8], rows[7], late_us, late)
+    u10, a10 = next_stage(c[9], rows[8], (*late_us, u9), (*late, a9))
+    u11, a11 = next_stage(c[10], rows[9], (*late_us, u9, u10), (*late, a9, a10))
+    u12, a12 = next_stage(c[11], rows[10], (*late_us, u9, u10, u11), (*late, a9, a10, a11))
     us, accelerations = (u, u6, u7, u8, u9, u10, u11, u12), (a, a6, a7, a8, a9, a10, a11, a12)
     dx, du = h * weighted(WEIGHTS, us), h * weighted(WEIGHTS, accelerations)
-    end = completed(tau + h, x + dx, u + du, y.s + sigma * (p.V * h - dx), sigma, piece, p)
+    end = completed(y.tau + h, y.x + dx, u + du, y.s + sigma * (p.V * h - dx), sigma, piece, p)
     x_error = _estimate(weighted(ERROR5, us), weighted(ERROR3, us))
     u_error = _estimate(weighted(ERROR5, accelerations), weighted(ERROR3, accelerations))
     return end, h * max(x_error, u_error)
@@ -189,3 +130,93 @@ def step(pair: int, y: State, h: float, sigma: float, piece: Piece, p: Coefficie
     if pair == FEHLBERG45:
         return fehlberg_step(y, h, sigma, piece, p)
     return dormand_prince_step(y, h, sigma, piece, p)
+
+
+class Quintic(NamedTuple):
+    """Control points in Bernstein's form of a quintic over a step, of which the fraction t runs from 0 to 1.
+
+    It has the value and two derivatives of X or X' at both ends, and errs by h^6 / 46080 of the sixth derivative. It
+    lies within the range of its points, so that a step away from the belt needs no search for a root (G. Farin, Curves
+    and Surfaces for CAGD, 5th ed. 2002, ch. 6).
+    """
+
+    b0: float
+    b1: float
+    b2: float
+    b3: float
+    b4: float
+    b5: float
+
+
+@compiled(forceinline=True)
+def quintic(h: float, y0: float, d0: float, e0: float, y1: float, d1: float, e1: float) -> Quintic:
+    """The quintic with value y, slope d and second derivative e at the two ends of a step h."""
+    w, v = 0.2 * h, 0.05 * h * h
+    return Quintic(y0, y0 + w * d0, y0 + 2.0 * w * d0 + v * e0, y1 - 2.0 * w * d1 + v * e1, y1 - w * d1, y1)
+
+
+@compiled(forceinline=True)
+def value(b: Quintic, t: float) -> float:
+    """The quintic at the fraction t."""
+    r = 1.0 - t
+    low = r * r * (r * b.b0 + 5.0 * t * b.b1) + 10.0 * r * t * t * b.b2
+    return r * r * low + t * t * t * (10.0 * r * r * b.b3 + t * (5.0 * r * b.b4 + t * b.b5))
+
+
+@compiled(forceinline=True)
+def slope(b: Quintic, t: float) -> float:
+    """Its derivative by t."""
+    r = 1.0 - t
+    low = r * r * (b.b1 - b.b0) + 4.0 * r * t * (b.b2 - b.b1)
+    high = 4.0 * r * t * (b.b4 - b.b3) + t * t * (b.b5 - b.b4)
+    return 5.0 * (r * r * (low + 6.0 * t * t * (b.b3 - b.b2)) + t * t * high)
+
+
+@compiled(forceinline=True)
+def lowest(b: Quintic) -> float:
+    """A number that the quintic does not fall below."""
+    return min(min(min(b.b0, b.b1), min(b.b2, b.b3)), min(b.b4, b.b5))
+
+
+@compiled(forceinline=True)
+def sign_changes(b: Quintic) -> int:
+    """Number of sign changes of the control points: the number of roots of the quintic, or an even number more."""
+    changes, last = 0, b.b0
+    for point in (b.b1, b.b2, b.b3, b.b4, b.b5):
+        if point * last < 0.0:
+            changes += 1
+        if point != 0.0:
+            last = point
+    return changes
+
+
+@compiled()
+def first_zero(b: Quintic) -> float:
+    """The fraction where a quintic that begins above zero and has one root meets it, by guarded Newton steps."""
+    low, high, t = 0.0, 1.0, b.b0 / (b.b0 - b.b5) if b.b5 < 0.0 < b.b0 else 0.5
+    for _ in range(HALVINGS):
+        gap = value(b, t)
+        if gap > 0.0:
+            low = t
+        else:
+            high = t
+        rate = slope(b, t)
+        newton = t - gap / rate if rate < 0.0 else low
+        last, t = t, newton if low < newton < high else 0.5 * (low + high)
+        if abs(t - last) <= CONVERGED:
+            break
+    return t
+
+
+@compiled(forceinline=True)
+def stationary(b: Quintic) -> float:
+    """The fraction of an extreme of a quintic whose slope has different signs at the ends, by bisection."""
+    low, high = 0.0, 1.0
+    falls = b.b1 < b.b0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if (slope(b, middle) < 0.0) == falls:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)

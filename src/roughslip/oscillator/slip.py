@@ -1,7 +1,10 @@
 """Slip: from X' = V with one sign of the sliding velocity until X' = V again.
 
-sigma = sign(V - X') is constant in a slip phase, so the right-hand side is smooth in every step and nothing is
-regularised. Steps end at the nodes of the friction path, where its second derivative jumps.
+sigma = sign(V - X') [-] is constant in a slip phase, so that the equation is smooth in every step and needs no
+regularisation. Further symbols: tau = omega t [-]; y and end, the states (`equation.State`) at the two ends of a step h
+[-] of tau; p, the coefficients of the equation; z, the coordinate of the friction path, which is the slipped distance
+s [m], the travel of the belt [m] or time [s]; piece, the part of the path between two nodes, where a step must end
+because its second derivative jumps; here, the smooth branch of the equation that holds y.
 """
 
 from __future__ import annotations
@@ -12,10 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.dense_output import lowest, stationary, value, velocity
 from roughslip.oscillator.equation import Coefficients, State, completed, friction_is_cut, path_coordinate
 from roughslip.oscillator.path import Path, Piece, largest_kink, mu_s_at, piece_at, reaches
-from roughslip.oscillator.runge_kutta import ORDERS, step
+from roughslip.oscillator.runge_kutta import ORDERS, lowest, quintic, stationary, step, value
 from roughslip.oscillator.switching_events import (
     LOWER,
     NONE,
@@ -49,6 +51,7 @@ class Status(IntEnum):
     NO_SLIP = 4  # the mass is pulled back to the belt at once
     NODES_OVER = 5  # the motion needs more nodes of the path than are present
     NEGATIVE = 6  # friction is negative, which the settings refuse
+    STEP_LOST = 7  # the next step is too short to change tau
 
 
 class Settings(NamedTuple):
@@ -156,7 +159,7 @@ def turns_backwards(y: State, end: State) -> bool:
     if end.u < 0.0:
         return True
     if y.a < 0.0 < end.a:
-        u = velocity(y, end)
+        u = quintic(end.tau - y.tau, y.u, y.a, y.j, end.u, end.a, end.j)
         return lowest(u) < 0.0 and value(u, stationary(u)) < 0.0
     return False
 
@@ -215,12 +218,6 @@ def growth(ratio: float, pair: int) -> float:
     return min(LARGEST_GROWTH, max(LEAST_GROWTH, 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))))
 
 
-@compiled()
-def shortened(control: StepControl, h: float) -> StepControl:
-    """The control after a rejected step: the next step has the length h."""
-    return StepControl(h, control.grown, control.length)
-
-
 @compiled(error_model="numpy")
 def next_control(control: StepControl, h: float, ratio: float, pair: int) -> StepControl:
     """The control after a step of length h whose error is `ratio` times the error allowed.
@@ -269,26 +266,21 @@ def start_phase(
     return piece, here, completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
 
 
-@compiled()
-def piece_is_over(
-    y: State, z: float, control: StepControl, sigma: float, piece: Piece, path: Path, p: Coefficients,
-    settings: Settings,
-) -> bool:  # fmt: skip
-    """Whether the motion, at the coordinate z close to the end of a piece, may leave the piece."""
-    return not (z < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings))
-
-
 @compiled(error_model="numpy")
 def slip(
     start: State, since: float, control: StepControl, sigma: float, path: Path, p: Coefficients, settings: Settings,
     horizon: Horizon, samples: Samples,
 ) -> Slip:  # fmt: skip
-    """A slip phase of sign sigma from X' = V until X' = V again, or until time, path, present nodes or steps are over.
+    """A slip phase of sign sigma from X' = V until X' = V again, or until one of the other cases of `Status`.
 
     since : tau at which the phase began, with a control of zeros
 
     A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)). This is an error per
     unit step, so that the sum does not grow with the number of nodes that end a step.
+
+    Each turn of the loop: (1) take the next piece of the path where one is over; (2) limit the step to node and time;
+    (3) try it, shorter where the error is too large; (4) a phase whose first step is pulled back to the belt is no
+    slip; (5) end the step at the first bound of its branch; (6) accept it, and end the phase or cross the bound.
     """
     slack, pair, tolerance = SLACK * path.spacing, settings.pair, settings.tolerance
     piece, here, y = start_phase(start, control, sigma, path, p)
@@ -296,7 +288,10 @@ def slip(
     backwards, total, steps, cuts = False, 0.0, 0, 0
     while steps < horizon.steps:
         first, z = y.tau == since, path_coordinate(y.tau, y.s, p)
-        if z >= piece.right - slack and piece_is_over(y, z, control, sigma, piece, path, p, settings):
+        # 1: the next piece, unless it still matters from which side of the node friction is taken
+        if z >= piece.right - slack and not (
+            z < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings)
+        ):
             if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
                 return Slip(Status.PATH_OVER, y, backwards, steps, total, control, cuts)
             if not reaches(path, z + slack):
@@ -305,21 +300,24 @@ def slip(
             here = branch_on_piece(here, y, sigma, piece, p, tolerance)
             if not is_smooth_onto(path, piece, p):
                 y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
+        # 2: the length of the step
         h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)
         if not y.tau + h > y.tau:
-            break
+            return Slip(Status.STEP_LOST, y, backwards, steps, total, control, cuts)
         last, whole = h == horizon.tau - y.tau, h == control.allowed
-
+        # 3: the step and its error
         end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)
         steps += trials
         if not ratio <= 1.0:
-            control = shortened(control, h * growth(ratio, pair))
+            control = StepControl(h * growth(ratio, pair), control.grown, control.length)
             continue
+        # 4: back at the belt at once
         if first and sigma * (p.V - end.u) <= 0.0:
             if h < SHORTEST_SLIP:
                 return Slip(Status.NO_SLIP, y, False, steps, 0.0, control, cuts)
-            control = shortened(control, 0.25 * h)
+            control = StepControl(0.25 * h, control.grown, control.length)
             continue
+        # 5: bounds within the step
         met, length, sliding = NONE, h, Sliding(sigma, piece, p)
         if not stays_within(y, end, h, first, here, sliding, tolerance):
             met, end, error, length, trials = end_at_first_bound(
@@ -328,9 +326,10 @@ def slip(
             steps += trials
             ratio = error_ratio(error, length, end, p, settings)
             if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
-                control = shortened(control, length * growth(ratio, pair))
+                control = StepControl(length * growth(ratio, pair), control.grown, control.length)
                 continue
             last, whole = last and length == h, whole and length == h
+        # 6: the accepted step
         if samples.x.size > 0:
             sample_slip(y, end, here, sliding, pair, samples)
         backwards = backwards or turns_backwards(y, end)

@@ -14,16 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.dense_output import (
-    Quintic,
-    first_zero,
-    lowest,
-    quintic,
-    sign_changes,
-    slope,
-    stationary,
-    value,
-)
 from roughslip.oscillator.equation import Coefficients, State, completed, path_coordinate, total_friction
 from roughslip.oscillator.laws import (
     friction,
@@ -35,7 +25,17 @@ from roughslip.oscillator.laws import (
     row_spacing,
 )
 from roughslip.oscillator.path import Piece, lowest_mu_s, mu_s_at, mu_s_curvature, mu_s_slope
-from roughslip.oscillator.runge_kutta import step
+from roughslip.oscillator.runge_kutta import (
+    Quintic,
+    first_zero,
+    lowest,
+    quintic,
+    sign_changes,
+    slope,
+    stationary,
+    step,
+    value,
+)
 
 NONE, LOWER, UPPER, ZERO = 0, 1, 2, 3  # the bound that a step ends at: of speed, and of friction
 GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is decided by a step that ends there
@@ -106,14 +106,6 @@ def branch_on_piece(here: Branch, y: State, sigma: float, piece: Piece, p: Coeff
         margin = BEYOND * tolerance * (-1.0 if here.cut else 1.0)
         cut = total_friction(y, sigma, piece, p) < -margin
     return here if cut == here.cut else branch(here.row, cut, p)
-
-
-@compiled()
-def next_branch(here: Branch, met: int, p: Coefficients) -> Branch:
-    """The branch beyond a bound."""
-    if met == ZERO:
-        return branch(here.row, not here.cut, p)
-    return branch(here.row + (1 if met == UPPER else -1), here.cut, p)
 
 
 @compiled(forceinline=True, error_model="numpy")
@@ -283,5 +275,8 @@ def end_at_first_bound(
 @compiled()
 def cross_bound(y: State, met: int, here: Branch, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, Branch]:
     """The state at a bound, and the branch beyond the bound."""
-    there = next_branch(here, met, p)
+    if met == ZERO:
+        there = branch(here.row, not here.cut, p)
+    else:
+        there = branch(here.row + (1 if met == UPPER else -1), here.cut, p)
     return completed(y.tau, y.x, y.u, y.s, sigma, piece, there.p), there

@@ -9,8 +9,7 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
-from roughslip.friction.resampling import strip_weights
-from roughslip.friction.statistics import Combined, combine, ratio_of_sums, window_statistics
+from roughslip.friction.statistics import Combined, combine, ratio_of_sums, strip_weights, window_statistics
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry

@@ -50,7 +50,7 @@ P_VALUES = {
     "mu-correlation-any-depth": ("p_equal_correlation", "one autocorrelation at all penetrations"),
     "mu-right-skewed": ("p_no_skewness", "no skewness"),
     "mu-leptokurtic": ("p_no_kurtosis", "no excess kurtosis"),
-    "mu-beta-any-depth": ("p_equal_law", "one standardised distribution at all penetrations"),
+    "mu-beta-any-depth": ("p_equal_distribution", "one standardised distribution at all penetrations"),
 }
 
 _COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"

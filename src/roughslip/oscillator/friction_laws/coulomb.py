@@ -40,6 +40,5 @@ class CoulombLaw(FrictionLaw, name="coulomb"):
         return cls(static * generator.random(), static)
 
     def parameters(self) -> StribeckParameters:
-        """The named tuple for compiled code."""
         kinetic = float(self.kinetic)
         return StribeckParameters(float(self.static), kinetic, kinetic, 0.0, 0.0, 0.0)

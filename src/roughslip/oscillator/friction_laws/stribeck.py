@@ -56,7 +56,6 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
         return cls(fit, static, decay / speed, 10.0 ** generator.uniform(-4.0, -1.0) / speed**2)
 
     def parameters(self) -> StribeckParameters:
-        """The named tuple for compiled code."""
         rest, fit = float(self.static), float(self.fit)
         return StribeckParameters(
             rest, rest, rest - fit, fit, float(self.decay_s_per_m), float(self.quadratic_s2_per_m2)
@@ -64,17 +63,14 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
 
     @staticmethod
     def friction(speed: Any, law: StribeckParameters) -> Any:
-        """mu_D at a speed."""
         return law.fit / (1.0 + law.decay * speed) + (law.rest - law.fit + law.quadratic * speed * speed)
 
     @staticmethod
     def slope_of_friction(speed: Any, law: StribeckParameters) -> Any:
-        """d mu_D / d|v_rel| [s/m] at a speed."""
         return -law.fit * law.decay / (1.0 + law.decay * speed) ** 2 + 2.0 * law.quadratic * speed
 
     @staticmethod
     def curvature_of_friction(speed: Any, law: StribeckParameters) -> Any:
-        """d^2 mu_D / d|v_rel|^2 [s^2/m^2] at a speed."""
         return 2.0 * (law.fit * law.decay * law.decay / (1.0 + law.decay * speed) ** 3 + law.quadratic)
 
     @staticmethod

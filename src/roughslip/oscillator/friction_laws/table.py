@@ -117,7 +117,6 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         return cls(tuple(knots), tuple(values), float(max(values[0], static)), interpolation)
 
     def parameters(self) -> TableParameters:
-        """The named tuple for compiled code."""
         speeds, values = np.array(self.speeds_m_per_s), np.array(self.values)
         table = np.zeros((speeds.size, 5))
         table[:, 0], table[:, 1] = speeds, values
@@ -127,51 +126,31 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
             table[:-1, 1:] = scipy.interpolate.PchipInterpolator(speeds, values).c[::-1].T
         return TableParameters(float(self.static), self.values[0], min(self.values), table)
 
-    def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
-        """mu_D at a relative velocity [m/s] of either sign."""
-        return np.vectorize(_friction, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters().table)
-
-    def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
-        """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a knot that of the row above it."""
-        return np.vectorize(_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters().table)
-
     @staticmethod
     def friction(speed: float, law: TableParameters) -> float:
-        """mu_D at a speed."""
         return _friction(speed, law.table)
 
     @staticmethod
-    def excess_force(normal: float, speed: float, more: float, held: float, law: TableParameters) -> float:
-        """normal (mu_D + more) - held."""
-        return normal * (_friction(speed, law.table) + more) - held
-
-    @staticmethod
     def slope_of_friction(speed: float, law: TableParameters) -> float:
-        """d mu_D / d|v_rel| [s/m] at a speed."""
         return _slope(speed, law.table)
 
     @staticmethod
     def curvature_of_friction(speed: float, law: TableParameters) -> float:
-        """d^2 mu_D / d|v_rel|^2 [s^2/m^2] at a speed."""
         return _curvature(speed, law.table)
 
     @staticmethod
     def row_at(speed: float, law: TableParameters) -> int:
-        """The row that holds a speed."""
         return _row_at(speed, law.table)
 
     @staticmethod
     def row_ends(row: int, law: TableParameters) -> tuple[float, float]:
-        """The two speeds [m/s] between which a row holds."""
         return _row_ends(row, law.table)
 
     @staticmethod
     def row_spacing(row: int, law: TableParameters) -> float:
-        """The length [m/s] of the shorter of a row and the one below it."""
         below, above = _row_ends(row, law.table)
         return min(below - law.table[row - 1, 0], above - below)
 
     @staticmethod
     def only_row(row: int, law: TableParameters) -> TableParameters:
-        """The law with one row alone, continued to all speeds."""
         return TableParameters(law.static, law.rest, law.least, law.table[row : row + 1])

@@ -4,8 +4,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.correlation import LONGEST_WINDOWS, correlation_fit, triangular, white_autocorrelation
-from roughslip.friction.distribution_families import FAMILIES, fit_candidates
-from roughslip.friction.marginal import SHAPES, standardised_distribution
+from roughslip.friction.marginal import FAMILIES, SHAPES, fit_candidates, standardised_distribution
 from roughslip.friction.penetration import Trend, p_value, p_value_of_equality, penetration_curve, trend
 from roughslip.friction.statistics import PERCENTS, Combined
 from roughslip.probability import Estimate
@@ -15,7 +14,7 @@ from roughslip.stages.from_scene import geometry
 
 WHITE_REPLICATES = 200
 FIT_POINTS = 91  # of mu_fit(d)
-STANDARD = np.linspace(-2.5, 3.5, 25)  # standardised mu at which the laws of the levels are compared
+STANDARD = np.linspace(-2.5, 3.5, 25)  # standardised mu at which the distributions of the levels are compared
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
 QUANTILES = 1000
@@ -63,7 +62,7 @@ TITLES = {
 
 Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (levels, strips, windows)
 TESTS = {
-    "p_equal_law": "p-value of the standardised law being the same at every penetration",
+    "p_equal_distribution": "p-value of the standardised distribution being the same at every penetration",
     "p_equal_correlation": "p-value of the autocorrelation being the same at every penetration",
     "p_exponential_nearer": "two-sided p-value of exponential and triangle being as near, at median penetration",
     "p_no_skewness": "p-value of no skewness at median penetration",
@@ -211,8 +210,10 @@ def p_value_variables(
     levels, median = len(percentiles), int(np.flatnonzero(percentiles == 50.0)[0])
     found = dict.fromkeys(TESTS, np.nan)
     if levels > 1:
-        laws = [standardised_distribution(values, valid, weights, STANDARD) for values, valid in zip(*mu, strict=True)]
-        found["p_equal_law"] = p_value_of_equality(np.stack(laws))
+        shares = [
+            standardised_distribution(values, valid, weights, STANDARD) for values, valid in zip(*mu, strict=True)
+        ]
+        found["p_equal_distribution"] = p_value_of_equality(np.stack(shares))
         curves = np.stack([estimate.rows for estimate in table["autocorrelation"][:levels]])
         found["p_equal_correlation"] = p_value_of_equality(curves)
         for name in ("mean", "std", "variation"):

@@ -1,4 +1,4 @@
-"""Whole friction paths by Fourier transform, and what every way of drawing them has in common."""
+"""Friction paths: what every method has in common, whole paths by Fourier transform, paths by recursion."""
 
 import math
 
@@ -10,12 +10,13 @@ from scipy.special import betaincinv, ndtr
 from scipy.stats import beta as beta_distribution
 from scipy.stats import kstest
 
-from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction import paths as module
+from roughslip.errors import IllPosedError
+from roughslip.friction import paths as whole_paths
+from roughslip.friction import recursion as by_recursion
 from roughslip.friction.paths import METHODS, circulant_embedding, prepare, spectral_representation
 from roughslip.friction.process import FrictionProcess, average_beta
-from roughslip.friction.recursion import interpolated
-from roughslip.probability import BetaDistribution, Translation, beta_moments
+from roughslip.friction.recursion import interpolated, recursion
+from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
 
 LENGTH = 250e-6
 PUBLISHED = FrictionProcess(BetaDistribution(2.1, 5.0, 0.1, 0.7), LENGTH)
@@ -71,26 +72,6 @@ def test_correlation_is_corrected(process, whole):
     # exp(-10) of the wrap; the embedding is exact up to the inversion of the series
     assert spectrum.correlation_error < (1e-4 if whole is spectral_representation else 1e-12)
     assert spectrum.clipped < 1e-15
-
-
-def test_uncorrected_correlation_would_show():
-    """Without the correction the skewed process misses by more than the 0.01 that is promised."""
-    assert abs(translated_correlation(SKEWED, math.exp(-0.5)) - math.exp(-0.5)) > 0.03
-
-
-@PROCESSES
-@WAYS
-def test_autocorrelation_of_an_ensemble(process, method):
-    """Products about the known mean, over the known variance, averaged along each path: independent between paths.
-
-    25 lags, 5 standard errors from the scatter of 150 paths: a false alarm in 1e5.
-    """
-    paths = ensemble(process, LENGTH / 8, 400 * LENGTH, 150, method) / process.marginal.standard_deviation
-    for lag in range(25):
-        products = np.mean(paths[:, : paths.shape[1] - lag] * paths[:, lag:], axis=1)
-        error = products.std(ddof=1) / math.sqrt(products.size)
-        assert error < 0.015
-        assert products.mean() == pytest.approx(math.exp(-lag / 8), abs=5 * error)
 
 
 @PROCESSES
@@ -164,12 +145,6 @@ def test_the_embedded_period_holds_every_lag(correlation_length):
     assert spectrum.period_nodes < 1.1 * (10_000 + min(10_000, 36 * correlation_length / 1e-6))
 
 
-@WAYS
-def test_no_scatter_is_a_zero_path(method):
-    prepared = prepare(FrictionProcess(BetaDistribution(2.1, 5.0, 0.3, 0.3), LENGTH), LENGTH / 16, 0.01, method)
-    assert not np.any(beginning(prepared.realisation([0]), 600))
-
-
 @pytest.mark.slow
 @WAYS
 def test_correlation_far_longer_than_the_path(method):
@@ -202,7 +177,7 @@ def test_missed_correlation_is_an_error(monkeypatch):
 def test_negative_spectrum_is_clipped_and_reported(monkeypatch):
     """A triangle cut off too early is no covariance: its transform has negative parts."""
     monkeypatch.setattr(Translation, "gaussian_correlation", lambda self, target: np.where(target > 0.9, 1.0, 0.0))
-    monkeypatch.setattr(module, "CORRELATION_TOLERANCE", 2.0)
+    monkeypatch.setattr(whole_paths, "CORRELATION_TOLERANCE", 2.0)
     spectrum = spectral_representation(PUBLISHED, LENGTH / 16, 0.01)
     assert spectrum.clipped > 0.01
     assert np.all(spectrum.amplitude >= 0.0)
@@ -211,31 +186,10 @@ def test_negative_spectrum_is_clipped_and_reported(monkeypatch):
         circulant_embedding(PUBLISHED, LENGTH / 16, 0.01)
 
 
-@pytest.mark.parametrize(
-    ("spacing", "length", "message"),
-    [(0.0, 1.0, "spacing"), (math.nan, 1.0, "spacing"), (1e-5, -1.0, "length"), (1e-9, 1.0, "nodes")],
-)
-@WHOLE
-def test_whole_paths_refuse(whole, spacing, length, message):
-    with pytest.raises(ParameterError, match=message):
-        whole(PUBLISHED, spacing, length)
-
-
-def test_there_are_three_ways():
-    with pytest.raises(ParameterError, match="one of recursion, embedding, spectral"):
-        prepare(PUBLISHED, LENGTH / 16, 0.01, "jacobi")
-
-
 def test_paths_of_a_beta_where_scipy_has_no_quantile():
     """betaincinv of scipy 1.17 is NaN at these shapes below p = 1e-16."""
     marginal = BetaDistribution(1.035035428873854, 0.688317738616233, 0.0, 1.0)
     assert FrictionProcess(marginal, LENGTH).translation().left_out < 1e-5
-
-
-@pytest.mark.parametrize("length", [0.0, -1.0, math.inf, math.nan])
-def test_process_refuses(length):
-    with pytest.raises(ParameterError, match="correlation_length_m"):
-        FrictionProcess(BetaDistribution(2.1, 5.0, 0.0, 1.0), length)
 
 
 shapes = st.floats(0.4, 200.0)
@@ -255,24 +209,97 @@ def test_cumulants_fall_as_those_of_a_mean(a, b, windows):
     assert found[3] == pytest.approx(excess / windows, abs=rounding)
 
 
-def test_one_window_is_itself_and_many_are_nearly_normal():
-    assert average_beta(2.1, 5.0, 0.1, 0.9, 1) == pytest.approx((2.1, 5.0, 0.1, 0.9), rel=1e-10)
-    assert average_beta(3.0, 3.0, 0.0, 1.0, 1) == pytest.approx((3.0, 3.0, 0.0, 1.0), rel=1e-10)
-    a, b, _, _ = average_beta(2.1, 5.0, 0.1, 0.9, 10_000)
-    assert abs(beta_moments(a, b)[2]) == pytest.approx(beta_moments(2.1, 5.0)[2] / 100, rel=1e-6)
-
-
 def test_means_of_drawn_windows_have_this_distribution():
     """Four moments say little of the ends, but the distribution of the mean of five is within 0.01 of the Beta."""
-    from scipy import stats
-
     drawn = np.sort(np.random.default_rng(1).beta(2.1, 5.0, (40_000, 5)).mean(axis=1))
     a, b, lower, upper = average_beta(2.1, 5.0, 0.0, 1.0, 5)
-    share = stats.beta(a, b, lower, upper - lower).cdf(drawn)
+    share = beta_distribution(a, b, lower, upper - lower).cdf(drawn)
     # 1.36 / sqrt(40 000) = 0.0068 with 95 %
     assert np.max(np.abs(share - (np.arange(40_000) + 0.5) / 40_000)) < 0.01
 
 
-def test_less_than_one_window_is_refused():
-    with pytest.raises(ParameterError, match="at least 1"):
-        average_beta(2.1, 5.0, 0.0, 1.0, 0)
+BORDER = [(0.1, 0.1), (0.5, 0.5), (1.0, 1.0), (0.05, 3.0), (0.3, 3.0), (2.1, 5.0), (0.1, 300.0), (90.0, 300.0)]
+
+
+def process_of(a, b):
+    return FrictionProcess(BetaDistribution(a, b, 0.0, 1.0), LENGTH)
+
+
+def state_covariance(built):
+    """P with P = diag(rho) P diag(rho) + c c' by doubling the number of past steps that it sums, not in closed form."""
+    decay, total = built.decay, np.outer(built.gain, built.gain)
+    for _ in range(60):
+        total = total + decay[:, None] * total * decay
+        decay = decay**2
+    return total
+
+
+@pytest.mark.parametrize("nodes", [1, 7, 4096, 5000])
+def test_pieces_of_any_length_are_one_path(nodes):
+    built = recursion(PUBLISHED, LENGTH / 16)
+    whole = next(iter(built.realisation([1, 2], 5000)))
+    found: list[float] = []
+    for piece in built.realisation([1, 2], nodes):
+        assert piece.size == nodes
+        found.extend(piece)
+        if len(found) >= 5000:
+            break
+    assert np.array_equal(found[:5000], whole)
+
+
+@pytest.mark.parametrize(("a", "b"), BORDER)
+@pytest.mark.parametrize("nodes", [0.25, 2, 16, 1000])
+def test_errors_are_those_of_what_was_built(a, b, nodes):
+    """The covariance of the state, summed step by step, gives the reported errors of the autocorrelation, and the
+    Cholesky factor in closed form gives that covariance."""
+    built = recursion(process_of(a, b), LENGTH / nodes)
+    covariance = state_covariance(built)
+    size = np.abs(covariance).max()
+    assert covariance.sum() == pytest.approx(1.0, abs=1e-12 * size)
+    assert built.start @ built.start.T == pytest.approx(covariance, abs=1e-9 * size)
+    lags = np.unique(np.geomspace(1, 20 * max(nodes, 1), 40).astype(int))
+    gaussian = np.array([(built.decay**lag @ covariance).sum() for lag in lags])
+    wanted = np.exp(-lags / nodes)
+    missed = np.abs(built.translation.correlation(gaussian) - wanted)
+    rounding = 1e-13 * size
+    assert np.max(missed) <= built.correlation_error + rounding
+    assert np.max(missed / (1.0 - wanted)) <= built.increment_error + rounding * nodes
+    assert built.correlation_error <= 1e-3
+
+
+@pytest.mark.parametrize(
+    ("shapes", "terms", "error"), [((1000.0, 1000.0), 1, 1e-6), ((90.0, 300.0), 2, 1e-7), ((2.1, 5.0), 3, 1e-6)]
+)
+def test_few_exponentials_are_enough(shapes, terms, error):
+    """One for a marginal that is nearly normal, where it is the Ornstein-Uhlenbeck recursion; three for the paper's."""
+    built = recursion(process_of(*shapes), LENGTH / 16)
+    assert built.decay == pytest.approx(np.exp(-np.arange(1, terms + 1) / 16), rel=1e-14)
+    assert built.correlation_error < error
+    assert built.increment_error <= 1e-3
+    if terms == 1:
+        assert built.gain == pytest.approx(np.sqrt(-np.expm1(-2 / 16)), rel=1e-14)
+        assert built.start == pytest.approx(1.0, rel=1e-14)
+
+
+def test_a_correlation_that_no_process_has_is_refused(monkeypatch):
+    """Flat up to a lag and then none: its spectrum has negative parts."""
+    monkeypatch.setattr(Translation, "gaussian_correlation", lambda self, x: np.where(x > 0.5, 1.0, 0.0))
+    monkeypatch.setattr(by_recursion, "CORRELATION_LIMIT", math.inf)
+    with pytest.raises(IllPosedError, match="not positive"):
+        recursion(PUBLISHED, LENGTH / 16)
+
+
+@pytest.mark.parametrize("ratio", [4.0, 7.5, 10.0])
+def test_nodes_many_lengths_apart(ratio):
+    """Eight decays exp(-i ratio) vanish against one, and their differences with them.
+
+    At the lags of the nodes few terms give the correlation within the tolerance.
+    """
+    marginal = QuantileDistribution(beta_distribution(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 400)), 0.3, 0.05)
+    built = recursion(FrictionProcess(marginal, LENGTH), ratio * LENGTH)
+    lags = built.decay ** np.arange(1, 4)[:, None]
+    gaussian = lags @ state_covariance(built).sum(axis=1)
+    reached = built.translation.correlation(gaussian)
+    np.testing.assert_allclose(reached, np.exp(-ratio * np.arange(1, 4)), atol=by_recursion.CORRELATION_TOLERANCE)
+    assert len(built.decay) * ratio <= 30.0
+    assert state_covariance(built).sum() == pytest.approx(1.0, abs=1e-9)

@@ -1,0 +1,243 @@
+"""The scaled equation, mu_S between the nodes of a path, one step by either pair, and the motion between its ends."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicHermiteSpline
+
+from roughslip.oscillator.equation import Oscillator, State, coefficients, completed, jerk
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.path import (
+    KeptPath,
+    PathFeed,
+    largest_kink,
+    mu_s_at,
+    mu_s_curvature,
+    mu_s_slope,
+    path_through,
+    piece_at,
+    reaches,
+)
+from roughslip.oscillator.runge_kutta import (
+    DORMAND_PRINCE853,
+    FEHLBERG45,
+    ORDERS,
+    first_zero,
+    lowest,
+    quintic,
+    sign_changes,
+    slope,
+    stationary,
+    step,
+    value,
+)
+from roughslip.oscillator.switching_events import branch_at
+from tests.oscillator.motions import LAW, equal_steps
+
+
+def test_scales():
+    oscillator = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 100.0, 158.0)
+    assert pytest.approx(0.003, rel=1e-14) == oscillator.V  # v0 / omega of the paper
+    assert pytest.approx(2500.0 / 316.0**2, rel=1e-14) == oscillator.F
+    assert oscillator.q == pytest.approx(100.0 / 316.0**2, rel=1e-14)
+    assert oscillator.r == pytest.approx(0.5, rel=1e-14)
+    p = coefficients(oscillator, StribeckLaw(0.3))
+    assert (p.F, p.V, p.D, p.omega, p.q, p.r) == (
+        oscillator.F, oscillator.V, 0.17, 316.0, oscillator.q, oscillator.r
+    )  # fmt: skip
+
+
+PAIRS = [FEHLBERG45, DORMAND_PRINCE853]
+NONE = path_through(np.zeros(0), 0, 1.0, True, True)
+BUMP = np.array([0.02, 0.05, -0.03, 0.06])  # nodes 0.02 m apart; the slip of the tests stays on the first cubic
+BUMPY = path_through(BUMP, 0, 0.02, True, True)
+DRIVEN = coefficients(Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 80.0, 500.0), LAW)
+LINEAR = coefficients(Oscillator(1.0, 316.0, 0.1, 0.948, 2500.0), CoulombLaw(0.4, 0.4))
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_closed_form_of_constant_friction(pair):
+    """X - F mu is a damped harmonic: 1e-12 of F is the fifth order's error at h = 1/200."""
+    y = equal_steps(pair, LINEAR, NONE, 0.012, LINEAR.V, 3.0, 600)
+    w, centre = math.sqrt(1 - 0.1**2), 0.4 * LINEAR.F
+    amplitude, quadrature = 0.012 - centre, (LINEAR.V + 0.1 * (0.012 - centre)) / w
+    decay, c, s = math.exp(-0.3), math.cos(3 * w), math.sin(3 * w)
+    assert y.x - centre == pytest.approx(decay * (amplitude * c + quadrature * s), abs=1e-12 * LINEAR.F)
+    velocity = decay * ((w * quadrature - 0.1 * amplitude) * c - (w * amplitude + 0.1 * quadrature) * s)
+    assert y.u == pytest.approx(velocity, abs=1e-12 * LINEAR.F)
+    assert y.s == pytest.approx(LINEAR.V * 3.0 - (y.x - 0.012), rel=1e-12)
+
+
+@pytest.mark.parametrize(("pair", "steps"), [(FEHLBERG45, (40, 80, 160)), (DORMAND_PRINCE853, (8, 12, 16))])
+def test_order_of_the_solution(pair, steps):
+    """Global error of the propagated solution in shorter steps, with excitation and a stochastic part.
+
+    That of Dormand and Prince is 3e-14 m at 14 steps, where the next order still weighs as much as its own.
+    """
+    x0, u0 = 0.0125, DRIVEN.V
+    exact = equal_steps(DORMAND_PRINCE853, DRIVEN, BUMPY, x0, u0, 2.0, 200).x
+    errors = [abs(equal_steps(pair, DRIVEN, BUMPY, x0, u0, 2.0, n).x - exact) for n in steps]
+    order = math.log(errors[-2] / errors[-1]) / math.log(steps[-1] / steps[-2])
+    assert order == pytest.approx(5.0, abs=0.15) if pair == FEHLBERG45 else 7.6 < order < 9.4
+
+
+@pytest.mark.parametrize(("pair", "steps"), [(FEHLBERG45, (96, 192)), (DORMAND_PRINCE853, (24, 48))])
+@pytest.mark.parametrize("cubic", [True, False])
+def test_order_on_a_path_whose_nodes_end_steps(pair, steps, cubic):
+    """Of the belt's travel, so that nodes lie at equal times: 12 of them in tau = 3."""
+    p = DRIVEN._replace(advance=DRIVEN.V)
+    nodes = 0.05 * np.sin(2.1 * np.arange(16))
+    path = path_through(nodes, 0, 0.25 * p.V, cubic, True)
+    exact = equal_steps(DORMAND_PRINCE853, p, path, 0.0125, p.V, 3.0, 240).x
+    errors = [abs(equal_steps(pair, p, path, 0.0125, p.V, 3.0, n).x - exact) for n in steps]
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[pair], abs=0.5)
+
+
+@pytest.mark.parametrize(("pair", "steps"), [(FEHLBERG45, (0.02, 0.01)), (DORMAND_PRINCE853, (0.2, 0.1))])
+def test_order_of_the_error_estimate(pair, steps):
+    """Fehlberg's is the local error of the fourth-order member, h^5; Dormand and Prince's goes with h^8."""
+    y = completed(0.0, 0.0085, 0.5 * DRIVEN.V, 0.0, 1.0, piece_at(BUMPY, 0.0), DRIVEN)
+    estimates = [step(pair, y, h, 1.0, piece_at(BUMPY, 0.0), DRIVEN)[1] for h in steps]
+    assert math.log2(estimates[0] / estimates[1]) == pytest.approx(ORDERS[pair], abs=0.3)
+
+
+@pytest.mark.parametrize("advance", [0.0, 0.002])
+@pytest.mark.parametrize("sigma", [1.0, -1.0])
+def test_jerk_is_the_derivative_of_acceleration(sigma, advance):
+    """Central difference along the solution: error h^2, here 1e-6 relative."""
+    p, piece = DRIVEN._replace(advance=advance), piece_at(BUMPY, 0.004)
+    y = completed(0.7, 0.006, (0.3 if sigma > 0 else 1.7) * p.V, 0.004, sigma, piece, p)
+    h = 1e-4
+    ahead, behind = (step(FEHLBERG45, y, way * h, sigma, piece, p)[0] for way in (1.0, -1.0))
+    assert jerk(y.tau, y.u, y.s, y.a, sigma, piece, p) == pytest.approx((ahead.a - behind.a) / (2 * h), rel=1e-6)
+
+
+def test_jerk_of_friction_that_is_cut_is_that_of_a_free_mass():
+    p = DRIVEN._replace(q=0.0)
+    piece = piece_at(path_through(np.array([-3.0, -2.0, -2.5]), 0, 0.02, True, True), 0.01)
+    place = State(0.0, 0.004, 0.5 * p.V, 0.01, 0.0, 0.0)
+    y = completed(*place[:4], 1.0, piece, branch_at(place, 1.0, piece, p).p)
+    assert (y.a, y.j) == (pytest.approx(-2 * p.D * y.u - y.x), pytest.approx(-2 * p.D * y.a - y.u))
+
+
+SPACING = 0.3
+
+
+def interpolate(nodes, s, function=mu_s_at):
+    path = path_through(nodes, 0, SPACING, True, True)
+    return np.array([function(piece_at(path, x), x) for x in s])
+
+
+def test_against_scipy_hermite_with_central_tangents():
+    nodes = np.random.default_rng(1).standard_normal(9)
+    tangents = np.gradient(nodes, SPACING)  # central inside, one-sided at the ends
+    reference = CubicHermiteSpline(SPACING * np.arange(9), nodes, tangents)
+    s = np.linspace(0.01, 7.99 * SPACING, 101)
+    for derivative, function in enumerate((mu_s_at, mu_s_slope, mu_s_curvature)):
+        assert interpolate(nodes, s, function) == pytest.approx(reference(s, derivative), abs=1e-11)
+
+
+def test_linear_pieces_are_chords():
+    nodes = np.random.default_rng(2).standard_normal(9)
+    path = path_through(nodes, 0, SPACING, False, True)
+    s = np.linspace(0.0, 8 * SPACING, 101)
+    found = np.array([mu_s_at(piece_at(path, x), x) for x in s])
+    assert found == pytest.approx(np.interp(s, SPACING * np.arange(9), nodes), abs=1e-13)
+    slopes = [mu_s_slope(piece_at(path, (k + 0.5) * SPACING), (k + 0.5) * SPACING) for k in range(8)]
+    assert slopes == pytest.approx(np.diff(nodes) / SPACING, abs=1e-12)
+
+
+@pytest.mark.parametrize("size", [1, 2, 5, 13])
+def test_a_path_in_pieces_is_that_path(size):
+    """As s moves on, the same cubics bit by bit, the one-sided tangent at the end too, from a few nodes at a time."""
+    nodes = np.random.default_rng(3).standard_normal(40)
+    whole = path_through(nodes, 0, SPACING, True, True)
+    feed = PathFeed((nodes[k : k + size] for k in range(0, 40, size)), SPACING, "cubic")
+    for s in np.linspace(0.0, 39 * SPACING, 301):
+        if not reaches(feed.path, s):
+            feed.advance(s)
+        assert reaches(feed.path, s)
+        assert piece_at(feed.path, s) == piece_at(whole, s)
+        assert feed.path.nodes.size <= 8 + 2 * size
+    assert feed.received == 40
+    assert feed.length_m == pytest.approx(39 * SPACING)
+
+
+def test_a_kept_path_is_drawn_once():
+    """Runs one after another, the second further than the first, read the same pieces; an end is an end for all."""
+    drawn = []
+
+    def source():
+        for k in range(5):
+            drawn.append(k)
+            yield np.full(2, float(k))
+
+    path = KeptPath(source())
+    assert [piece[0] for piece, _ in zip(path, range(3), strict=False)] == [0.0, 1.0, 2.0]
+    assert len(drawn) <= 4
+    assert [piece[0] for piece in path] == [piece[0] for piece in path] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert drawn == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(("cubic", "order"), [(True, 2), (False, 1)])
+def test_the_bound_of_a_kink_holds(cubic: bool, order: int) -> None:
+    """Cubics meet with one slope, so that they part as t^2, lines as t; two steps up and two down attain it."""
+    rng = np.random.default_rng(4)
+    for nodes, share in ((rng.standard_normal(40), 0.2), (np.tile([0.0, 1.0, 2.0, 1.0], 10), 0.99)):
+        path = path_through(nodes, 0, SPACING, cubic, True)
+        assert path.steepest == np.abs(np.diff(nodes)).max()
+        for t in (1e-3, 0.1, 1.0):
+            apart = []
+            for k in range(1, 39):
+                before, behind = piece_at(path, (k - 0.5) * SPACING), piece_at(path, (k + 0.5) * SPACING)
+                for z in ((k - t) * SPACING, (k + t) * SPACING):
+                    apart.append(abs(mu_s_at(behind, z) - mu_s_at(before, z)))
+            assert max(apart) <= largest_kink(path, t) * (1.0 + 1e-9)
+            assert t > 1e-3 or max(apart) >= share * largest_kink(path, t)
+    assert largest_kink(path, 2e-3) == pytest.approx(2**order * largest_kink(path, 1e-3), rel=1e-2)
+
+
+H = 0.6
+POLYNOMIAL = np.polynomial.Polynomial([0.2, -1.0, 3.0, 1.3, -0.7, 0.4])
+coefficient = st.floats(-2.0, 2.0)
+
+
+def over(polynomial, h=H):
+    """Its quintic over (0, h)."""
+    ends = [(polynomial(t), polynomial.deriv()(t), polynomial.deriv(2)(t)) for t in (0.0, h)]
+    return quintic(h, *ends[0], *ends[1])
+
+
+def test_quintics_are_exact():
+    b = over(POLYNOMIAL)
+    for t in (0.0, 0.3, 0.77, 1.0):
+        assert value(b, t) == pytest.approx(POLYNOMIAL(t * H), abs=1e-15)
+        assert slope(b, t) == pytest.approx(H * POLYNOMIAL.deriv()(t * H), abs=1e-14)
+
+
+def test_extreme_and_root():
+    b = over(POLYNOMIAL)
+    (bottom,) = (t.real for t in POLYNOMIAL.deriv().roots() if abs(t.imag) < 1e-12 and 0.0 < t.real < H)
+    assert stationary(b) * H == pytest.approx(bottom, abs=1e-14)
+    falling = over(POLYNOMIAL - 0.15, bottom)
+    (root,) = (t.real for t in (POLYNOMIAL - 0.15).roots() if abs(t.imag) < 1e-12 and 0.0 < t.real < bottom)
+    assert sign_changes(falling) == 1
+    assert first_zero(falling) * bottom == pytest.approx(root, abs=1e-13)
+
+
+@settings(derandomize=True, max_examples=100, deadline=None)
+@given(st.lists(coefficient, min_size=6, max_size=6))
+def test_control_points_bound_value_and_roots(coefficients):
+    """Property: no value below the lowest point; as many changes of sign as roots, or an even number more."""
+    polynomial = np.polynomial.Polynomial(coefficients)
+    b = over(polynomial, 1.0)
+    fractions = np.linspace(0.0, 1.0, 101)
+    values = np.array([value(b, t) for t in fractions])
+    assert values == pytest.approx(polynomial(fractions), abs=1e-13)
+    assert values.min() >= lowest(b) - 1e-13
+    seen = np.count_nonzero(np.diff(np.sign(values[values != 0.0])))
+    assert sign_changes(b) >= seen

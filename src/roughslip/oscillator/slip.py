@@ -271,16 +271,13 @@ def slip(
     start: State, since: float, control: StepControl, sigma: float, path: Path, p: Coefficients, settings: Settings,
     horizon: Horizon, samples: Samples,
 ) -> Slip:  # fmt: skip
-    """A slip phase of sign sigma from X' = V until X' = V again, or until one of the other cases of `Status`.
+    """A slip phase of sign sigma that began at X' = V and tau = since, until X' = V again or another case of `Status`.
 
-    since : tau at which the phase began, with a control of zeros
-
-    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)). This is an error per
-    unit step, so that the sum does not grow with the number of nodes that end a step.
-
-    Each turn of the loop: (1) take the next piece of the path where one is over; (2) limit the step to node and time;
-    (3) try it, shorter where the error is too large; (4) a phase whose first step is pulled back to the belt is no
-    slip; (5) end the step at the first bound of its branch; (6) accept it, and end the phase or cross the bound.
+    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): an error per unit step,
+    whose sum does not grow with the number of nodes. Each turn of the loop: (1) take the next piece of the path where one
+    is over; (2) limit the step to node and time; (3) try it, shorter where the error is too large; (4) a first step that
+    is pulled back to the belt is no slip; (5) end it at the first bound of the branch; (6) accept it, and end the phase
+    or cross the bound.
     """
     slack, pair, tolerance = SLACK * path.spacing, settings.pair, settings.tolerance
     piece, here, y = start_phase(start, control, sigma, path, p)
@@ -288,10 +285,8 @@ def slip(
     backwards, total, steps, cuts = False, 0.0, 0, 0
     while steps < horizon.steps:
         first, z = y.tau == since, path_coordinate(y.tau, y.s, p)
-        # 1: the next piece, unless it still matters from which side of the node friction is taken
-        if z >= piece.right - slack and not (
-            z < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings)
-        ):
+        over = z >= piece.right - slack  # 1
+        if over and (z >= piece.right or not node_side_matters(y, control.allowed, sigma, piece, path, p, settings)):
             if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
                 return Slip(Status.PATH_OVER, y, backwards, steps, total, control, cuts)
             if not reaches(path, z + slack):
@@ -300,37 +295,31 @@ def slip(
             here = branch_on_piece(here, y, sigma, piece, p, tolerance)
             if not is_smooth_onto(path, piece, p):
                 y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
-        # 2: the length of the step
-        h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)
+        h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 2
         if not y.tau + h > y.tau:
             return Slip(Status.STEP_LOST, y, backwards, steps, total, control, cuts)
         last, whole = h == horizon.tau - y.tau, h == control.allowed
-        # 3: the step and its error
-        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)
+        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)  # 3
         steps += trials
         if not ratio <= 1.0:
             control = StepControl(h * growth(ratio, pair), control.grown, control.length)
             continue
-        # 4: back at the belt at once
-        if first and sigma * (p.V - end.u) <= 0.0:
+        if first and sigma * (p.V - end.u) <= 0.0:  # 4
             if h < SHORTEST_SLIP:
                 return Slip(Status.NO_SLIP, y, False, steps, 0.0, control, cuts)
             control = StepControl(0.25 * h, control.grown, control.length)
             continue
-        # 5: bounds within the step
-        met, length, sliding = NONE, h, Sliding(sigma, piece, p)
+        met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 5
         if not stays_within(y, end, h, first, here, sliding, tolerance):
-            met, end, error, length, trials = end_at_first_bound(
-                y, end, error, h, first, here, sliding, pair, tolerance
-            )
+            found = end_at_first_bound(y, end, error, h, first, here, sliding, pair, tolerance)
+            met, end, error, length, trials = found
             steps += trials
             ratio = error_ratio(error, length, end, p, settings)
             if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
                 control = StepControl(length * growth(ratio, pair), control.grown, control.length)
                 continue
             last, whole = last and length == h, whole and length == h
-        # 6: the accepted step
-        if samples.x.size > 0:
+        if samples.x.size > 0:  # 6
             sample_slip(y, end, here, sliding, pair, samples)
         backwards = backwards or turns_backwards(y, end)
         total += error

@@ -273,11 +273,11 @@ def slip(
 ) -> Slip:  # fmt: skip
     """A slip phase of sign sigma that began at X' = V and tau = since, until X' = V again or another case of `Status`.
 
-    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): an error per unit step,
-    whose sum does not grow with the number of nodes. Each turn of the loop: (1) take the next piece of the path where one
-    is over; (2) limit the step to node and time; (3) try it, shorter where the error is too large; (4) a first step that
-    is pulled back to the belt is no slip; (5) end it at the first bound of the branch; (6) accept it, and end the phase
-    or cross the bound.
+    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): an error per unit
+    step, so that nodes do not raise their sum. A turn of the loop: (1) take the next piece of the path where one is
+    over; (2) limit the step to node and time; (3) try it, shorter where the error is too large; (4) a first step that
+    is pulled back to the belt is no slip; (5) end it at the first bound of the branch; (6) accept it, and end the
+    phase or cross the bound.
     """
     slack, pair, tolerance = SLACK * path.spacing, settings.pair, settings.tolerance
     piece, here, y = start_phase(start, control, sigma, path, p)

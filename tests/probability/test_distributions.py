@@ -155,8 +155,6 @@ def test_an_empirical_distribution_follows_the_values():
     density = 1e-4 * p / (exact.quantile(1.00005 * p) - exact.quantile(0.99995 * p))
     error = 5 * np.sqrt(p * (1 - p) / 50_000) / density
     assert np.all(np.abs(found.quantile(p) - exact.quantile(p)) < error + 0.004 * UM)
-    assert found.skewness == pytest.approx(exact.skewness, abs=0.08)  # five standard errors of 0.015
-    assert found.excess_kurtosis == pytest.approx(exact.excess_kurtosis, abs=0.4)
     np.testing.assert_allclose(found.cdf(found.quantile(PROBABILITIES)), PROBABILITIES, rtol=1e-6, atol=1e-15)
 
 

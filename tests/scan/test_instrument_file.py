@@ -12,7 +12,7 @@ import pytest
 
 from roughslip.errors import InputError
 from roughslip.scan import limits
-from roughslip.scan.instrument_file import check_scan_file, read_scan, write_x3p
+from roughslip.scan.instrument_file import read_scan, write_x3p
 from roughslip.scan.topography import Topography
 
 instruments = pytest.mark.skipif(
@@ -47,17 +47,6 @@ def write_netcdf(path, heights, *, units="um", dims=("x", "y"), **changes):
             z.units = units
 
 
-def test_a_file_is_checked_before_its_heights_are_read(tmp_path, heights):
-    path = tmp_path / "map.nc"
-    write_netcdf(path, heights)
-    check_scan_file(path)
-    with pytest.raises(InputError, match=r"remove roughness\.scan\.height_unit = nm"):
-        check_scan_file(path, unit="nm")
-    write_netcdf(path, heights, units=None)
-    with pytest.raises(InputError, match=r"does not give its unit of heights; set roughness\.scan\.height_unit"):
-        check_scan_file(path)
-
-
 def check_refused(path, words, *, spacing=None, unit=None):
     with pytest.raises(InputError) as caught:
         read_scan(path, spacing, unit)
@@ -87,10 +76,12 @@ def test_a_netcdf_map_carries_its_units(tmp_path, heights, dims):
 def test_bad_netcdf_maps(tmp_path, heights):
     path = tmp_path / "map.nc"
     write_netcdf(path, heights, units=None)
+    check_refused(path, "does not give its unit of heights; set roughness.scan.height_unit")
     assert read_scan(path, unit="um").heights == pytest.approx(heights, rel=1e-6)
     write_netcdf(path, heights, units="V")
     check_refused(path, "'V', which is not a unit of length")
     write_netcdf(path, heights)
+    check_refused(path, "remove roughness.scan.height_unit = nm", unit="nm")
     check_refused(path, "gives its spacing", spacing=(DX, DY))
     write_netcdf(path, heights, x=np.arange(NX) ** 2 * 1e-3)
     check_refused(path, "does not increase in equal steps")

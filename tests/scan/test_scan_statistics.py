@@ -13,7 +13,7 @@ from roughslip.grid import Grid
 from roughslip.scan.autocorrelation import _lag_sums as lag_sums
 from roughslip.scan.autocorrelation import autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import SubAreas, leave_one_out, sub_areas, widening
-from roughslip.scan.spectrum import LEAKAGE, fractal_dimension, power_law, rings, self_affine_band, spectrum
+from roughslip.scan.spectrum import LEAKAGE, fractal_dimension, rings, self_affine_band, spectrum
 from roughslip.scan.statistics import height_density, scan_statistics
 from roughslip.scan.topography import Topography, remove_form, topography
 from roughslip.surface.embedding import embed
@@ -228,4 +228,4 @@ def test_what_a_scan_cannot_tell_is_refused():
     scan = complete(np.random.default_rng(71).standard_normal((64, 64)))
     parts = SubAreas(scan.grid, (2, 3), (1.0, 1.0))
     with pytest.raises(IllPosedError, match="fewer than two rings"):
-        power_law(spectrum(scan, parts), parts, (1.0, 1.01))
+        fractal_dimension(spectrum(scan, parts), parts, (1.0, 1.01))

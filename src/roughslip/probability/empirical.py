@@ -44,16 +44,6 @@ class EmpiricalDistribution:
         """Standard deviation of x."""
         return math.sqrt(_moment(self.normal, self.values, 2))
 
-    @property
-    def skewness(self) -> float:
-        """Third standardised moment [-]."""
-        return _moment(self.normal, self.values, 3) / self.standard_deviation**3
-
-    @property
-    def excess_kurtosis(self) -> float:
-        """Fourth standardised moment less 3 [-]."""
-        return _moment(self.normal, self.values, 4) / self.standard_deviation**4 - 3.0
-
     def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
         """x : (as normal) at standard normal scores g."""
         return np.interp(normal, self.normal, self.values)

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-TAILS = (0.025, 0.975)
-"""Probabilities of the ends of a 95 % interval."""
+TAILS = (0.025, 0.975)  # probabilities of the ends of a 95 % interval
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from roughslip.scan.topography import Topography
 
 LEVEL = math.exp(-1.0)
 ANGLES = np.arange(180) * math.pi / 180
-SHOWN = 3.0
-"""Lags with intervals go to this many times the reach of the autocorrelation above 1/e."""
+SHOWN = 3.0  # lags with intervals go to this many times the reach of the autocorrelation above 1/e
 
 
 @dataclass(frozen=True)

@@ -26,12 +26,8 @@ from roughslip.scan.topography import Topography, topography
 
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "μm": 1e-6, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
 
-SPACINGS = (1e-11, 1e-2)
-"""[m] what the distance of neighbouring points may be: from below an atom to a centimetre."""
-
-MOST_HEIGHT = 1.0
-"""[m] from zero; far beyond any scan, and squares stay finite."""
-
+SPACINGS = (1e-11, 1e-2)  # [m] what the distance of neighbouring points may be: from below an atom to a centimetre
+MOST_HEIGHT = 1.0  # [m] from zero; far beyond any scan, and squares stay finite
 KEYS = {
     "unit of heights": "roughness.scan.height_unit",
     "spacing": "roughness.scan.spacing_x_m and roughness.scan.spacing_y_m",
@@ -52,7 +48,7 @@ def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str 
     A `.txt` matrix with both arguments is read as bare numbers, a row for each y; without them it needs a header.
     Values in the file cannot be replaced. The first channel of heights is taken. Raises InputError.
     """
-    heights, dx, dy = _read(path, spacing, unit, load=True)
+    heights, dx, dy = _read(path, spacing, unit)
     if not np.all(np.abs(heights[np.isfinite(heights)]) <= MOST_HEIGHT):
         raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m: check the unit")
     scan = topography(heights, dx, dy, str(path))
@@ -65,18 +61,8 @@ def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str 
     return scan
 
 
-def check_scan_file(path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None) -> None:
-    """Check that a file is a scan with a unit and a spacing, without reading its heights.
-
-    Arguments as `read_scan`. Raises InputError with a line that names the scene key to change.
-    """
-    _read(path, spacing, unit, load=False)
-
-
-def _read(
-    path: Path, spacing: tuple[float, float] | None, unit: str | None, *, load: bool
-) -> tuple[np.ndarray, float, float]:
-    """Heights [m], empty without `load`, and the distances of points [m]."""
+def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> tuple[np.ndarray, float, float]:
+    """Heights [m] and the distances of points [m]."""
     path = Path(path)
     if unit is not None and unit not in METRES:
         raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; allowed are {', '.join(METRES)}")
@@ -87,11 +73,11 @@ def _read(
     check_size(path)
     check_hdf5(path)
     if path.suffix == ".nc":
-        heights, dx, dy = _read_netcdf(path, spacing, unit, load=load)
+        heights, dx, dy = _read_netcdf(path, spacing, unit)
     elif path.suffix == ".txt" and spacing is not None and unit is not None:
-        heights, (dx, dy) = _read_matrix(path, load=load) * METRES[unit], spacing
+        heights, (dx, dy) = _read_matrix(path) * METRES[unit], spacing
     else:
-        heights, dx, dy = _read_instrument(path, spacing, unit, load=load)
+        heights, dx, dy = _read_instrument(path, spacing, unit)
     for step in (dx, dy):
         if not SPACINGS[0] <= step <= SPACINGS[1]:
             raise InputError(
@@ -141,13 +127,13 @@ def _metres(path: Path, unit: str) -> float:
     return METRES[unit]
 
 
-def _read_matrix(path: Path, *, load: bool) -> np.ndarray:
-    """(nx, ny) numbers of a text file, a row for each y, nan for missing ones; without `load` the first row."""
+def _read_matrix(path: Path) -> np.ndarray:
+    """(nx, ny) numbers of a text file, a row for each y, nan for missing ones."""
     try:
         with path.open(encoding="utf-8") as file:
             if not any(line.partition("#")[0].strip() for line in file):
                 raise InputError(f"{path}: empty; a matrix has a row of numbers for each y")
-        rows = np.loadtxt(path, ndmin=2, encoding="utf-8", max_rows=None if load else 1)
+        rows = np.loadtxt(path, ndmin=2, encoding="utf-8")
     except (ValueError, OSError) as error:
         raise InputError(
             f"{path}: not a matrix of numbers ({first_line(error)}); where a header gives the spacing and the unit, "
@@ -157,9 +143,7 @@ def _read_matrix(path: Path, *, load: bool) -> np.ndarray:
     return rows.T
 
 
-def _read_netcdf(
-    path: Path, spacing: tuple[float, float] | None, unit: str | None, *, load: bool
-) -> tuple[np.ndarray, float, float]:
+def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> tuple[np.ndarray, float, float]:
     """A netCDF map: variable `heights(x, y)` with attribute `units` and coordinates x, y with theirs."""
     try:
         with netCDF4.Dataset(path) as file:
@@ -175,8 +159,6 @@ def _read_netcdf(
                 _check_shape(path, other, heights)
             steps = [_spacing(path, axis) for axis in axes]
             dx, dy = _choose(path, "spacing", (steps[0], steps[1]) if len(steps) == 2 else None, spacing)
-            if not load:
-                return np.empty((0, 0)), dx, dy
             values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan)
             if "mask" in file.variables:  # of missing points, as SurfaceTopography writes it
                 values[np.ma.filled(file.variables["mask"][:], 1) != 0] = np.nan
@@ -224,7 +206,7 @@ def _library(path: Path) -> ModuleType:
 
 
 def _read_instrument(
-    path: Path, spacing: tuple[float, float] | None, unit: str | None, *, load: bool
+    path: Path, spacing: tuple[float, float] | None, unit: str | None
 ) -> tuple[np.ndarray, float, float]:
     """Heights of an instrument's file. A reader of such files can fail in any way on a damaged one."""
     check_archive(path)
@@ -241,8 +223,6 @@ def _read_instrument(
             check_points(path, channel.nb_grid_pts)
             scale = _metres(path, _choose(path, "unit of heights", channel.unit, unit))
             dx, dy = _choose(path, "spacing", _found_spacing(channel), spacing)
-            if not load:
-                return np.empty((0, 0)), dx, dy
             stated = {} if channel.physical_sizes is not None else {"physical_sizes": (1.0, 1.0)}
             heights = channel.topography(**stated).heights()
     except InputError:

@@ -1,20 +1,13 @@
 """Sub-areas of a scan, and intervals of its statistics from leaving out one sub-area at a time.
 
-There is one scan, so scatter must be read from its parts. Whole sub-areas are left out, because neighbouring heights
-are correlated (delete-a-block jackknife: Kunsch, Annals of Statistics 17, 1989, 1217). With B sub-areas and theta_b the
-statistic without the b-th,
+Whole sub-areas are left out, because neighbouring heights are correlated (delete-a-block jackknife: Kunsch, Annals of
+Statistics 17, 1989, 1217). With B sub-areas and theta_b the statistic without the b-th,
 
     se^2 = (B - 1) / B sum_b (theta_b - mean theta_b)^2,
 
-and the interval reaches t_{0.975, B-1} standard errors to each side, on the logarithm for what is positive. Neighbours
-share scatter across their common edge, which makes se too low. The squares of Gaussian heights have the autocorrelation
-r^2, so that their mean over a rectangle of edges a, b has a variance proportional to
-
-    v(a, b) / (a b),    v(a, b) = int r(l)^2 (1 - |l_x| / a)+ (1 - |l_y| / b)+ dl,
-
-and se is multiplied by the square root of v(scan) / v(sub-area): by 1.1 for an exponential autocorrelation. Test
-fields were 1000 Gaussian and 1000 exponential ones of some 30 lengths an edge. Intervals of nine statistics contain
-the truth in 0.93 to 0.95 and 0.91 to 0.96 of them.
+and the interval reaches t_{0.975, B-1} standard errors to each side, on the logarithm for what is positive. Over 1000
+Gaussian fields each of two covariances, of some 30 lengths an edge, intervals of nine statistics contain the truth in
+0.93 to 0.95 (gaussian) and 0.91 to 0.96 (exponential).
 """
 
 from __future__ import annotations
@@ -33,9 +26,8 @@ from roughslip.probability import Estimate
 
 CONFIDENCE = 0.95
 
+# Correlation lengths that the edge of a sub-area should have for sub-areas to scatter independently.
 ENOUGH_LENGTHS = 6.0
-"""Correlation lengths that the edge of a sub-area should have for sub-areas to scatter independently."""
-
 NOISE = math.exp(-2.0)
 
 FEWEST = 6
@@ -118,9 +110,14 @@ def sub_areas(grid: Grid, extent_x: float, extent_y: float) -> SubAreas:
 
 
 def widening(parts: SubAreas, correlation: np.ndarray) -> float:
-    """The factor of the module's heading. correlation : (2 kx + 1, 2 ky + 1) r at lags of both signs.
+    """Factor of the standard error for what sub-areas share across their common edges, which makes se too low.
 
-    r below NOISE is left out: far lags are many, and there r^2 is the noise of its estimate.
+    correlation : (2 kx + 1, 2 ky + 1) r at lags of both signs
+
+    The squares of Gaussian heights have the autocorrelation r^2. So their mean over a rectangle of edges a, b has a
+    variance proportional to v / (a b) with v = int r(l)^2 (1 - |l_x| / a)+ (1 - |l_y| / b)+ dl, and the factor is the
+    root of v(scan) / v(sub-area): 1.1 for an exponential r. r below NOISE is left out: far lags are many, and there r^2
+    is the noise of its estimate.
     """
     lags = [np.abs(np.arange(n) - n // 2) for n in correlation.shape]
     squared = np.where(correlation > NOISE, correlation**2, 0.0)

@@ -13,15 +13,12 @@ import h5py
 
 from roughslip.errors import InputError
 
-MOST_POINTS = 2**23
-"""Statistics of so many points take some 2 GB."""
-
+MOST_POINTS = 2**23  # statistics of so many points take some 2 GB
 MOST_BYTES = 2**29
+# [bytes] The library of the instruments' formats takes some thirty times as much for text with a header.
 MOST_TEXT = 2**26
-"""[bytes] The library of the instruments' formats takes some thirty times as much for text with a header."""
-
+# With these Python unpacks no more than the size in the archive; with others it unpacks everything.
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""With these Python unpacks no more than the size in the archive; with others it unpacks everything."""
 
 
 def check_size(path: Path) -> None:

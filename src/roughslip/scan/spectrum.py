@@ -23,20 +23,16 @@ from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.topography import Topography
 
 RINGS_PER_OCTAVE = 4
-LOWEST = 6.0
-"""Fundamental wavenumbers of a sub-area below which the window mixes the spectrum too much to fit a slope."""
-
+LOWEST = 6.0  # fundamental wavenumbers of a sub-area below which the window mixes the spectrum too much to fit a slope
+# The power law is fitted above this over the shorter 1/e length, where a finite correlation no longer bends it.
 ROLL_OFF = 4.0
-"""The power law is fitted above this over the shorter 1/e length, where a finite correlation no longer bends it."""
-
 HIGHEST = 0.25
 """Share of the highest wavenumber of the scan below which the power law is fitted: blur, noise and most of the aliasing
 lie above."""
 
 NARROWEST_BAND = 2.0
 
-LEAKAGE = 1e-5
-"""Share of the highest power of a ring below which a spectrum may be the window's side lobes."""
+LEAKAGE = 1e-5  # share of the highest power of a ring below which a spectrum may be the window's side lobes
 
 
 @dataclass(frozen=True)
@@ -128,16 +124,6 @@ def spectrum(scan: Topography, parts: SubAreas) -> Spectrum:
     return Spectrum(over.wavenumber, parts.interval(rows, positive=True), over.modes, rows)
 
 
-def power_law(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate:
-    """Slope of ln C against ln q between two wavenumbers [1/m], rings weighted by the wavenumbers in them."""
-    inside = (found.wavenumber >= band[0]) & (found.wavenumber <= band[1])
-    if inside.sum() < 2:
-        raise IllPosedError(f"fewer than two rings of the spectrum lie between {band[0]:.3g} and {band[1]:.3g} 1/m")
-    x, weight = np.log(found.wavenumber[inside]), found.modes[inside]
-    x = x - np.average(x, weights=weight)
-    return parts.interval(np.log(found.rows[:, inside]) @ (weight * x) / np.sum(weight * x**2))
-
-
 def self_affine_band(scan: Topography, parts: SubAreas) -> tuple[float, float] | None:
     """Wavenumbers [1/m] between which the scan could show a power law; None where they span less than an octave."""
     low = max(LOWEST * _fundamental(scan.grid, parts), ROLL_OFF / min(parts.extent))
@@ -148,10 +134,16 @@ def self_affine_band(scan: Topography, parts: SubAreas) -> tuple[float, float] |
 def fractal_dimension(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate:
     """D = 4 + slope / 2 from the slope of the spectrum in a band: 2 to 3 if self-affine; any value is reported.
 
-    A Hurst exponent H gives C ~ q^(-2 - 2H) and D = 3 - H. The structure function, the other common way, mixes all
+    A Hurst exponent H gives C ~ q^(-2 - 2H) and D = 3 - H. Rings are weighted by the wavenumbers in them.
+    The structure function, the other common way, mixes all
     wavelengths, so that a surface without the shortest ones looks smoother to it: D was low by 0.07 at H = 0.3.
     """
-    slope = power_law(found, parts, band)
+    inside = (found.wavenumber >= band[0]) & (found.wavenumber <= band[1])
+    if inside.sum() < 2:
+        raise IllPosedError(f"fewer than two rings of the spectrum lie between {band[0]:.3g} and {band[1]:.3g} 1/m")
+    x, weight = np.log(found.wavenumber[inside]), found.modes[inside]
+    x = x - np.average(x, weights=weight)
+    slope = parts.interval(np.log(found.rows[:, inside]) @ (weight * x) / np.sum(weight * x**2))
     return Estimate(*(4.0 + 0.5 * end for end in (slope.value, slope.low, slope.high)))
 
 

@@ -14,17 +14,11 @@ from roughslip.grid import Grid
 
 Form = Literal["mean", "plane", "quadratic"]
 
-FEWEST_NODES = 32
-"""On each axis: below this no statistic of a scan has an interval worth the name."""
-
+FEWEST_NODES = 32  # on each axis: below this no statistic of a scan has an interval worth the name
+# Largest share of points without a height. Filled points are too smooth, and they lower the spectrum in proportion.
 MOST_MISSING = 0.10
-"""Largest share of points without a height. Filled points are too smooth, and they lower the spectrum in proportion."""
-
-RIM_MISSING = 0.5
-"""An outer row or column that misses more than this share is cut off."""
-
-ROUNDING = 1e-10
-"""Heights that scatter by less than this share of their range before removal of form are rounding."""
+RIM_MISSING = 0.5  # an outer row or column that misses more than this share is cut off
+ROUNDING = 1e-10  # heights that scatter by less than this share of their range before removal of form are rounding
 
 
 @dataclass(frozen=True)

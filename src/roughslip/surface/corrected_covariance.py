@@ -67,22 +67,20 @@ def nearest_correlation(translation: Translation, correlation: np.ndarray) -> To
     return TorusCorrelation(gaussian, translated, deviation, below_least, negative_share)
 
 
-def corrected_correlation(
-    translation: Translation, correlation: np.ndarray, negative_share: float = NEGATIVE_SHARE
-) -> TorusCorrelation:
+def corrected_correlation(translation: Translation, correlation: np.ndarray) -> TorusCorrelation:
     """The correlation of the Gaussian field that gives the heights the one wanted, on a torus.
 
-    Arguments as in `nearest_correlation`; negative_share : [-] of the spectrum that may be cut.
-    Raises IllPosedError where no Gaussian field gives it, with the deviation of the nearest one.
+    Arguments as in `nearest_correlation`. Raises IllPosedError, with the deviation of the nearest correlation, where no
+    Gaussian field gives it.
     """
     nearest = nearest_correlation(translation, correlation)
     reasons = []
     if nearest.below_least > 0.0:
         least = translation.least_correlation
         reasons.append(f"it falls {nearest.below_least:.2g} below the least possible {least:.4g}")
-    if nearest.negative_share > negative_share:
+    if nearest.negative_share > NEGATIVE_SHARE:
         reasons.append(
-            f"{nearest.negative_share:.2g} of the spectrum needed is negative (allowed {negative_share:.2g})"
+            f"{nearest.negative_share:.2g} of the spectrum needed is negative (allowed {NEGATIVE_SHARE:.2g})"
         )
     if reasons:
         raise IllPosedError(

@@ -15,9 +15,8 @@ from scipy.integrate import quad
 from scipy.special import j0
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.grid import Grid
 from roughslip.scene.roughness import covariance_shapes
-from roughslip.surface.covariance import nyquist_wavelength, plane_height
+from roughslip.surface.covariance import plane_height
 from roughslip.surface.measured_covariance import measured_covariance
 from roughslip.surface.models import MODELS, covariance_of, self_affine
 
@@ -92,7 +91,6 @@ def test_self_affine_spectrum_is_flat_then_falls_then_ends():
     assert covariance.spectrum(8 * q) / covariance.spectrum(4 * q) == pytest.approx(2.0 ** (-2 - 2 * 0.7), rel=1e-12)
     assert covariance.spectrum(0.0, 8 * q) == pytest.approx(covariance.spectrum(4 * q), rel=1e-12)  # q_r is 2 q there
     assert covariance.spectrum(20.1 * q) == 0.0
-    assert nyquist_wavelength(Grid(4, 4, 1e-6, 0.5e-6)) == 2e-6
 
 
 @pytest.mark.parametrize("kind", ["gaussian", "exponential", "matern"])
@@ -246,7 +244,6 @@ class Autoregressive(IsotropicCovariance):
 '''
 PROGRAM = """
 import numpy as np
-from roughslip.grid import Grid
 from roughslip.scene.schema import scene_schema
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates

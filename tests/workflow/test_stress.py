@@ -158,7 +158,7 @@ def test_fits_that_are_no_minimum_are_rejected(monkeypatch):
     x = 1e-6 * np.arange(-6.0, 7.0)
     exact = FIELD(x[:, None], x) / FIELD.rms_height_m**2
     data = surface_fit.estimates(x[:, None], x, exact, np.full(exact.shape, 0.01))
-    problem = surface_fit.FitProblem(0, "exact", "matern", FIELD, data, True, None)
+    problem = surface_fit.FitProblem(0, "exact", "matern", FIELD, data, None)
     assert surface_fit.judged(problem).broken == ()
     found = surface_fit.fit_covariance("matern", data, 1e-7)
     moved = replace(found, covariance=replace(found.covariance, correlation_length_m=4.1e-6))

@@ -31,7 +31,7 @@ class FitProblem:
     kind : of the fitted model
     truth : the covariance that the table comes from
     data : the table
-    anisotropic, cutoff_wavelength_m : of the fit
+    cutoff_wavelength_m : of the fit
     """
 
     number: int
@@ -39,7 +39,6 @@ class FitProblem:
     kind: str
     truth: Covariance
     data: Estimates
-    anisotropic: bool
     cutoff_wavelength_m: float | None
 
     @property
@@ -76,18 +75,17 @@ def random_problem(seed: int, number: int) -> FitProblem:
     elif source == "nonsense":
         r = generator.uniform(-1, 1, r.shape)
     data = estimates(x[:, None], y[None, :], r, np.full(r.shape, level))
-    return FitProblem(number, source, kind, truth, data, anisotropic, cutoff)
+    return FitProblem(number, source, kind, truth, data, cutoff)
 
 
 def judged(problem: FitProblem) -> Verdict:
     """Fit the covariance and judge the fit."""
     data, truth = problem.data, problem.truth
-    anisotropic, cutoff = problem.anisotropic, problem.cutoff_wavelength_m
-    found = fit_covariance(problem.kind, data, truth.rms_height_m, anisotropic=anisotropic, cutoff_wavelength_m=cutoff)
+    found = fit_covariance(problem.kind, data, truth.rms_height_m, cutoff_wavelength_m=problem.cutoff_wavelength_m)
     if not np.isfinite([*found.parameters.values(), found.misfit]).all():
         return Verdict(math.inf, ("parameters are not finite",))
     least = squares(data, found.covariance)
-    nearby = min((squares(data, near) for near in neighbours(found, problem)), default=math.inf)
+    nearby = min((squares(data, near) for near in neighbours(found)), default=math.inf)
     misfit = math.sqrt(least / len(data.x))
     conditions: Conditions = {
         "its misfit": (abs(found.misfit - misfit), 1e-6 * misfit + 1e-9),
@@ -110,7 +108,7 @@ def squares(data: Estimates, model: Covariance) -> float:
     return float(np.sum(((correlation(model, data) - data.correlation) / data.standard_error) ** 2))
 
 
-def neighbours(found: CovarianceFit, problem: FitProblem) -> list[Covariance]:
+def neighbours(found: CovarianceFit) -> list[Covariance]:
     """Return models a step away in each free parameter; no model if a parameter is at its bound."""
     model = found.covariance
     if found.at_bound or model.kind == "self_affine":  # Lengths, bandwidth and cut-off move together.
@@ -119,15 +117,12 @@ def neighbours(found: CovarianceFit, problem: FitProblem) -> list[Covariance]:
     near = []
     for step in STEPS:
         factor = math.exp(step)
-        if problem.anisotropic:
-            near += [
-                replace(model, correlation_length_m=along * factor, correlation_length_across_m=across),
-                replace(model, correlation_length_across_m=across * factor),
-            ]
-            if model.kind != "separable_exponential":
-                near.append(replace(model, lay_rad=model.lay_rad + step))
-        else:
-            near.append(replace(model, correlation_length_m=along * factor, correlation_length_across_m=None))
+        near += [
+            replace(model, correlation_length_m=along * factor, correlation_length_across_m=across),
+            replace(model, correlation_length_across_m=across * factor),
+        ]
+        if model.kind != "separable_exponential":
+            near.append(replace(model, lay_rad=model.lay_rad + step))
         if isinstance(model, Matern) and 0.05 < model.smoothness * factor < 20:
             near.append(replace(model, smoothness=model.smoothness * factor))
     return near

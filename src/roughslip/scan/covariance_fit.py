@@ -68,7 +68,6 @@ def fit_covariance(
     rms_height_m: float,
     *,
     rings: RingPowers | None = None,
-    anisotropic: bool = True,
     cutoff_wavelength_m: float | None = None,
 ) -> CovarianceFit:
     """Least squares of (estimate - model) / standard error.
@@ -77,11 +76,11 @@ def fit_covariance(
     data : from `estimates`
     rms_height_m : Sq [m], not fitted: correlations do not hold it
     rings : powers of the spectrum that determine its shape and count in its criterion; need parts in `data`
-    anisotropic : two lengths and a lay (separable_exponential: lengths along x and y), else one length
     cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
 
-    Returns the fit. Where `data` holds parts, standard errors are the delete-a-block jackknife (Kunsch, Annals of
-    Statistics 17 (1989) 1217) of the linearised fit. Without parts lags count as independent, and errors are too small.
+    Returns the fit of two lengths and a lay; of separable_exponential, of lengths along x and y. Where `data` holds
+    parts, standard errors are the delete-a-block jackknife (Kunsch, Annals of Statistics 17 (1989) 1217) of the
+    linearised fit. Without parts lags count as independent, and errors are too small.
     Raises IllPosedError where the lags do not determine the parameters, ConvergenceError where least squares stops.
     """
     if kind not in MODELS:
@@ -91,11 +90,11 @@ def fit_covariance(
         raise ParameterError(f"a {kind} model {'needs a' if model.has_cutoff else 'has no'} cut-off wavelength")
     if rings is not None and len(rings.without_part) != len(data.without_part):
         raise ParameterError("rings and lags must be estimated without the same parts of the scan")
-    build = _builder(model, rms_height_m, anisotropic, cutoff_wavelength_m)
-    start, low, high = _start_and_bounds(model, data, anisotropic)
+    build = _builder(model, rms_height_m, cutoff_wavelength_m)
+    start, low, high = _start_and_bounds(model, data)
     n, p = len(data.x), len(start)
     if n <= p:
-        raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags or fit an isotropic model")
+        raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags")
     number, number_of_rings = effective_number(data.errors), 0.0 if rings is None else effective_number(rings.errors)
     weight = math.sqrt(number / n)
 
@@ -114,7 +113,7 @@ def fit_covariance(
         errors = weight * data.errors, math.sqrt(number_of_rings / len(rings.power)) * rings.errors
         x, spread, free = _profiled(model, of_lags, of_rings, x, low, high, errors)
     covariance = build(x)
-    names, standard_errors, bound = _parameters(model, x, spread, free, covariance, anisotropic)
+    names, standard_errors, bound = _parameters(model, x, spread, free, covariance)
     squares, squares_of_rings = np.sum(of_lags(x) ** 2), np.sum(of_rings(x) ** 2)
     return CovarianceFit(
         covariance,
@@ -154,12 +153,12 @@ def fitted_covariances(
 
 
 def _builder(
-    model: type[Covariance], rms_height_m: float, anisotropic: bool, cutoff_wavelength_m: float | None
+    model: type[Covariance], rms_height_m: float, cutoff_wavelength_m: float | None
 ) -> Callable[[np.ndarray], Covariance]:
     """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
 
     def build(parameters: np.ndarray) -> Covariance:
-        along, across, lay = _axes(model, parameters, anisotropic)
+        along, across, lay = _axes(model, parameters)
         return model.of_fit(rms_height_m, along, across, lay, _shape_of(model, parameters), cutoff_wavelength_m)
 
     return build
@@ -174,30 +173,25 @@ def _shape_of(model: type[Covariance], parameters: np.ndarray) -> float | None:
     return min(max(value, low), high)
 
 
-def _axes(model: type[Covariance], parameters: np.ndarray, anisotropic: bool) -> tuple[float, float, float]:
+def _axes(model: type[Covariance], parameters: np.ndarray) -> tuple[float, float, float]:
+    """Lengths along and across the lay, and the lay."""
     mean = float(parameters[0])
-    if not anisotropic:
-        return math.exp(mean), math.exp(mean), 0.0
     if not model.is_fitted_with_lay:
         return math.exp(mean + parameters[1]), math.exp(mean - parameters[1]), 0.0
     e, lay = math.hypot(parameters[1], parameters[2]), 0.5 * math.atan2(parameters[2], parameters[1])
     return math.exp(mean + e), math.exp(mean - e), lay
 
 
-def _start_and_bounds(
-    model: type[Covariance], data: Estimates, anisotropic: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _start_and_bounds(model: type[Covariance], data: Estimates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """First guess from the quadratic form x'Gx = (-ln r)^(2/alpha) of near lags: alpha = 2 gaussian, 1 exponential."""
     near = (data.correlation > NEAR_LAGS) & (data.correlation < 0.999)
-    if near.sum() < (3 if anisotropic else 1):
+    if near.sum() < 3:
         raise IllPosedError(f"fewer than 3 lags have correlations above {NEAR_LAGS}: give shorter lags")
     form = (-np.log(data.correlation[near])) ** model.quadratic_power
     x, y = data.x[near], data.y[near]
-    squares = np.stack((x**2 + y**2, x**2 - y**2, 2 * x * y))[: 3 if anisotropic else 1]
+    squares = np.stack((x**2 + y**2, x**2 - y**2, 2 * x * y))
     weights = 1 / np.sum(squares[0])
-    trace, difference, mixed = np.append(np.linalg.lstsq(squares.T * weights, form * weights, rcond=None)[0], (0, 0))[
-        :3
-    ]
+    trace, difference, mixed = np.linalg.lstsq(squares.T * weights, form * weights, rcond=None)[0]
     unequal = math.hypot(difference, mixed)
     trace = max(trace, 1e-6 / np.max(squares[0]))
     ratio = min(unequal / trace, 0.98)  # the form may be indefinite where estimates scatter
@@ -205,15 +199,11 @@ def _start_and_bounds(
     longest = math.sqrt(np.max(data.x**2 + data.y**2))
     shortest = math.sqrt(np.min(data.x**2 + data.y**2))
     scale = model.fitted_length[1]  # such as that of a roll-off wavelength to a correlation length
-    parameters = [-0.25 * math.log(trace**2 * (1 - ratio**2)) + math.log(scale)]
-    low, high = [math.log(shortest / 100)], [math.log(100 * longest)]
-    if anisotropic:
-        angle = math.atan2(-mixed, -difference)  # of twice the lay: the form is smallest along it
-        unit = [math.cos(angle), math.sin(angle)]
-        shape = unit if model.is_fitted_with_lay else unit[:1]
-        parameters += [logs * component for component in shape]
-        low += [-MOST_ANISOTROPIC] * len(shape)
-        high += [MOST_ANISOTROPIC] * len(shape)
+    angle = math.atan2(-mixed, -difference)  # of twice the lay: the form is smallest along it
+    unit = [math.cos(angle), math.sin(angle)][: 2 if model.is_fitted_with_lay else 1]
+    parameters = [-0.25 * math.log(trace**2 * (1 - ratio**2)) + math.log(scale), *(logs * part for part in unit)]
+    low = [math.log(shortest / 100), *[-MOST_ANISOTROPIC] * len(unit)]
+    high = [math.log(100 * longest), *[MOST_ANISOTROPIC] * len(unit)]
     if model.fitted_shape is not None:
         name, start, logarithmic = model.fitted_shape
         scaled = [math.log(value) if logarithmic else value for value in (start, *model.shapes[name])]
@@ -283,16 +273,11 @@ def _profiled(
 
 
 def _parameters(
-    model: type[Covariance],
-    x: np.ndarray,
-    spread: np.ndarray,
-    free: np.ndarray,
-    covariance: Covariance,
-    anisotropic: bool,
+    model: type[Covariance], x: np.ndarray, spread: np.ndarray, free: np.ndarray, covariance: Covariance
 ) -> tuple[dict[str, float], dict[str, float], tuple[str, ...]]:
     """Named parameters, their standard errors, and the names of those at a bound."""
-    names = _named(covariance, anisotropic)
-    gradient = _gradient(model, x, covariance, anisotropic)
+    names = _named(covariance)
+    gradient = _gradient(model, x, covariance)
     # a parameter's scatter in each part, or its standard deviation from each independent lag: squares add up
     scatter = np.sqrt(np.sum((gradient @ spread) ** 2, axis=1))
     bound = {name for name, row in zip(names, gradient, strict=True) if np.any(row[~free] != 0)}
@@ -316,37 +301,34 @@ def _spread(
     norms = np.linalg.norm(jacobian, axis=0)
     q, r = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))
     if columns and not np.linalg.cond(r) < WORST_CONDITION:
-        raise IllPosedError("the lags do not determine all parameters: add lags across, or fit an isotropic model")
+        raise IllPosedError("the lags do not determine all parameters: add lags across")
     scatter = q.T @ errors.T if len(errors) else np.eye(columns)
     spread = np.zeros((len(free), scatter.shape[1]))
     spread[free] = np.linalg.solve(r, scatter) / norms[:, None]
     return spread, free
 
 
-def _named(covariance: Covariance, anisotropic: bool) -> dict[str, float]:
+def _named(covariance: Covariance) -> dict[str, float]:
     """The parameters of a fit by name, in the unit of the name."""
     stem, _ = covariance.fitted_length
     along, across = covariance.fitted_lengths_m
-    named = {f"{stem}_m": along}
-    if anisotropic:
-        named[f"{stem}_across_m"] = across
-        if covariance.is_fitted_with_lay:
-            named["lay_rad"] = covariance.lay_rad
+    named = {f"{stem}_m": along, f"{stem}_across_m": across}
+    if covariance.is_fitted_with_lay:
+        named["lay_rad"] = covariance.lay_rad
     if covariance.fitted_shape is not None:
         name = covariance.fitted_shape.name
         named[name] = getattr(covariance, name)
     return named
 
 
-def _gradient(model: type[Covariance], parameters: np.ndarray, covariance: Covariance, anisotropic: bool) -> np.ndarray:
+def _gradient(model: type[Covariance], parameters: np.ndarray, covariance: Covariance) -> np.ndarray:
     """Derivatives (named parameter, parameter of the fit)."""
     p = len(parameters)
-    along, across, _ = _axes(model, parameters, anisotropic)
+    along, across, _ = _axes(model, parameters)
     unit = np.eye(p)
-    rows = [along * unit[0]]
-    if anisotropic and not model.is_fitted_with_lay:
+    if not model.is_fitted_with_lay:
         rows = [along * (unit[0] + unit[1]), across * (unit[0] - unit[1])]
-    elif anisotropic:
+    else:
         e = max(math.hypot(parameters[1], parameters[2]), 1e-9)
         radial = (parameters[1] * unit[1] + parameters[2] * unit[2]) / e
         turn = (parameters[1] * unit[2] - parameters[2] * unit[1]) / (2 * e**2)

@@ -18,7 +18,6 @@ import scipy  # its parts when they are used: `scipy.optimize` takes half a seco
 from scipy.special import ndtri
 
 from roughslip.errors import ParameterError, real
-from roughslip.grid import Grid
 from roughslip.validation import reals
 
 NEGLIGIBLE = 1e-15  # correlation that counts as none
@@ -248,11 +247,6 @@ def _distance_of(model: IsotropicCovariance, value: float) -> float:
     while excess(end) > 0.0:
         end *= 2.0
     return float(scipy.optimize.brentq(excess, 1e-12, end, xtol=1e-15, rtol=1e-15))
-
-
-def nyquist_wavelength(grid: Grid) -> float:
-    """[m] the shortest wave that the mesh resolves on both axes."""
-    return 2.0 * max(grid.dx, grid.dy)
 
 
 def plane_height(percentile: float | np.ndarray, rms_height_m: float) -> np.ndarray:

@@ -140,7 +140,7 @@ def _folded_spectrum(covariance: SelfAffine, grid: Grid, torus: tuple[int, int])
     if max(beyond_x, beyond_y) > MOST_FOLDS:
         raise ParameterError(
             f"waves of {shortest:.3g} m are cut off far below cells of {grid.dx:.3g} m x {grid.dy:.3g} m: "
-            f"cut off at `nyquist_wavelength` of the mesh"
+            f"cut off at two cells or more"
         )
     total = np.zeros((torus[0], torus[1] // 2 + 1))
     for i in range(-beyond_x, beyond_x + 1):

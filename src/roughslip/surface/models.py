@@ -202,7 +202,7 @@ def self_affine(
     rms_height_m : Sq [m]
     hurst : H [-]; the fractal dimension of a profile is 2 - H, that of the surface 3 - H
     rolloff_wavelength_m : 2 pi / q_r [m] along the lay; longer waves have a constant spectrum
-    cutoff_wavelength_m : 2 pi / q_s [m] along the lay; none is shorter. `nyquist_wavelength` of the mesh or more
+    cutoff_wavelength_m : 2 pi / q_s [m] along the lay; none is shorter. Two cells of the mesh or more
     rolloff_wavelength_across_m : [m] across the lay, with the cut-off in the same ratio; equal if not given
     lay_rad : angle from x to the lay
 

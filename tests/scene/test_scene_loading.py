@@ -3,6 +3,7 @@
 import copy
 from pathlib import Path
 
+import pytest
 import yaml
 
 from roughslip.chaos.functionals import NAMES
@@ -13,8 +14,6 @@ from roughslip.scene.loader import RESERVED, describe_allowed, load
 from roughslip.scene.plan import slice_for
 from roughslip.stages.from_scene.geometry import training_columns
 from tests.scene.shipped import FIGURES, FRACTAL, KINDS, PAPER, SCAN, SCHEMA, TABLE, lines_of, shipped_scene
-
-TIME = "correlation_time_s: 2.6e-4"
 
 
 def test_overlays_merge_to_any_depth(mine):
@@ -36,34 +35,49 @@ def test_overlays_in_a_circle(mine):
     ]
 
 
-def test_one_form_of_friction_replaces_the_other(mine):
-    scene = mine("extends: given\nfriction: {mean_at_median: 0.25, least_contact_fraction: 0.002}")
-    assert scene["friction"] == {"mean_at_median": 0.25, "least_contact_fraction": 0.002}
-    given = shipped_scene("given")
-    assert set(given["friction"]) == {"statistics"}
+SOLVED = "friction: {mean_at_median: 0.25, least_contact_fraction: 0.002}"
+FIELD = "roughness: {covariance: exponential, rms_height_m: 1.0e-7, correlation_length_m: 2.0e-5}"
+TABLE_IN_TIME = (
+    f"oscillator: {{law: table, friction_table: {TABLE}, friction_follows: time, correlation_time_s: 2.6e-4}}"
+)
+SCANNED = f"extends: paper\nroughness: {{scan: {SCAN}}}"
+BY_SHARE = "extends: paper\nsquare: {variance_share: 1, nodes: 5}\nexpansion: {samples: 1000000, degree: 1}"
+MATERN = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
+
+
+@pytest.mark.parametrize(
+    ("base", "overlay", "section", "kept", "replaced"),
+    [
+        ("extends: given", SOLVED, "friction", "mean_at_median least_contact_fraction", "statistics"),
+        ("extends: paper", f"roughness: {{scan: {SCAN}}}", "roughness", "scan", "covariance rms_height_m"),
+        ("extends: fractal", f"roughness: {{fractal: {FRACTAL}}}", "roughness", "rms_height_m fractal", "covariance"),
+        (SCANNED, FIELD, "roughness", "covariance rms_height_m correlation_length_m", "scan"),
+        (MATERN, "roughness: {covariance: gaussian}", "roughness", "rms_height_m", "smoothness"),
+        (f"extends: given\n{TABLE_IN_TIME}", "seed: 4", "oscillator", "friction_table correlation_time_s", ""),
+        (f"extends: given\n{TABLE_IN_TIME}", "oscillator: {law: coulomb}", "oscillator", "law", "friction_table"),
+        (
+            *(f"extends: given\n{TABLE_IN_TIME}", "oscillator: {friction_follows: belt}"),
+            *("oscillator", "friction_table", "correlation_time_s"),
+        ),
+        ("extends: paper", BY_SHARE.partition("\n")[2], "square", "variance_share", "modes"),
+        (BY_SHARE, "square: {modes: 20}", "square", "modes", "variance_share"),
+    ],
+)
+def test_what_an_overlay_gives_takes_the_place_of_what_excludes_it(mine, base, overlay, section, kept, replaced):
+    found = mine(f"extends: base\n{overlay}", base=base)[section]
+    assert set(kept.split()) <= found.keys()
+    assert set(replaced.split()).isdisjoint(found)
+
+
+def test_forms_merge_and_a_share_of_the_variance_has_no_modes(mine):
     narrower = mine("extends: given\nfriction: {statistics: {standard_deviation: 0.02}}")
-    assert narrower["friction"]["statistics"] == given["friction"]["statistics"] | {"standard_deviation": 0.02}
-
-
-def test_one_form_of_roughness_replaces_another(mine):
-    scan = {"file": "a.x3p", "form": "plane", "covariance": "best", "marginal": "gaussian"}
-    assert mine(f"extends: paper\nroughness: {{scan: {SCAN}}}")["roughness"] == {"scan": scan}
-    fractal = mine(f"extends: paper\ntargets: [figure3]\nroughness: {{fractal: {FRACTAL}}}")["roughness"]
-    assert fractal == {"rms_height_m": 5e-8, "fractal": {"hurst": 0.8, "azimuths": 8, "gamma": 1.5}}
-    field = "roughness: {covariance: exponential, rms_height_m: 1.0e-7, correlation_length_m: 2.0e-5}"
-    base = f"extends: paper\nroughness: {{scan: {SCAN}}}"
-    assert set(mine(f"extends: base\n{field}", base=base)["roughness"]) == {
-        *("covariance", "rms_height_m", "correlation_length_m")
-    }
-    matern = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
-    assert "smoothness" not in mine("extends: base\nroughness: {covariance: gaussian}", base=matern)["roughness"]
-
-
-def test_another_law_leaves_what_only_the_last_one_takes(mine):
-    base = f"extends: given\noscillator: {{law: table, friction_table: {TABLE}, friction_follows: time, {TIME}}}"
-    assert mine("extends: base\nseed: 4", base=base)["oscillator"]["friction_table"]["values"] == [0.4, 0.3]
-    found = mine("extends: base\noscillator: {law: coulomb, friction_follows: belt}", base=base)["oscillator"]
-    assert not {"friction_table", "correlation_time_s"} & set(found)
+    expected = shipped_scene("given")["friction"]["statistics"] | {"standard_deviation": 0.02}
+    assert narrower["friction"]["statistics"] == expected
+    assert slice_for(mine(BY_SHARE), "karhunen_loeve")["square"]["modes"] is None
+    others = PAPER | {"square": {key: value for key, value in PAPER["square"].items() if key != "modes"}}
+    assert lines_of(mine, yaml.safe_dump(others)) == [
+        "scenes/mine.yaml: square.modes: missing; give it, or square.variance_share"
+    ]
 
 
 def test_a_number_is_a_float_however_written(mine):
@@ -161,22 +175,6 @@ def test_friction_has_one_of_its_forms(mine):
     others = yaml.safe_dump({key: value for key, value in PAPER.items() if key != "friction"})
     for friction, line in forms.items():
         assert lines_of(mine, f"{others}friction: {friction}\n") == [f"scenes/mine.yaml: {line}"]
-
-
-def test_the_square_is_truncated_by_number_or_by_share(mine):
-    """What an overlay gives takes the place of what it inherits, either way; rules of the number need one."""
-    text = "extends: paper\nsquare: {variance_share: 1, nodes: 5}\nexpansion: {samples: 1000000, degree: 1}\n"
-    scene = mine(text)
-    assert scene["square"]["variance_share"] == 1.0
-    assert "modes" not in scene["square"]
-    assert slice_for(scene, "karhunen_loeve")["square"]["modes"] is None
-    back = mine("extends: base\nsquare: {modes: 20}\n", base=text)
-    assert back["square"]["modes"] == 20
-    assert "variance_share" not in back["square"]
-    others = PAPER | {"square": {key: value for key, value in PAPER["square"].items() if key != "modes"}}
-    assert lines_of(mine, yaml.safe_dump(others)) == [
-        "scenes/mine.yaml: square.modes: missing; give it, or square.variance_share"
-    ]
 
 
 def test_a_scene_that_lacks_what_its_targets_need(mine):

@@ -151,6 +151,8 @@ def test_figure3_draws_the_stored_numbers():
         for row, label in enumerate(("solved contact", "expansion")):
             np.testing.assert_array_equal(line(axes, label), [result["percentile"], result[name][row]])
         np.testing.assert_array_equal(line(axes, "expansion as control")[1], result[f"combined_{name}"])
+        band = axes.collections[0].get_paths()[0].vertices[:, 1]
+        assert (band.min(), band.max()) == (result[f"{name}_low"][0].min(), result[f"{name}_high"][0].max())
     np.testing.assert_array_equal(line(mean, "$\\mu_{fit}$"), [result["fit_percentile"], result["fit"]])
 
 

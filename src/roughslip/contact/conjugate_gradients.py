@@ -129,6 +129,8 @@ class _Iteration:
     misfit, descent, direction, product : (nx, ny) r, s, d and B d
     uniform_descent : (nx, ny) M 1 on F, of which a multiple makes the sum of a direction zero
     free : (nx, ny) whether a node may move
+    lift : (nx, ny) M 1 on the free nodes, with a force
+    new_pressure, new_gap, excess : (nx, ny) the fields after a step, and what the clip changed
     curvature : d' B d; zero where there is no earlier direction
     products : number of products with B
     """

@@ -123,7 +123,7 @@ class Influence:
             raise ParameterError("a periodic cell of one node is a rigid flat: it needs two nodes at least")
         self.periodic = periodic
         self._modulus = plane_strain_modulus_pa
-        self._whole: Influence | None = None
+        self._whole: Influence | None = None  # the mesh of which this one is a part, see `on`
         self.approximate_inverse = _lifting_pressures(grid, plane_strain_modulus_pa)
         if periodic:
             symbol = periodic_symbol(grid, plane_strain_modulus_pa)
@@ -139,6 +139,7 @@ class Influence:
         symbol: np.ndarray | None = None,
         torus: tuple[int, int] | None = None,
     ) -> None:
+        """Set what depends on the nodes. symbol, torus : eigenvalues and shape of the circulant matrix, if known."""
         if symbol is None or torus is None:
             torus = (fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1))
             symbol = _embedding_symbol(coefficients, torus)
@@ -194,6 +195,7 @@ class Influence:
 
 
 def _lifting_pressures(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
+    """The pressures on a patch of cells that lift its centre by one metre and no other cell of the patch."""
     width = 2 * PATCH_RADIUS + 1
     patch = Grid(width, width, grid.dx, grid.dy)
     i, j = np.divmod(np.arange(patch.size), width)

@@ -20,7 +20,7 @@ from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.probability import Translation
 
-PIECE_NODES = 4096
+PIECE_NODES = 4096  # of a path, drawn at a time
 MOST_TERMS = 8  # largest p; the weights b grow by some five a term, and rounding with them
 CORRELATION_TOLERANCE = 1e-4  # p is large enough where the autocorrelation errs by no more than this,
 INCREMENT_TOLERANCE = 1e-3  # and the mean square of an increment, at every lag, by no more than this share of it
@@ -124,7 +124,7 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
             f"lengths, not {ratio:.4g}"
         )
     translation = process.translation()
-    every = np.linspace(0.0, 1.0, CHECK_NODES)[:-1]
+    every = np.linspace(0.0, 1.0, CHECK_NODES)[:-1]  # values of x = exp(-s / L) at which errors are found
     most = min(MOST_TERMS, int(LONGEST_RATE / ratio))
     if most < MOST_TERMS:  # nodes far apart: only x up to that of their first lag matters, and few terms suffice
         every = every * math.exp(-ratio)

@@ -27,7 +27,7 @@ from roughslip.oscillator.slip import (
 )
 from roughslip.oscillator.switching_events import branch_at
 
-DEPARTURE, REATTACHMENT, CROSSING = 0, 1, 2
+DEPARTURE, REATTACHMENT, CROSSING = 0, 1, 2  # of stick; start of stick; slip that changes its sign without stick
 UPPER, LOWER, HELD, PAUSED = 1, -1, 0, 2
 RESOLUTION = 1e-12  # of tau, to which the first passage on a path is bracketed,
 WIDEST = 1e-6  # and up to which the bracket widens where force and limit are too close for any bound
@@ -188,7 +188,7 @@ class RunState(NamedTuple):
     """The state of a run between two calls of `continue_run`.
 
     y : the motion
-    sigma : HELD in stick, else the sign of slip
+    sigma : HELD in stick, else the sign of slip, UPPER = 1 below the velocity of the belt and LOWER = -1 above it
     limit : [m] static limit of stick
     since, control : of the slip phase, arguments of `slip`
     backwards : whether X' < 0 occurred since the departure

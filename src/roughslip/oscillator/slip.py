@@ -31,8 +31,8 @@ from roughslip.oscillator.switching_events import (
     stays_within,
 )
 
-FIRST_STEP = 0.1  # of a slip phase, in units of 1/omega; a whole phase within it is smaller than the error allowed
-MOST_TRIED = 5  # trial steps, until one ends at a node
+FIRST_STEP = 0.1  # of a slip phase, in units of 1/omega; a phase that ends within it moves less than the error allowed
+MOST_TRIED = 5  # trial steps until one ends at a node of the path
 LONGEST_STEP = 0.75  # so that the quintic dense output, which errs by h^6 / 46080, sees every extreme of X'
 SHORTEST_SLIP = 1e-7  # a shorter phase does not count as slip: V h^2 / 2 is below the rounding of V
 SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at it, where both sides give equal friction
@@ -326,7 +326,7 @@ def slip(
         cuts += friction_is_cut(end, sigma, piece, p)
         if settings.refuse and cuts > 0:
             return Slip(Status.NEGATIVE, end, backwards, steps, total, control, cuts)
-        if met == LOWER and here.row == 0:
+        if met == LOWER and here.row == 0:  # the lower end of the first row of a law is the belt
             return Slip(Status.AT_BELT, end, backwards, steps, total, control, cuts)
         if last:
             return Slip(Status.TIME_OVER, end, backwards, steps, total, control, cuts)

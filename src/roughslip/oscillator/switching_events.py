@@ -37,7 +37,7 @@ from roughslip.oscillator.runge_kutta import (
     value,
 )
 
-NONE, LOWER, UPPER, ZERO = 0, 1, 2, 3  # the bound that a step ends at: of speed, and of friction
+NONE, LOWER, UPPER, ZERO = 0, 1, 2, 3  # the bound that a step ends at: of speed, and of friction; no sides of slip
 GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is decided by a step that ends there
 REACHED = 1e-15  # of V: X' is the belt's
 NEAR = 1e-5  # of a step: within this distance the series of X' up to the jerk locates the belt to 1e-15 of the step

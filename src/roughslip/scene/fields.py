@@ -109,7 +109,8 @@ def build(kind: type[S], values: Mapping[str, Any], place: str = "", *, defaults
     """A section from the keys that `values` holds.
 
     place : dotted name of the section with a point at its end, for the message of a key that was not read
-    defaults : whether absent optional keys get their defaults
+    defaults : whether absent optional keys get their defaults; a group of the scene itself is then a section of
+        defaults, and a group within a section is None
 
     A key without a value is absent from the section too, and reading it raises AttributeError.
     """

@@ -75,7 +75,7 @@ class Covariance:
     quadratic_power: ClassVar[float] = 1.4
     fitted_shape: ClassVar[FittedShape | None] = None
     fitted_length: ClassVar[tuple[str, float]] = ("correlation_length", 1.0)  # name, and its ratio to l in the guess
-    is_fitted_with_lay: ClassVar[bool] = True
+    is_fitted_with_lay: ClassVar[bool] = True  # whether a fit searches the angle of the lay
 
     rms_height_m: float
     correlation_length_m: float

@@ -20,6 +20,7 @@ HISTOGRAM_BINS = 40
 QUANTILES = 1000
 COMBINED = ("mean", "std", "variation", "mean_variance_ratio", "std_variance_ratio")
 GAINS = ("mean", "std")  # also given as the ratio of solves at equal standard error
+# Statistics of which the change with penetration is stored too.
 TRENDS = ("mean", "std", "variation", "length_least_squares", "beta_distance_standardised")
 TITLES = {
     "mean": "mean friction coefficient",

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import ConvergenceError
 from roughslip.stages import cycles, deterministic, oscillator, path_resolution
 from roughslip.stages.path_resolution import Thinned, error_bounds
-from roughslip.stages.runtime import skip_reasons
 from tests.stages.scenes import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -128,113 +128,55 @@ def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
 @pytest.mark.slow
 def test_keys_of_the_ensemble_reach_the_runs(run, stored):
     """Each changes the places of reattachment, none by more than the scatter does; nodes found are nodes given."""
-    plain = scattered(4e-3)
+    plain, found_nodes = scattered(4e-3), stored("nodes.nc", nodes_per_correlation_length=((), 4))
 
-    def places(name, **keys):
-        configuration = plain | {"ensemble": plain["ensemble"] | keys}
-        extra = {"path_resolution": spacing} if keys.get("nodes_per_correlation_length") == "auto" else {}
-        return run(oscillator, configuration, name, first=0, last=2, **extra)["reattachment"]
+    def places(**keys):
+        scene = plain | {"ensemble": plain["ensemble"] | keys}
+        return run(oscillator, scene, "keys", first=0, last=2, path_resolution=found_nodes)["reattachment"]
 
-    spacing = stored("spacing.nc", nodes_per_correlation_length=((), 4))
-    default = places("default")
-    np.testing.assert_array_equal(default, places("named", process="recursion", marginal="beta", interpolation="cubic"))
-    np.testing.assert_array_equal(
-        places("found", nodes_per_correlation_length="auto"), places("four", nodes_per_correlation_length=4)
-    )
-    changes = {"process": "spectral", "interpolation": "linear", "nodes_per_correlation_length": 4}
-    for key, value in (*changes.items(), ("process", "embedding")):
-        found = places("changed", **{key: value})
+    default = places()
+    np.testing.assert_array_equal(default, places(process="recursion", marginal="paper", interpolation="cubic"))
+    four = places(nodes_per_correlation_length=4)
+    np.testing.assert_array_equal(places(nodes_per_correlation_length="auto"), four)
+    for found in (four, places(process="spectral"), places(process="embedding"), places(interpolation="linear")):
         assert not np.array_equal(found, default)
         assert found.mean() == pytest.approx(default.mean(), abs=4 * default.std())
-    plain = scattered(4e-3)
-    plain["friction"]["statistics"] |= {"beta_a": 0.5, "beta_b": 0.5}
-    assert not np.array_equal(places("shapes"), default)
-    np.testing.assert_array_equal(places("paper", marginal="paper"), default)
 
 
-def test_an_ensemble_of_known_runs_is_summed_up(run, stored, capsys):
-    """Ten runs, in two batches named in another order than numbered, at three dampings."""
-    rng = np.random.default_rng(3)
-    counts = rng.integers(5, 20, (10, 3))
-    micro = rng.integers(0, 9, (10, 3))
-    last = np.where(np.arange(10)[:, None] < [8, 5, 2], 29.0, 19.0)
-    nominal_last = np.array([29.0] * 7 + [19.0] * 3)
-    owner = np.repeat(np.arange(10), 6)
-    place = 1e-3 * (3 + rng.standard_normal(10)[owner] + 0.1 * rng.standard_normal(60))
-    drawn = rng.standard_normal((2, 2, 5))
-    two, one = ("realisation", "damping"), ("realisation",)
-    batches = []
-    for name, part in (("b", slice(0, 4)), ("a", slice(4, 10))):
-        events = (part.start <= owner) & (owner < part.stop)
-        arrays = {
-            "cycles": (two, counts[part]),
-            "micro_slips": (two, micro[part]),
-            "last_cycle": (two, last[part]),
-            "nominal_last_cycle": (one, nominal_last[part]),
-            "reattachment": (("event",), place[events]),
-            "reattachment_realisation": (("event",), owner[events]),
-        }
-        if name == "b":
-            arrays |= {key: (("drawn", "time"), drawn[k]) for k, key in enumerate(("position", "velocity"))}
-        batches.append(stored(f"{name}.nc", {"first": part.start}, **arrays))
-    scalars = {"hopf_damping": 0.23, "existence_limit": 0.32, "reattachment": 3.1e-3, "departure": 9e-3}
-    plain = stored(
-        "plain.nc",
-        damping_ratio=(("damping",), np.array(DAMPINGS)),
-        cycles=(("damping",), np.array([20, 18, 0])),
-        position=(("time",), np.arange(5.0)),
-        velocity=(("time",), -np.arange(5.0)),
-        **{name: ((), value) for name, value in scalars.items()},
-    )
-    found = run(cycles, CONFIGURATION, deterministic=plain, ensemble=batches)
-    np.testing.assert_array_equal(found["deterministic_cycles"], [20, 18, 0])
+def test_an_ensemble_in_batches_is_summed_up(run, without_scatter, capsys):
+    """Eight runs, in two batches named in another order than numbered, at three dampings."""
+    scene = scattered(4e-3)
+    batches = [run(oscillator, scene, name, first=first, last=last) for name, first, last in (("b", 0, 5), ("a", 5, 8))]
+    paths = [batch.path for batch in reversed(batches)]
+    found = run(cycles, scene, deterministic=without_scatter.path, ensemble=paths)
+    counts, micro, place = (store.join(batches, name) for name in ("cycles", "micro_slips", "reattachment"))
+    np.testing.assert_array_equal(found["deterministic_cycles"], without_scatter["cycles"])
     np.testing.assert_allclose(found["mean_cycles"], counts.mean(axis=0))
-    error = counts.std(axis=0, ddof=1) / np.sqrt(10)
-    np.testing.assert_allclose(found["mean_cycles_error"], error)
-    np.testing.assert_allclose(found["difference"], [20, 18, 0] - counts.mean(axis=0))
-    half = 2.2621571627409915 * error  # of Student's t with 9 degrees of freedom
-    np.testing.assert_allclose(found["difference_high"] - found["difference"], half)
-    np.testing.assert_allclose(found["difference"] - found["difference_low"], half)
+    np.testing.assert_allclose(found["difference"], without_scatter["cycles"] - counts.mean(axis=0))
     np.testing.assert_allclose(found["mean_micro_slips"], micro.mean(axis=0))
-    np.testing.assert_allclose(found["still_cycling"], [0.8, 0.5, 0.2])
+    last, nominal = (store.join(batches, name) > 20.0 for name in ("last_cycle", "nominal_last_cycle"))  # of 30 periods
+    np.testing.assert_allclose(found["still_cycling"], last.mean(axis=0))
     share = [found[f"cycling_share{end}"] for end in ("", "_low", "_high")]
-    assert share == pytest.approx([0.7, *wilson_interval(7, 10)])
-    assert np.isnan([found["normality_jarque_bera_p"], found["normality_anderson_darling_p"]]).all()  # of 60 events
+    assert share == pytest.approx([nominal.mean(), *wilson_interval(nominal.sum(), 8)])
+    few = cycles.normality_variables(place[:20], np.arange(20), np.random.default_rng(0))
+    assert np.isnan([variable.values for variable in few.values()]).all()
     assert "too few for a test of normality" in capsys.readouterr().err
     assert found["reattachment_mean"] == pytest.approx(place.mean())
     assert found["reattachment_std"] == pytest.approx(place.std())
-    assert found["reattachment_skewness"] == pytest.approx(np.mean((place - place.mean()) ** 3) / place.std() ** 3)
-    # whole runs are resampled: six events of one are hardly more than one; percentiles are sqrt(9/10) as wide
-    runs = place.reshape(10, 6).mean(axis=1)
+    # whole runs are resampled, and their events weigh alike; percentiles of eight are sqrt(7/8) as wide
+    owner = store.join(batches, "reattachment_realisation")
+    far = np.bincount(owner, place - place.mean()) / len(place)
     half = (found["reattachment_mean_high"] - found["reattachment_mean_low"]) / 2
-    assert half == pytest.approx(1.96 * runs.std() / np.sqrt(10), rel=0.15)
+    assert half == pytest.approx(1.96 * np.sqrt(np.sum(far**2)), rel=0.2)
     edges = found["histogram_edge"]
     assert (edges[0], edges[-1]) == (pytest.approx(place.min()), pytest.approx(place.max()))
-    np.testing.assert_allclose(found["histogram"] * np.diff(edges) * 60, np.histogram(place, edges)[0])
-    assert (found["events"], found["realisations"], found["nominal_damping"]) == (60, 10, 0.17)
-    np.testing.assert_array_equal([found["position"], found["velocity"]], drawn)
-    np.testing.assert_array_equal(found["deterministic_velocity"], -np.arange(5.0))
-    for name, value in scalars.items():
-        assert found[f"deterministic_{name}"] == value
-
-
-@pytest.mark.slow
-def test_what_runs_left_out_is_counted(run):
-    """Every stick phase that was left is one not integrated. A path is drawn once for all dampings, the scene's own and
-    two drawings. It is drawn as far as the runs slip. Without scatter a run is followed to its end, or by the period
-    for some four periods."""
-    found = run(oscillator, CONFIGURATION, "counted", first=0, last=2)
-    skipped, events = run.skipped, found["cycles"].sum() + found["micro_slips"].sum()
-    assert skipped[skip_reasons.KEPT] == 2 * len(DAMPINGS) + 2
-    assert events + 2 * 20 < skipped[skip_reasons.STICK] < events + 2 * 30  # 27 or so of the scene's own damping
-    assert skipped[skip_reasons.UNREAD] > 0
-    run(deterministic, CONFIGURATION)
-    assert run.skipped[skip_reasons.BY_PERIOD] == 0
-    assert run.skipped[skip_reasons.STICK] > 0
-    by_period = CONFIGURATION | {"ensemble": CONFIGURATION["ensemble"] | {"count_by_period": True}}
-    run(deterministic, by_period, "by_period")
-    assert run.skipped[skip_reasons.STICK] == 0
-    assert 24 * len(DAMPINGS) < run.skipped[skip_reasons.BY_PERIOD] < 30 * len(DAMPINGS)
+    np.testing.assert_allclose(found["histogram"] * np.diff(edges) * len(place), np.histogram(place, edges)[0])
+    assert (found["events"], found["realisations"], found["nominal_damping"]) == (len(place), 8, 0.17)
+    for name in ("position", "velocity"):
+        np.testing.assert_array_equal(found[name], batches[0][name])  # of the two runs that are drawn
+        np.testing.assert_array_equal(found[f"deterministic_{name}"], without_scatter[name])
+    for name in ("hopf_damping", "existence_limit", "reattachment", "departure"):
+        assert found[f"deterministic_{name}"] == without_scatter[name]
 
 
 def asked(error: float, std: float = 1e-9, dampings: tuple[float, ...] = (0.1, 0.17)) -> dict:

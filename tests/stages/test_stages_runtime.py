@@ -1,4 +1,4 @@
-"""What all stages share: options, errors in one line, pictures, their end, the record of cost, its sum, the report."""
+"""What all stages share: errors in one line, the record of cost, their end, the sum of costs, the report."""
 
 import json
 import math
@@ -8,11 +8,9 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from numba import njit
 
 from roughslip import store
@@ -29,11 +27,11 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.types import scene_of
 from roughslip.stages.costs import total
 from roughslip.stages.from_scene import elastic
-from roughslip.stages.report import merged, read_scene, represented
+from roughslip.stages.report import read_scene, represented
 from roughslip.stages.runtime import command, skip_reasons
 from roughslip.stages.runtime.command import execute
-from roughslip.stages.runtime.drawing import draw_and_save
-from roughslip.stages.runtime.usage import Usage, peak_memory_mib
+from roughslip.stages.runtime.usage import Usage
+from tests.stages.scenes import CONTACT, changed
 
 STAGE = Stage(name="contact", result="contact.nc")
 SOURCE = Path(__file__).resolve().parents[2] / "src"
@@ -46,10 +44,10 @@ def run(tmp_path, monkeypatch):
     key = tmp_path / "key.json"
     key.write_text(json.dumps({"configuration": {"seed": 5}, "code": "abc"}), encoding="utf-8")
 
-    def run(work, *arguments, stage=STAGE):
+    def run(work):
         shared = ["--key", str(key), "--output", str(tmp_path / "out.nc"), "--usage", str(tmp_path / "usage.json")]
-        monkeypatch.setattr(sys, "argv", ["stage", *shared, *arguments])
-        execute(stage, work)
+        monkeypatch.setattr(sys, "argv", ["stage", *shared])
+        execute(STAGE, work)
 
     run.folder = tmp_path
     return run
@@ -73,65 +71,6 @@ def test_an_error_of_the_package_is_a_message_and_exit_1(run, capsys, error, lin
     assert sorted(path.name for path in run.folder.iterdir()) == ["key.json"]  # and no record of cost
     with pytest.raises(ZeroDivisionError):  # a mistake of ours keeps its traceback
         run(lambda job: 1 / 0)
-
-
-def test_a_stage_gets_its_slice_and_its_arguments_and_leaves_its_record(run):
-    seen = {}
-
-    def work(job):
-        seen.update(vars(job.arguments), configuration=job.key.configuration)
-        job.usage.count(solves=3)
-
-    stage = Stage(
-        name="contact",
-        inputs={"surface": ""},
-        many={"contact": ""},
-        optional={"friction": "", "scan": ""},
-        result="contact/{design}-{first}-{last}.nc",
-        outputs={"png": ""},
-    )
-    arguments = "--surface s.nc --contact a.nc b.nc --design lhs --png f.png --first 4 --last 8 --friction"
-    run(work, *arguments.split(), stage=stage)  # the optional file under the last is one that the scene does not have
-    expected = {"surface": Path("s.nc"), "contact": [Path("a.nc"), Path("b.nc")], "png": Path("f.png")}
-    expected |= {"design": "lhs", "first": 4, "last": 8, "friction": None, "scan": None, "configuration": {"seed": 5}}
-    assert {name: seen[name] for name in expected} == expected
-    record = json.loads((run.folder / "usage.json").read_text())
-    assert (record["stage"], record["did"]) == ("contact", {"solves": 3})
-
-
-KEY = store.Key({"description": "Mine"}, "abc")
-
-
-@pytest.fixture
-def job(tmp_path):
-    variables = {
-        "drawn": store.Variable(("x",), np.arange(3.0), "Pa", "what is drawn"),
-        "other": store.Variable(("x",), np.arange(3.0), "m", "what is not"),
-    }
-    store.write(tmp_path / "result.nc", variables, store.Key({"seed": 1}, "of the result"))
-    names = {"png": "out/f.png", "svg": "out/f.svg", "output": "out/f.nc"}
-    paths = {option: tmp_path / name for option, name in names.items()}
-    return SimpleNamespace(arguments=SimpleNamespace(**paths, results=[tmp_path / "result.nc"]), key=KEY)
-
-
-def draw(result):
-    figure = Figure(figsize=(1, 1))
-    figure.subplots().plot(result["drawn"])
-    return figure
-
-
-def test_two_pictures_and_the_numbers_in_them(job):
-    draw_and_save(job, draw, ["drawn"])
-    folder = job.arguments.png.parent
-    assert sorted(path.name for path in folder.iterdir()) == ["f.nc", "f.png", "f.svg"]
-    assert job.arguments.png.read_bytes().startswith(b"\x89PNG")
-    assert b"<svg" in job.arguments.svg.read_bytes()
-    stored = store.read(job.arguments.output)
-    assert list(stored) == ["drawn"]
-    assert (stored.variable("drawn").units, list(stored["drawn"])) == ("Pa", [0.0, 1.0, 2.0])
-    assert json.loads(stored.attributes["configuration"]) == KEY.configuration
-    with pytest.raises(StoreError, match="holds no variable 'missing'"):
-        draw_and_save(job, draw, ["drawn", "missing"])
 
 
 def spend(cpu_seconds: float) -> None:
@@ -181,24 +120,18 @@ def test_compiling_is_not_core(tmp_path):
     assert 0.05 <= usage.core_cpu_seconds < 0.05 + 0.2 * (spent - 0.05)  # nested compilations are not taken off twice
 
 
-@pytest.mark.skipif(sys.platform not in ("linux", "darwin"), reason="no peak memory on this platform")
-def test_peak_memory_sees_an_array_of_known_size():
+@pytest.mark.skipif(sys.platform != "linux", reason="the kernel's own peak and time of start are read on Linux only")
+def test_peak_memory_and_wall_time_are_those_of_the_whole_process():
+    """An array of known size, and a wait before the import."""
     script = (
-        "from roughslip.stages.runtime.usage import peak_memory_mib\n"
+        "import time; time.sleep(0.3); from roughslip.stages.runtime.usage import Usage, peak_memory_mib\n"
         "before = peak_memory_mib(); block = bytearray(64 * 2**20); block[::4096] = b'x' * 2**14\n"
-        "del block; print(peak_memory_mib() - before)"
+        "del block; print(peak_memory_mib() - before, Usage('x', 'y').record()['wall_seconds'])"
     )
-    grown = float(subprocess.run([sys.executable, "-c", script], env=environment(), capture_output=True).stdout)
-    assert grown == pytest.approx(64, abs=1)  # pages and the interpreter's own blocks
-    assert peak_memory_mib() > grown
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the kernel's own time of start is read on Linux only")
-def test_wall_time_runs_from_the_start_of_the_process():
-    script = "import time; time.sleep(0.3); from roughslip.stages.runtime.usage import Usage; "
-    script += "print(Usage('x', 'y').record()['wall_seconds'])"
     out = subprocess.run([sys.executable, "-c", script], env=environment(), capture_output=True, text=True).stdout
-    assert 0.29 <= float(out) < 5.0  # to one clock tick; slow machines
+    grown, seconds = map(float, out.split())
+    assert grown == pytest.approx(64, abs=1)  # pages and the interpreter's own blocks
+    assert 0.29 <= seconds < 5.0  # to one clock tick; slow machines
 
 
 WAITING_STAGE = (
@@ -330,15 +263,6 @@ def test_terms_that_a_basis_leaves_out():
 CAPTIONS = {"figure2": "Pressure.", "figure5": "Cycles."}
 
 
-def test_slices_of_several_stages_merge_at_every_depth():
-    slices = [
-        {"seed": 1, "strip": {"cell_m": 2.0, "margin": {"left": 1}}},
-        {"strip": {"length_m": 3.0, "margin": {"right": 2}}, "targets": ["figure3"]},
-    ]
-    strip = {"cell_m": 2.0, "length_m": 3.0, "margin": {"left": 1, "right": 2}}
-    assert merged(slices) == {"seed": 1, "strip": strip, "targets": ["figure3"]}
-
-
 @pytest.fixture
 def scene(tmp_path):
     """A scene that ran claims and one stage for Figure 5, in a folder where Figure 2 was made before."""
@@ -346,6 +270,7 @@ def scene(tmp_path):
     for stage, configuration in (
         ("claims", {"description": "Mine", "targets": ["figure5"]}),
         ("cycles", {"oscillator": {"damping_ratio": 0.17}}),
+        ("deterministic", {"oscillator": {"mass_kg": 1.0}}),
         ("figure5", {"description": "Mine"}),
         ("contact_square", {"oscillator": {"damping_ratio": 0.4}, "square": {"nodes": 10}}),
     ):
@@ -353,7 +278,7 @@ def scene(tmp_path):
         (tmp_path / "keys" / f"{stage}.json").write_text(json.dumps(key), encoding="utf-8")
     for name in ("figure2", "figure5"):
         (tmp_path / f"{name}.png").write_bytes(name.encode())
-    costs = [{"stage": stage} for stage in ("claims", "cycles", "figure5", "all")]
+    costs = [{"stage": stage} for stage in ("claims", "cycles", "deterministic", "figure5", "all")]
     (tmp_path / "costs.json").write_text(json.dumps(costs), encoding="utf-8")
     (tmp_path / "claims.json").write_text("[]", encoding="utf-8")
     return tmp_path
@@ -366,7 +291,7 @@ def test_only_what_this_run_made_is_shown(scene):
     assert json.loads(found.configuration) == {
         "description": "Mine",
         "targets": ["figure5"],
-        "oscillator": {"damping_ratio": 0.17},
+        "oscillator": {"damping_ratio": 0.17, "mass_kg": 1.0},
     }
 
 
@@ -387,14 +312,10 @@ def test_what_is_missing_is_named(scene, name):
     ],
 )
 def test_how_a_surface_is_represented_stands_below_the_figure_it_leads_to(tmp_path, stage, targets, figure):
-    names = ("captured_variance", "captured_at_centre", "captured_at_corner", "eigenvalue")
-    variables = {name: store.Variable(("mode",), np.ones(1), "1", name) for name in names[3:]}
-    variables |= {name: store.Variable((), 0.9, "1", name) for name in names[:3]}
-    store.write(tmp_path / "surface" / "modes.nc", variables, store.Key({}, "abc"))
-    scene = {
-        "roughness": {"covariance": "gaussian", "rms_height_m": 1e-7, "correlation_length_m": 1e-7},
-        "square": {"variance_share": 0.95},
-        "strip": {"length_m": 2.0e-4, "margin_m": 0.0, "width_m": 4e-5, "cell_m": 1e-6},
-        "targets": targets,
+    variables = {
+        f"captured_{where}": store.Variable((), 0.9, "1", "") for where in ("variance", "at_centre", "at_corner")
     }
+    variables["eigenvalue"] = store.Variable(("mode",), np.ones(1), "1", "")
+    store.write(tmp_path / "surface" / "modes.nc", variables, store.Key({}, "abc"))
+    scene = changed(CONTACT, square={"variance_share": 0.95}) | {"targets": targets}
     assert represented(tmp_path, [stage], scene_of(scene)).keys() == {figure}

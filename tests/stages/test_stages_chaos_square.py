@@ -79,16 +79,6 @@ def test_refits_are_of_the_scatter_of_their_samples():
     np.testing.assert_allclose(curves[0], refit - fit, atol=1e-4)  # a draw may change sides of a level by rounding
 
 
-def test_draws_are_a_function_of_their_number():
-    one = exact_expansion("equation_8", TRUTH)
-    many = draw(one, TRUTH, 2 * BLOCK + 10, [7])
-    assert len(many) == 2 * BLOCK + 10
-    np.testing.assert_array_equal(draw(one, TRUTH, BLOCK + 5, [7]), many[: BLOCK + 5])
-    share = np.mean(many > 0)
-    normal = np.random.default_rng(0).standard_normal((100_000, 2))
-    assert share == pytest.approx(np.mean(hermite_basis(normal, INDICES) @ TRUTH > 0), abs=0.01)  # 4 standard errors
-
-
 def test_pressures_of_the_exponential_stay_finite_and_too_few_samples_in_contact_are_refused():
     """The cubic exponent of eq. (9) exceeds what a double holds sooner or later."""
     values = exact_expansion("equation_9", TRUTH).at(np.array([[1e4], [-1e4]]) * np.eye(6)[0], np.eye(6)[0])
@@ -307,26 +297,6 @@ def test_raw_modes_are_the_variables_at_the_centre_where_the_scene_says_so(expan
     left = 1 - np.sum((RESPONSE @ variables[0])[:3] ** 2)
     assert found["cross_validated"] == pytest.approx(left * (1 + 10 / 200), rel=0.3)
     assert list(found["count"]) == [found.attributes["variables"]] == [3]
-
-
-def test_a_regression_finds_the_response_that_two_functionals_make(expanded):
-    """The response is linear in the modes, so that its direction alone leaves nothing, up to four nodes that differ."""
-    found = expanded(rotation="regression", variables=1)
-    assert found["direction"].shape == (1, MODES)
-    assert found["cross_validated"] < 0.01
-    assert expanded(variables=1)["cross_validated"] > 0.05
-
-
-@pytest.mark.slow
-def test_the_best_number_of_variables_stands_with_those_it_was_chosen_from(expanded, variables):
-    """Height and curvature give the response exactly; of two variables it is not among, and six have nothing to add."""
-    found = expanded(variables="best")
-    assert list(found["count"][:2]) == [2, 4]
-    assert found.attributes["variables"] == 4
-    np.testing.assert_array_equal(found["direction"], variables[0])
-    assert found["count_score"][0] > 0.1
-    assert np.nanmax(found["count_score"][1:]) < 1e-6
-    assert found["count_error"][int(np.nanargmin(found["count_score"]))] == 0
 
 
 @pytest.mark.slow

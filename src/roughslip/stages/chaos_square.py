@@ -6,7 +6,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
-from roughslip.chaos.pressure import KINDS, PressureTarget
+from roughslip.chaos.pressure import KINDS
 from roughslip.chaos.regression import Fit
 from roughslip.chaos.sampling import NORMAL_95, kolmogorov_distance, monte_carlo, quantile_levels
 from roughslip.chaos.selection import Chosen, fit_count
@@ -59,28 +59,33 @@ FITS = {
     "samples": "samples that entered the fit",
     "effective_samples": "effective samples",
     "leave_one_out": "share of the variance of the target that leave-one-out residuals keep",
+    "positive_share": "share of new draws at which the expansion is positive",
+    "distance_at_contact": "Kolmogorov distance to Monte Carlo given contact, at Monte Carlo samples that are known to "
+    "be in contact",
 }
 
 
-def expansions(batches: list[store.Result], directions: np.ndarray, job: Job) -> dict[str, Expansion]:
-    """Eqs. (8) and (9) before their fit, in the variables : (variables, modes) of the centre."""
-    xi = store.read(job.arguments.designs)["latin_hypercube"]
-    indices = multi_indices(len(directions), job.scene.expansion.degree)
-    basis = hermite_basis(xi @ directions.T, indices)
-    pressure = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
-    return {method: Expansion(method, basis, pressure, indices) for method in EXPANDED[:2]}
+def local_expansion(batches: list[store.Result], surface: store.Result, job: Job) -> tuple[Chosen, np.ndarray]:
+    """Ours, from the training nodes of its design, with what its target and its variables were chosen from.
 
-
-def local_expansion(
-    batches: list[store.Result], candidates: expansion.Candidates, targets: tuple[PressureTarget, ...], job: Job
-) -> Chosen:
-    """Ours, from the training nodes of its design, with what its target and its variables were chosen from."""
-    chosen = job.scene.expansion.samples == "auto"  # then stage adaptive_training drew the samples
-    xi = samples_of(batches, "expansion", "xi") if chosen else store.read(job.arguments.designs)["expansion"]
+    Returns it, and its variables at the centre in terms of the modes : (variables, modes).
+    """
+    scene = job.scene
+    model, grid = surface_model.gaussian_model(scene, job.arguments.scan), geometry.square_grid(scene)
+    nodes = geometry.training_nodes(model.lengths_m, grid)
+    candidates = expansion.candidates(scene, model, grid, surface["modes"], nodes)
+    trained = scene.expansion.samples == "auto"  # then stage adaptive_training drew the samples
+    xi = samples_of(batches, "expansion", "xi") if trained else store.read(job.arguments.designs)["expansion"]
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
-    samples = candidates.samples(xi, pressure, gap)
-    degree = job.scene.expansion.degree
-    return fit_count(samples, candidates.given, candidates.count, degree, targets, regression=candidates.regression)
+    chosen = fit_count(
+        candidates.samples(xi, pressure, gap),
+        candidates.given,
+        candidates.count,
+        scene.expansion.degree,
+        expansion.targets(scene, model, grid),
+        regression=candidates.regression,
+    )
+    return chosen, chosen.rotation @ candidates.directions[0]
 
 
 def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarray:
@@ -99,51 +104,41 @@ def fits_of(found: dict[str, Expansion]) -> dict[str, Fit]:
     return fits
 
 
-def contacts_of_monte_carlo(pressure: np.ndarray, directions: np.ndarray, job: Job) -> np.ndarray:
-    """xi : (contacts, variables) of the Monte Carlo samples, no part of any fit, that their solves found in contact.
-
-    pressure : (samples,) [Pa] at the centre of the first samples
-    """
-    seed = [job.scene.seed, geometry.STREAM_MONTE_CARLO]
-    modes = directions.shape[1]
-    return np.array([directions @ monte_carlo([*seed, int(n)], modes) for n in np.flatnonzero(pressure > 0)])
-
-
 def work(job: Job) -> None:
     """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with Monte Carlo."""
-    batches = store.read_all(job.arguments.contact)
-    draws, drawing = job.scene.expansion.draws, [job.scene.seed, geometry.STREAM_DRAWS]
+    batches, seed = store.read_all(job.arguments.contact), job.scene.seed
+    asked, drawing = job.scene.expansion, [seed, geometry.STREAM_DRAWS]
     nodes = samples_of(batches, "monte_carlo", "pressure")
     surface = store.read(job.arguments.surface)
-    model = surface_model.gaussian_model(job.scene, job.arguments.scan)
-    grid = geometry.square_grid(job.scene)
-    training = geometry.training_nodes(model.lengths_m, grid)
     with job.usage.core():
-        candidates = expansion.candidates(job.scene, model, grid, surface["modes"], training)
-        chosen = local_expansion(batches, candidates, expansion.targets(job.scene, model, grid), job)
-        local, directions = chosen.expansion, chosen.rotation @ candidates.directions[0]
-        found = expansions(batches, directions[:PAPER], job)
+        chosen, directions = local_expansion(batches, surface, job)
+        local, sampled = chosen.expansion, samples_of(batches, "latin_hypercube", "pressure")[:, 0]
+        indices = multi_indices(len(directions[:PAPER]), asked.degree)
+        basis = hermite_basis(store.read(job.arguments.designs)["latin_hypercube"] @ directions[:PAPER].T, indices)
+        found = {method: Expansion(method, basis, sampled, indices) for method in EXPANDED[:2]}
         fits = fits_of(found)
-        sampled = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
         pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
         reference = Reference(pressure["monte_carlo"], len(nodes), quantile_levels(pressure["monte_carlo"]))
         rows = {
             "monte_carlo": sampled_rows(pressure["monte_carlo"], len(nodes), reference),
             "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
         }
-        known = contacts_of_monte_carlo(nodes[:KNOWN, 0], directions, job)
+        # variables of Monte Carlo samples, no part of any fit, that their solves found in contact
+        streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:KNOWN, 0] > 0))
+        known = np.array([directions @ monte_carlo(stream, directions.shape[1]) for stream in streams])
         moved: dict[str, np.ndarray] = {}
         at_contact: dict[str, float] = {}
+        probability = rows["latin_hypercube"]["contact_probability"]
         for method, fit in fits.items():
-            one, signs = found[method], [job.scene.seed, geometry.STREAM_BOOTSTRAP]
-            basis = hermite_basis(known[:, :PAPER], one.indices)
-            at_contact[method] = reference.distance(one.at(basis, fit.coefficients))
-            pressure[method] = draw(one, fit.coefficients, draws, drawing)
-            moved[method] = refits(one, fit, reference.levels, drawing, signs)
-            probability = rows["latin_hypercube"]["contact_probability"]
+            one = found[method]
+            at_contact[method] = reference.distance(one.at(hermite_basis(known[:, :PAPER], indices), fit.coefficients))
+            pressure[method] = draw(one, fit.coefficients, asked.draws, drawing)
+            moved[method] = refits(one, fit, reference.levels, drawing, [seed, geometry.STREAM_BOOTSTRAP])
             rows[method] = expanded_rows(pressure[method], moved[method], probability, reference)
+        for method in EXPANDED[:2]:
+            rows.setdefault(method, refused_rows(reference.levels, probability))
         at_contact["roughslip"] = reference.distance(local.mean_pressure_at(known))
-        pressure["roughslip"] = local.draw(np.random.default_rng(drawing), draws)
+        pressure["roughslip"] = local.draw(np.random.default_rng(drawing), asked.draws)
         moved["roughslip"], error = moved_local(local, reference.levels, drawing)
         share = float(np.mean(pressure["roughslip"] > 0))
         probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)
@@ -151,51 +146,43 @@ def work(job: Job) -> None:
         between: Row = (np.nan, np.nan, np.nan)
         if len(fits) == 2:
             between = apart(pressure["equation_8"], pressure["equation_9"], moved)
-    for method in EXPANDED:
-        rows.setdefault(method, refused_rows(reference.levels, rows["latin_hypercube"]["contact_probability"]))
-    job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + len(local.without), draws=draws * (1 + len(fits)))
-    degree = job.scene.expansion.degree
-    job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, degree)})
+    job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + len(local.without), draws=asked.draws * (1 + len(fits)))
+    job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, asked.degree)})
     results = table(rows, pressure, reference) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)
-    results |= choice(chosen) | of_modes(chosen, directions)
+    results |= choice(chosen, directions)
     results["captured_variance"] = surface.variable("captured_variance")
     store.write(job.arguments.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
 
 
-def choice(chosen: Chosen) -> dict[str, store.Variable]:
-    """What our expansion takes of its candidates, and how well each predicts."""
+def choice(chosen: Chosen, directions: np.ndarray) -> dict[str, store.Variable]:
+    """What our expansion takes of its candidates, how well each predicts, and what the modes behind them explain.
+
+    directions : (variables, modes) the variables at the centre in terms of the modes
+    """
     local, tried = chosen.expansion, ("count",)
+    first, total = sobol_indices(local.indices, local.whole.coefficients, directions)
     unit = "Pa m-1" if local.target.kind == "trial_pressure" else "Pa2 m-1"
     score = "continuous ranked probability score at left-out surfaces over the mean pressure; NaN where not tried"
-    titles = {
-        "cross_validated": "share of the variance of its target that our expansion misses at left-out surfaces",
-        "gap_stiffness": "stiffness of the gap in the target of our expansion",
-        "count_error": "standard error of how much more the score is than the least of these",
-    }
+    scores = [chosen.targets.get(kind, np.nan) for kind in KINDS]
+    missed = "share of the variance of its target that our expansion misses at left-out surfaces"
+    explained = "share of the variance of the expanded target that a mode explains {} (Sobol' index)"
+    more = "standard error of how much more the score is than the least of these"
+    variables = "variables at the centre in terms of the modes"
     return {
-        "cross_validated": store.Variable((), local.cross_validated, "1", titles["cross_validated"]),
-        "gap_stiffness": store.Variable((), local.target.gap_stiffness, unit, titles["gap_stiffness"]),
+        "cross_validated": store.Variable((), local.cross_validated, "1", missed),
+        "gap_stiffness": store.Variable(
+            (), local.target.gap_stiffness, unit, "stiffness of the gap in the target of our expansion"
+        ),
         "target": store.Variable(("target",), np.array(KINDS), "1", "what our expansion may expand"),
-        "score": store.Variable(("target",), [chosen.targets.get(kind, np.nan) for kind in KINDS], "1", score),
+        "score": store.Variable(("target",), scores, "1", score),
         "count": store.Variable(tried, np.array(chosen.counts), "1", "numbers of variables that were tried"),
         "count_score": store.Variable(tried, chosen.scores, "1", score.replace("not tried", "refused")),
-        "count_error": store.Variable(tried, chosen.errors, "1", titles["count_error"]),
-    }
-
-
-def of_modes(chosen: Chosen, directions: np.ndarray) -> dict[str, store.Variable]:
-    """The variables at the centre, and what the modes behind them explain."""
-    local = chosen.expansion
-    first, total = sobol_indices(local.indices, local.whole.coefficients, directions)
-    title = "share of the variance of the expanded target that a mode explains {} (Sobol' index)"
-    return {
-        "sobol_first": store.Variable(("mode",), first, "1", title.format("alone")),
-        "sobol_total": store.Variable(("mode",), total, "1", title.format("alone and with others")),
-        "direction": store.Variable(
-            ("variable", "mode"), directions, "1", "variables at the centre in terms of the modes"
-        ),
+        "count_error": store.Variable(tried, chosen.errors, "1", more),
+        "sobol_first": store.Variable(("mode",), first, "1", explained.format("alone")),
+        "sobol_total": store.Variable(("mode",), total, "1", explained.format("alone and with others")),
+        "direction": store.Variable(("variable", "mode"), directions, "1", variables),
     }
 
 
@@ -203,18 +190,17 @@ def table(
     rows: dict[str, dict[str, Row]], pressure: dict[str, np.ndarray], reference: Reference
 ) -> dict[str, store.Variable]:
     """A row a method: distribution, contact probability and distances, each with its interval; means and numbers."""
-    one = ("method",)
-    distance = [kolmogorov_distance(pressure[m], pressure["monte_carlo"]) if m in pressure else np.nan for m in METHODS]
+    one, truth = ("method",), pressure["monte_carlo"]
+    distance = [kolmogorov_distance(pressure[m], truth) if m in pressure else np.nan for m in METHODS]
     means = np.array([pressure[method].mean() if method in pressure else np.nan for method in METHODS])
+    least = "least of the low probabilities that Monte Carlo determines"
     variables = {
         "method": store.Variable(one, np.array(METHODS), "1", "how the distribution was found"),
         "pressure": store.Variable(("pressure",), reference.levels, "Pa", "contact pressure at the centre"),
         "distance": store.Variable(one, distance, "1", "Kolmogorov distance to Monte Carlo, all samples"),
         "samples": store.Variable(one, [len(pressure.get(m, ())) for m in METHODS], "1", "pressures drawn"),
         "mean_pressure": store.Variable(one, means, "Pa", "mean pressure, contact or not; NaN without a fit"),
-        "tail_from": store.Variable(
-            (), reference.tail_from, "1", "least of the low probabilities that Monte Carlo determines"
-        ),
+        "tail_from": store.Variable((), reference.tail_from, "1", least),
     }
     for name, title in ROWS.items():
         dimensions = ("method", "pressure") if name == "cumulative" else one
@@ -227,17 +213,13 @@ def quality(
     fits: dict[str, Fit], at_contact: dict[str, float], pressure: dict[str, np.ndarray]
 ) -> dict[str, store.Variable]:
     """Quality of the fit, a row for each expansion; NaN where the fit was refused."""
-    one = ("fit",)
-    variables = {"fit": store.Variable(one, np.array(EXPANDED), "1", "expansion")}
-    for name, title in FITS.items():
-        values = [float(getattr(fits[method], name)) if method in fits else np.nan for method in EXPANDED]
-        variables[f"fit_{name}"] = store.Variable(one, values, "1", title)
-    positive = [float(np.mean(pressure[method] > 0)) if method in fits else np.nan for method in EXPANDED]
-    title = "share of new draws at which the expansion is positive"
-    variables["fit_positive_share"] = store.Variable(one, positive, "1", title)
-    values = [at_contact.get(method, np.nan) for method in EXPANDED]
-    title = "Kolmogorov distance to Monte Carlo given contact, at Monte Carlo samples that are known to be in contact"
-    variables["fit_distance_at_contact"] = store.Variable(one, values, "1", title)
+    columns = {name: {method: getattr(fit, name, np.nan) for method, fit in fits.items()} for name in FITS}
+    columns["positive_share"] = {method: np.mean(pressure[method] > 0) for method in fits}
+    columns["distance_at_contact"] = at_contact
+    variables = {"fit": store.Variable(("fit",), np.array(EXPANDED), "1", "expansion")}
+    for name, found in columns.items():
+        values = [float(found.get(method, np.nan)) for method in EXPANDED]
+        variables[f"fit_{name}"] = store.Variable(("fit",), values, "1", FITS[name])
     return variables
 
 

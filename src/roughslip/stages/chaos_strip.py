@@ -35,6 +35,13 @@ STAGE = Stage(
 )
 
 
+QUALITY = {
+    "leave_one_out": "share of the variance of the target that leave-one-out residuals keep",
+    "condition_number": "condition number of the weighted basis",
+    "effective_samples": "effective number of weighted samples, neighbours counted as independent",
+}
+
+
 def work(job: Job) -> None:
     """Write whitening, coefficients and quality of the expansion for every row and penetration, and what it says."""
     scene = job.scene
@@ -63,35 +70,23 @@ def work(job: Job) -> None:
     terms = skip_reasons.forbidden_terms(half.indices, degree)
     job.usage.skip({skip_reasons.TURNED: grid.ny - len(half.coefficients), skip_reasons.SYMMETRIC: terms})
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
-    shape = ("y", "level")
-    titles = {
-        "leave_one_out": "share of the variance of the target that leave-one-out residuals keep",
-        "condition_number": "condition number of the weighted basis",
-        "effective_samples": "effective number of weighted samples, neighbours counted as independent",
+    unit, level, table = "Pa" if target.kind == "trial_pressure" else "Pa2", ("level",), ("level", "place")
+    force = grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3))
+    whitened = "from local functionals to variables of unit variance"
+    scatter = "root mean square of the target around what is expected of it"
+    variables = {
+        "coefficients": store.Variable(("y", "term", "level"), fitted.coefficients, unit, "coefficients of the target"),
+        "indices": store.Variable(("term", "variable"), fitted.indices, "1", "exponents of the terms"),
+        "whiten": store.Variable(("y", "variable", "functional"), fitted.whiten, "m-1", whitened),
+        "table_low": store.Variable(level, means.low, unit, "first predicted target of the tables"),
+        "table_step": store.Variable(level, means.step, unit, "distance of two predicted targets of the tables"),
+        "scatter": store.Variable(level, means.scatter, unit, scatter),
+        "contact": store.Variable(table, means.contact, "1", "contact probability given the predicted target"),
+        "mean_pressure": store.Variable(table, means.pressure, "Pa", "mean pressure given the predicted target"),
+        "column_force": store.Variable(level, force, "N", "mean force on a column of the training strips"),
     }
-    variables = {name: store.Variable(shape, quality[name][row], "1", title) for name, title in titles.items()}
-    unit = "Pa" if target.kind == "trial_pressure" else "Pa2"
-    variables["coefficients"] = store.Variable(
-        ("y", "term", "level"), fitted.coefficients, unit, "coefficients of the target"
-    )
-    variables["indices"] = store.Variable(("term", "variable"), fitted.indices, "1", "exponents of the terms")
-    variables["whiten"] = store.Variable(
-        ("y", "variable", "functional"), fitted.whiten, "m-1", "from local functionals to variables of unit variance"
-    )
-    tables = {
-        "table_low": (("level",), means.low, unit, "first predicted target of the tables"),
-        "table_step": (("level",), means.step, unit, "distance of two predicted targets of the tables"),
-        "scatter": (("level",), means.scatter, unit, "root mean square of the target around what is expected of it"),
-        "contact": (("level", "place"), means.contact, "1", "contact probability given the predicted target"),
-        "mean_pressure": (("level", "place"), means.pressure, "Pa", "mean pressure given the predicted target"),
-        "column_force": (
-            ("level",),
-            grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3)),
-            "N",
-            "mean force on a column of the training strips",
-        ),
-    }
-    variables |= {name: store.Variable(*described) for name, described in tables.items()}
+    for name, title in QUALITY.items():
+        variables[name] = store.Variable(("y", "level"), quality[name][row], "1", title)
     store.write(job.arguments.output, variables, job.key)
 
 

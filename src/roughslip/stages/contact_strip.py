@@ -45,12 +45,11 @@ def work(job: Job) -> None:
             solutions = sweep(influence, model.heights(field), planes.tolist(), tolerance, hardness_pa=hardness)
             for level, solution in enumerate(solutions):
                 elastic.count_solve(skipped, solution)
-                in_contact = np.count_nonzero(solution.pressure, axis=1).astype(float)
-                area[row, level] = grid.cell_area * window_sums(
-                    in_contact[windows.middle], windows.length, windows.spacing
-                )
-                column_force = grid.cell_area * solution.pressure.sum(axis=1)
-                force[row, level] = window_sums(column_force[windows.middle], windows.length, windows.spacing)
+                pressed = solution.pressure[windows.middle]
+                in_contact = np.count_nonzero(pressed, axis=1).astype(float)
+                area[row, level] = grid.cell_area * window_sums(in_contact, windows.length, windows.spacing)
+                column_force = grid.cell_area * pressed.sum(axis=1)
+                force[row, level] = window_sums(column_force, windows.length, windows.spacing)
                 residual[row, level], effort[row, level] = solution.residual, solution.work
                 if row < trained:
                     pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]

@@ -27,7 +27,7 @@ def total(records: list[dict[str, Any]], not_needed: Mapping[str, str]) -> list[
     """
     stages = sorted({record["stage"] for record in records})
     rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
-    return [*rows, {**_sum("all", records), "not_needed": dict(sorted(not_needed.items()))}]
+    return [*rows, _sum("all", records) | {"not_needed": dict(sorted(not_needed.items()))}]
 
 
 def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:

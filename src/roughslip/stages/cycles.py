@@ -7,7 +7,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
-from roughslip.oscillator.cycles import Reattachment, count_difference, normality, reattachment_statistics
+from roughslip.oscillator.cycles import count_difference, normality, reattachment_statistics
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.runtime.command import Job, execute
@@ -23,8 +23,6 @@ STAGE = Stage(
 
 HISTOGRAM_BINS = 48
 CLOSING_PERIODS = 10  # some five cycles
-NOTHING = np.full(3, np.nan)
-NO_REATTACHMENT = Reattachment(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, 0, 0)
 
 
 def cycling_share(last_cycle: np.ndarray, duration_periods: float) -> tuple[float, float, float]:
@@ -52,16 +50,15 @@ def normality_variables(
     place: np.ndarray, owner: np.ndarray, generator: np.random.Generator
 ) -> dict[str, store.Variable]:
     """Tests of normality of the reattachment point, and its correlation from one cycle to the next."""
+    found, successive = None, np.nan
     try:
         found = normality(place, owner, generator)
-        values = [getattr(found, name) for name in NORMALITY]
         successive = float(found.autocorrelation[1]) if found.autocorrelation.size > 1 else np.nan
     except IllPosedError as error:
         print(f"cycles: {error}; tests of normality are stored as NaN", file=sys.stderr)
-        values, successive = [np.nan] * len(NORMALITY), np.nan
     variables = {
-        f"normality_{name}": store.Variable((), value, "1", title)
-        for (name, title), value in zip(NORMALITY.items(), values, strict=True)
+        f"normality_{name}": store.Variable((), getattr(found, name, np.nan), "1", title)
+        for name, title in NORMALITY.items()
     }
     title = "correlation of the reattachment points of successive cycles"
     return variables | {"successive_correlation": store.Variable((), successive, "1", title)}
@@ -69,60 +66,58 @@ def normality_variables(
 
 def work(job: Job) -> None:
     """Write M_d - E[M_S], micro-slips, moments and histogram of the reattachment point, and what is drawn."""
-    deterministic = store.read(job.arguments.deterministic)
+    plain, duration = store.read(job.arguments.deterministic), job.scene.ensemble.duration_periods
     batches = store.read_all(job.arguments.ensemble)
     with job.usage.core():
-        counts = count_difference(deterministic["cycles"], store.join(batches, "cycles"))
+        counts = count_difference(plain["cycles"], store.join(batches, "cycles"))
         place, owner = store.join(batches, "reattachment"), store.join(batches, "reattachment_realisation")
         generator = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP])
+        statistics = None
         try:
             statistics = reattachment_statistics(place, owner, generator)
         except IllPosedError as error:
             print(f"cycles: {error}; the statistics of the reattachment point are stored as NaN", file=sys.stderr)
-            statistics = NO_REATTACHMENT
         tests = normality_variables(place, owner, generator)
-    damping = ("damping",)
-    variables = {
-        "damping_ratio": store.Variable(damping, deterministic["damping_ratio"], "1", "damping ratio D"),
-        "deterministic_cycles": store.Variable(damping, deterministic["cycles"], "1", "cycles M_d without scatter"),
-        "mean_cycles": store.Variable(damping, counts.mean, "1", "mean cycles E[M_S]"),
-        "mean_cycles_error": store.Variable(damping, counts.standard_error, "1", "standard error of E[M_S]"),
-        "difference": store.Variable(damping, counts.difference, "1", "M_d - E[M_S]"),
-        "difference_low": store.Variable(damping, counts.low, "1", "lower end of its 95 % interval"),
-        "difference_high": store.Variable(damping, counts.high, "1", "upper end of its 95 % interval"),
-        "mean_micro_slips": store.Variable(
-            damping, store.join(batches, "micro_slips").mean(axis=0), "1", "mean number of micro-slips"
-        ),
-    }
-    for name, unit in (("mean", "m"), ("std", "m"), ("skewness", "1"), ("kurtosis", "1"), ("distance_to_normal", "1")):
-        title = f"reattachment point X_gh: {name.replace('_', ' ')}"
-        variables |= store.with_interval(f"reattachment_{name}", (), getattr(statistics, name), unit, title)
-    variables |= tests
     events, edges = np.histogram(place, HISTOGRAM_BINS)
-    density = events / max(events.sum(), 1) / np.diff(edges)
-    variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
-    variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")
-    variables["events"] = store.Variable((), len(place), "1", "reattachments that end a cycle")
-    duration = job.scene.ensemble.duration_periods
     last_cycle = store.join(batches, "last_cycle")
     still = np.array([cycling_share(column, duration) for column in last_cycle.T]).T
     share = cycling_share(store.join(batches, "nominal_last_cycle"), duration)
+    of_damping = {
+        "damping_ratio": (plain["damping_ratio"], "damping ratio D"),
+        "deterministic_cycles": (plain["cycles"], "cycles M_d without scatter"),
+        "mean_cycles": (counts.mean, "mean cycles E[M_S]"),
+        "mean_cycles_error": (counts.standard_error, "standard error of E[M_S]"),
+        "difference": (counts.difference, "M_d - E[M_S]"),
+        "difference_low": (counts.low, "lower end of its 95 % interval"),
+        "difference_high": (counts.high, "upper end of its 95 % interval"),
+        "mean_micro_slips": (store.join(batches, "micro_slips").mean(axis=0), "mean number of micro-slips"),
+    }
+    numbers = {
+        "events": (len(place), "reattachments that end a cycle"),
+        "nominal_damping": (job.scene.oscillator.damping_ratio, "the scene's damping ratio"),
+        "realisations": (len(last_cycle), "runs"),
+    }
+    variables = {name: store.Variable(("damping",), value, "1", title) for name, (value, title) in of_damping.items()}
+    variables |= {name: store.Variable((), value, "1", title) for name, (value, title) in numbers.items()}
+    for name, unit in (("mean", "m"), ("std", "m"), ("skewness", "1"), ("kurtosis", "1"), ("distance_to_normal", "1")):
+        title = f"reattachment point X_gh: {name.replace('_', ' ')}"
+        variables |= store.with_interval(
+            f"reattachment_{name}", (), getattr(statistics, name, [np.nan] * 3), unit, title
+        )
     title = f"share of runs with a cycle in the last {CLOSING_PERIODS} natural periods"
-    variables |= store.with_interval("still_cycling", damping, still, "1", title)
+    variables |= store.with_interval("still_cycling", ("damping",), still, "1", title)
     variables |= store.with_interval("cycling_share", (), share, "1", f"{title}, at the scene's damping")
-    nominal = job.scene.oscillator.damping_ratio
-    variables["nominal_damping"] = store.Variable((), nominal, "1", "the scene's damping ratio")
-    variables["realisations"] = store.Variable((), len(last_cycle), "1", "runs")
+    density = events / max(events.sum(), 1) / np.diff(edges)
+    variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
+    variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")
     for name in ("position", "velocity"):
         drawn = store.join([batch for batch in batches if name in batch], name)
         variables[name] = store.Variable(("drawn", "time"), drawn, "m", f"{name} of the runs that are drawn")
-        title = f"{name} without scatter"
-        variables[f"deterministic_{name}"] = store.Variable(("time",), deterministic[name], "m", title)
-    for name in ("hopf_damping", "existence_limit", "reattachment", "departure"):
-        unit = "1" if name in ("hopf_damping", "existence_limit") else "m"
-        variables[f"deterministic_{name}"] = store.Variable((), deterministic[name], unit, f"{name} without scatter")
+    for name in ("position", "velocity", "hopf_damping", "existence_limit", "reattachment", "departure"):
+        one = plain.variable(name)
+        variables[f"deterministic_{name}"] = one._replace(long_name=f"{name} without scatter")
     job.usage.count(events=len(place))
-    store.write(job.arguments.output, variables, job.key)
+    store.write(job.arguments.output, variables | tests, job.key)
 
 
 if __name__ == "__main__":

@@ -61,12 +61,6 @@ def surfaces_of(scene: Scene, modes: int) -> int:
     return count
 
 
-def leading_modes(scene: Scene) -> int:
-    """Number of leading modes whose joint share is written: that of the variables at the centre, else LEADING."""
-    asked = scene.expansion.variables
-    return LEADING if asked == "best" else int(asked)
-
-
 def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np.ndarray]:
     """xi : (K, M) of independent surfaces, and state : (K, nodes), the pressure [Pa] or minus the gap [m]."""
     seed = [job.scene.seed, geometry.STREAM_FIELD]
@@ -84,16 +78,15 @@ def work(job: Job) -> None:
     with job.usage.core():
         xi, state = solved_fields(problem, count, job)
         expansion = fit_field(xi, state)
-        shares = mode_shares(expansion, min(leading_modes(job.scene), len(problem.modes)))
+        asked = job.scene.expansion.variables
+        shares = mode_shares(expansion, min(LEADING if asked == "best" else int(asked), len(problem.modes)))
         generator = np.random.default_rng([job.scene.seed, geometry.STREAM_FIELD_DRAWS])
         index = expansion.index[:DRAWN]
+        drawn = draw_pressure(expansion, state, index, generator, np.arange(DRAWN))
         fields = {
             "solved": (np.maximum(state[:DRAWN], 0.0), "of the contact solve"),
             "expected": (expansion.expected_pressure(index), "expected of the same variables"),
-            "drawn": (
-                draw_pressure(expansion, state, index, generator, np.arange(DRAWN)),
-                "drawn given the same variables",
-            ),
+            "drawn": (drawn, "drawn given the same variables"),
         }
     job.usage.count(nodes=problem.grid.size)
     results = maps(expansion, problem.grid) | coefficients(expansion, problem.grid)
@@ -132,11 +125,13 @@ def coefficients(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Varia
     """What the expansion at every node is made of: its direction, and the link at the knots of the index."""
     direction = expansion.direction.reshape(-1, *grid.shape)
     contact, pressure = (values.reshape(-1, *grid.shape) for values in expansion.link.values[:2])
-    knots, title = ("knot", "x", "y"), "at the knots of the index"
+    knots, title, along = (
+        ("knot", "x", "y"),
+        "at the knots of the index",
+        "direction in the modes that a node depends on",
+    )
     return {
-        "direction": store.Variable(
-            ("mode", "x", "y"), direction, "1", "direction in the modes that a node depends on"
-        ),
+        "direction": store.Variable(("mode", "x", "y"), direction, "1", along),
         "knot": store.Variable(("knot",), expansion.link.knots, "1", "knots of the index, direction times variables"),
         "link_contact": store.Variable(knots, contact, "1", f"probability of contact {title}"),
         "link_pressure": store.Variable(knots, pressure, "Pa", f"expected pressure {title}"),

@@ -20,18 +20,14 @@ STAGE = Stage(
 )
 
 
+OF_GRAINS = ("grains_per_m2", "depth_m", "tip_radius_m", "path_radius_m", "blank_rms_m", "blank_length_m")
+
+
 def work(job: Job) -> None:
     """Grind, and write the heights as X3P."""
     asked = job.scene.roughness.scan.grinding
     points, spacing = asked.points, asked.spacing_m
-    grinding = Grinding(
-        grains_per_m2=asked.grains_per_m2,
-        depth_m=asked.depth_m,
-        tip_radius_m=asked.tip_radius_m,
-        path_radius_m=asked.path_radius_m,
-        blank_rms_m=asked.blank_rms_m,
-        blank_length_m=asked.blank_length_m,
-    )
+    grinding = Grinding(**{name: getattr(asked, name) for name in OF_GRAINS})
     generator = np.random.default_rng([job.scene.seed, geometry.STREAM_GRINDING])
     with job.usage.core():
         heights = ground_surface(grinding, Grid(points, points, spacing, spacing), generator)

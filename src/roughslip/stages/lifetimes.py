@@ -109,11 +109,6 @@ def or_nan(ask: Callable[[], np.ndarray], where: str) -> np.ndarray:
         return np.full(3, np.nan)
 
 
-def damping_ratios(limit: float, hopf: float, scatter: float, points: int) -> np.ndarray:
-    """(points,) [-] equally spaced, REACH about the limit or from the Hopf damping on, but not below 0."""
-    return np.linspace(max(min(limit - REACH * scatter, hopf), 0.0), limit + REACH * scatter, points)
-
-
 def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray) -> list[list[Runs]]:
     """Runs by scatter and damping; the same paths, scaled, serve every point."""
     asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, job.arguments.friction)
@@ -170,7 +165,8 @@ def work(job: Job) -> None:
     with job.usage.core():
         response = grazing_response(belt, law, scene.oscillator.stochastic_static_limit)
         hopf, scatter = hopf_damping(belt, law), response.scatter(numbers.correlation_length_m)
-        dampings = np.array([damping_ratios(response.limit, hopf, scatter * s, asked.points) for s in deviations])
+        least = np.maximum(np.minimum(response.limit - REACH * (scatter * deviations), hopf), 0.0)
+        dampings = np.linspace(least, response.limit + REACH * (scatter * deviations), asked.points, axis=1)
         results = run_all(job, scene, dampings, deviations)
         points = point_variables(results, dampings, horizon)
         band = np.empty((len(deviations), len(STARTS), len(LEVELS), 3))

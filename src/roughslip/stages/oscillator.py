@@ -75,28 +75,22 @@ def work(job: Job) -> None:
     )
     kept = count * len(dampings) + len(drawn)
     job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: kept, skip_reasons.UNREAD: unread})
+    run, event = ("realisation", "damping"), ("event",)
+    cut = "steps and sticks at which negative friction was cut to zero"
     variables = {
-        "cycles": store.Variable(("realisation", "damping"), cycles, "1", "cycles M_S"),
-        "micro_slips": store.Variable(("realisation", "damping"), micro_slips, "1", "reattachments without a cycle"),
-        "negative_friction": store.Variable(
-            ("realisation", "damping"), cuts, "1", "steps and sticks at which negative friction was cut to zero"
-        ),
-        "last_cycle": store.Variable(
-            ("realisation", "damping"), last_cycle, "1", "natural periods until the last cycle, 0 for none"
-        ),
-        "nominal_last_cycle": store.Variable(
-            ("realisation",), nominal_last_cycle, "1", "the same at the scene's own damping"
-        ),
-        "reattachment": store.Variable(("event",), np.concatenate(reattachments), "m", "X at the start of stick"),
-        "reattachment_realisation": store.Variable(("event",), np.concatenate(owners), "1", "its realisation"),
+        "cycles": store.Variable(run, cycles, "1", "cycles M_S"),
+        "micro_slips": store.Variable(run, micro_slips, "1", "reattachments without a cycle"),
+        "negative_friction": store.Variable(run, cuts, "1", cut),
+        "last_cycle": store.Variable(run, last_cycle, "1", "natural periods until the last cycle, 0 for none"),
+        "nominal_last_cycle": store.Variable(run[:1], nominal_last_cycle, "1", "the same at the scene's own damping"),
+        "reattachment": store.Variable(event, np.concatenate(reattachments), "m", "X at the start of stick"),
+        "reattachment_realisation": store.Variable(event, np.concatenate(owners), "1", "its realisation"),
     }
     if drawn:
         kept = drawn[0].time >= 2 * np.pi * discarded
-        position, velocity = (
-            np.array([getattr(one, name)[kept] for one in drawn]) for name in ("position", "velocity")
-        )
-        variables["position"] = store.Variable(("drawn", "time"), position, "m", "X")
-        variables["velocity"] = store.Variable(("drawn", "time"), velocity, "m", "X' = dX/dtau")
+        for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):
+            values = np.array([getattr(one, name)[kept] for one in drawn])
+            variables[name] = store.Variable(("drawn", "time"), values, "m", title)
     store.write(arguments.output, variables, job.key, {"first": arguments.first})
 
 

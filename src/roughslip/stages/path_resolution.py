@@ -123,11 +123,9 @@ def work(job: Job) -> None:
         )
     job.usage.count(runs=runs)
     most = 2 * MOST_PATHS * len(tried) * len(ensemble.damping_ratios)
-    job.usage.skip(
-        {skip_reasons.ENOUGH_PATHS: most - runs, skip_reasons.ENOUGH_NODES: int(np.log2(MOST_NODES / nodes))}
-    )
-    rows = list(zip(*tried, strict=True))
-    trial = ("trial",)
+    left = int(np.log2(MOST_NODES / nodes))
+    job.usage.skip({skip_reasons.ENOUGH_PATHS: most - runs, skip_reasons.ENOUGH_NODES: left})
+    rows, trial = list(zip(*tried, strict=True)), ("trial",)
     variables = {
         "nodes_per_correlation_length": store.Variable((), nodes, "1", "nodes per correlation length taken"),
         "count_error": store.Variable((), tried[-1][2], "1", "bound of the relative error of the mean counts"),

@@ -65,16 +65,7 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
 
 def oscillator(scene: Scene) -> Oscillator:
     """The mass on the belt."""
-    section = scene.oscillator
-    return Oscillator(
-        mass_kg=section.mass_kg,
-        natural_frequency_rad_per_s=section.natural_frequency_rad_per_s,
-        damping_ratio=section.damping_ratio,
-        belt_velocity_m_per_s=section.belt_velocity_m_per_s,
-        normal_force_n=section.normal_force_n,
-        excitation_force_n=section.excitation_force_n,
-        excitation_frequency_rad_per_s=section.excitation_frequency_rad_per_s,
-    )
+    return Oscillator(**{field.name: getattr(scene.oscillator, field.name) for field in fields(Oscillator)})
 
 
 def law(scene: Scene, mean: float) -> FrictionLaw:

@@ -69,6 +69,13 @@ def test_limits_cycle_and_counts_without_scatter(without_scatter):
     assert found["cycles"][2] <= 1
 
 
+def test_a_cycle_that_does_not_exist_is_nan_with_a_line_in_the_log(run, capsys):
+    found = run(deterministic, scattered(1e-9, damping_ratio=0.4), "without_cycle")
+    assert found["existence_limit"] == pytest.approx(0.3244, abs=1e-4)
+    assert np.isnan([found[name] for name in ("departure", "reattachment", "period", "slipped_distance")]).all()
+    assert "deterministic: no stick-slip cycle" in capsys.readouterr().err
+
+
 def test_the_drawn_motion_is_the_cycle(without_scatter):
     """Ten periods after the discarded ones: X' is the slope of X, the belt's V in stick, which lasts from reattachment
     to departure."""

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from roughslip import store
-from roughslip.errors import IllPosedError, InputError, ParameterError
+from roughslip.errors import InputError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping
 from roughslip.scene.types import scene_of
 from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
-from roughslip.stages.deterministic import LONGEST, PARAMETERS, cycle_period, range_variables, where_it_exists
+from roughslip.stages.deterministic import LONGEST, PARAMETERS, cycle_period, range_variables
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers, friction_paths, friction_process
 from roughslip.stages.result_tables.friction_table import distribution
@@ -100,19 +100,6 @@ def test_numbers_of_the_statistics_are_those_at_the_penetration_unless_the_scene
         friction_numbers(scene_of({"friction": {"mean_at_median": 0.3}}), None)
 
 
-def test_a_cycle_that_does_not_exist_is_no_error_but_a_wrong_parameter_is(capsys):
-    def missing(belt, law):
-        raise IllPosedError("no cycle here")
-
-    def refuse(belt, law):
-        raise ParameterError("not an oscillator")
-
-    assert where_it_exists(missing, None, None) is None
-    assert capsys.readouterr().err.startswith("deterministic: no cycle here")
-    with pytest.raises(ParameterError):
-        where_it_exists(refuse, None, None)
-
-
 def test_share_of_runs_that_cycle_to_the_end():
     """Four of five cycle in the last ten periods; Wilson's interval, by hand: (4 + z^2/2) / (5 + z^2) +- ..."""
     last = np.array([0.0, 90.5, 95.0, 99.0, 99.9])
@@ -137,56 +124,44 @@ def ranges(belt=BELT, law=LAW, dampings=DAMPINGS):
     return {name: variable.values for name, variable in range_variables(belt, law, dampings).items()}
 
 
+RANGES = ("cycle_range", "unstable_range", "sides_range")
+
+
 @pytest.fixture(scope="module")
 def found():
     return ranges()
 
 
 def test_the_cycle_at_the_paper_s_damping_exists_up_to_1_96_kg(found):
-    """By the motion itself; the root of the return map there is the damping again, at either parameter."""
+    """By the motion itself, which differs at both numbers of an end. The root of the return map there is the damping
+    again, at either parameter."""
     assert list(found["parameter"]) == list(PARAMETERS)
     assert found["cycle_range"][MASS, HIGH, STANDS] == pytest.approx(1.96, abs=0.005)
     for row, parameter in enumerate(PARAMETERS):
-        factor = found["cycle_range"][row, HIGH].mean()
-        moved = replace(BELT, **{parameter: factor * getattr(BELT, parameter)})
-        assert existence_limit(moved, LAW) == pytest.approx(BELT.damping_ratio, rel=1e-5)
+        ends = found["cycle_range"][row, HIGH] * getattr(BELT, parameter)
+        stands, changes, middle = (replace(BELT, **{parameter: value}) for value in (*ends, ends.mean()))
+        assert cycle_period(stands, LAW) < LONGEST < cycle_period(changes, LAW) == np.inf
+        assert existence_limit(middle, LAW) == pytest.approx(BELT.damping_ratio, rel=1e-5)
 
 
-def test_sliding_is_unstable_up_to_the_mass_of_the_hopf_point(found):
-    """-mu_D' N / (2 m omega) falls as 1 / m."""
+def test_masses_of_the_hopf_point_and_of_the_ends_of_the_list(found):
+    """-mu_D' N / (2 m omega) falls as 1 / m. A lighter mass slides less steadily yet, and its cycle goes on. N /
+    (m omega v0) is the only place where force or mass stands."""
     assert found["unstable_range"][MASS, HIGH].mean() == pytest.approx(hopf_damping(BELT, LAW) / 0.17, rel=2e-6)
-
-
-def test_the_list_has_both_sides_between_the_masses_of_its_ends(found):
     for damping, end in ((DAMPINGS[-1], LOW), (DAMPINGS[0], HIGH)):
         limit = existence_limit(replace(BELT, mass_kg=found["sides_range"][MASS, end].mean()), LAW)
         assert limit == pytest.approx(damping, rel=1e-5)
-
-
-def test_at_both_numbers_of_an_end_the_cycle_differs(found):
-    for row, parameter in enumerate(PARAMETERS):
-        stands, changes = found["cycle_range"][row, HIGH] * getattr(BELT, parameter)
-        assert cycle_period(replace(BELT, **{parameter: stands}), LAW) < LONGEST
-        assert cycle_period(replace(BELT, **{parameter: changes}), LAW) == np.inf
-
-
-def test_force_and_mass_in_proportion_are_one(found):
-    """N / (m omega v0) is the only place where either stands."""
-    twice = ranges(replace(BELT, mass_kg=3.0, normal_force_n=7500.0))
-    for name in ("cycle_range", "unstable_range", "sides_range"):
-        np.testing.assert_allclose(twice[name], found[name], rtol=4e-6)
-
-
-def test_nothing_within_a_factor_of_ten_is_nan(found):
-    """A lighter mass slides less steadily yet, and its cycle goes on."""
-    for name in ("cycle_range", "unstable_range"):
+    for name in ("cycle_range", "unstable_range"):  # nothing within a factor of ten
         np.testing.assert_allclose(found[name][MASS, LOW], [0.1, np.nan], rtol=1e-12)
+    twice = ranges(replace(BELT, mass_kg=3.0, normal_force_n=7500.0))
+    for name in RANGES:
+        np.testing.assert_allclose(twice[name], found[name], rtol=4e-6)
 
 
 @pytest.mark.parametrize("change", [{"excitation_force_n": 10.0}, {"belt_velocity_m_per_s": 0.0}])
 def test_an_oscillator_without_limits_of_its_own_has_no_ranges(change):
     driven = ranges(replace(BELT, excitation_frequency_rad_per_s=300.0, **change))
-    for name in ("cycle_range", "unstable_range", "sides_range"):
+    for name in RANGES:
         assert driven[name].shape == (2, 2, 2)
         assert np.isnan(driven[name]).all()
 

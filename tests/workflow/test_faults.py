@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
-import time
 
-import psutil
 import pytest
 
 from roughslip.scene.declarations import Stage
@@ -17,38 +13,6 @@ from workflow.faults.injections import FAULTS
 from workflow.faults.scratch import Scratch
 
 pytestmark = pytest.mark.slow
-
-CONTACTS = [
-    f"results/killed/contact/square-{design}.nc"
-    for design in ("monte_carlo-0-4000", "latin_hypercube-0-4000", "expansion-0-200")
-]
-
-
-def wait_for(condition, seconds: float) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
-def test_after_a_kill_unlock_and_a_new_run_give_the_same_results(shared):
-    shared.scene("killed", "extends: tiny\n")
-    logs = shared.path("results/killed/logs")
-    command = [sys.executable, "-m", "snakemake", "-j2", *CONTACTS]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **shared.options) as run:
-        wait_for(lambda: list(logs.glob("contact_square-*")), 60)
-        stages = psutil.Process(run.pid).children(recursive=True)
-        run.kill()
-    assert stages
-    assert psutil.wait_procs(stages, timeout=30)[1] == []
-    assert not all(shared.path(name).exists() for name in CONTACTS)
-    assert list(shared.path(".snakemake/locks").iterdir())
-    assert shared.snakemake("--unlock").returncode == 0
-    shared.make("-j2", *CONTACTS)
-    made = {path.relative_to(shared.path("results/killed")) for path in shared.path("results/killed").rglob("*.nc")}
-    assert len(made) == 5  # modes, design, three batches
-    for name in made:
-        assert (shared.path("results/killed") / name).read_bytes() == (shared.path("results/tiny") / name).read_bytes()
 
 
 @pytest.mark.parametrize("kind", FAULTS)

@@ -10,9 +10,7 @@ from roughslip.chaos import selection
 from roughslip.chaos.local import GROUPS, Samples, fit_best, fit_local
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.selection import (
-    LEAST_SURFACES,
     fit_count,
-    moving_frame,
     regression_first,
     residual_directions,
     rotated,
@@ -114,15 +112,6 @@ def test_left_out_halves_do_not_see_the_directions_of_their_own(monkeypatch):
         expected[part::2] = fit_local(rotated(samples, rotation), DEGREE, TARGET).scores[part::2]
     assert chosen.scores[chosen.counts.index(5)] == pytest.approx(expected.sum(), rel=1e-13)
     np.testing.assert_array_equal(chosen.rotation[GIVEN:], both[:1])
-
-
-def test_the_standard_error_is_that_of_the_difference_over_groups():
-    chosen = fit_count(solved(4), GIVEN, None, DEGREE, [TARGET])
-    fits = [fit_local(rotated(solved(4), np.eye(CANDIDATES)[:n]), DEGREE, TARGET) for n in (2, 4)]
-    more = GROUPS * (fits[0].scores - fits[1].scores)  # as if each group were the whole: their mean is the difference
-    assert chosen.scores[:2] == pytest.approx([one.score for one in fits], rel=1e-13)
-    assert chosen.errors[0] == pytest.approx(more.std(ddof=1) / np.sqrt(GROUPS), rel=1e-12)
-    assert chosen.errors[1] == 0
 
 
 def test_a_number_that_is_asked_for_is_taken():
@@ -277,55 +266,3 @@ def test_directions_rotate_with_the_frame_and_do_not_depend_on_units_or_the_orde
         assert np.abs(other @ plain.T) == pytest.approx(1.0, abs=1e-12)
     mirrored = significant(r, u, q * np.where(TRUE < 0, -1, 1))
     assert np.abs(mirrored @ np.abs(TRUE)) == pytest.approx(np.abs(plain @ TRUE), abs=1e-12)
-
-
-def test_directions_of_impossible_input_are_refused():
-    u, q, noise = noisy_surfaces(4)
-    r = np.repeat(noise, NODES, axis=1)
-    assert significant(r, u, q[..., :0]).shape == (0, 0)
-    with pytest.raises(IllPosedError, match="39 surfaces are too few"):
-        significant(r[: LEAST_SURFACES - 1], u[: LEAST_SURFACES - 1], q[: LEAST_SURFACES - 1])
-    with pytest.raises(ParameterError, match="do not match"):
-        significant(r, u[1:], q)
-    with pytest.raises(ParameterError, match="finite"):
-        significant(np.where(q[..., 0] > 2, np.nan, r), u, q)
-
-
-def functionals(nodes=3, n=4, modes=9, seed=0):
-    """Functionals at nodes that differ by a tenth, and two directions in use at each."""
-    generator = np.random.default_rng([6, seed])
-    both = generator.standard_normal((n + 2, modes)) + 0.1 * generator.standard_normal((nodes, n + 2, modes))
-    return both[:, :n], np.linalg.qr(both[:, n:].transpose(0, 2, 1))[0].transpose(0, 2, 1)
-
-
-def test_a_frame_is_orthonormal_to_the_directions_and_spans_the_rest_of_the_functionals():
-    points, used = functionals()
-    frame = moving_frame(points, used)
-    assert frame.shape == (3, 4, 9)
-    np.testing.assert_allclose(frame @ frame.transpose(0, 2, 1), np.broadcast_to(np.eye(4), (3, 4, 4)), atol=1e-14)
-    np.testing.assert_allclose(frame @ used.transpose(0, 2, 1), 0, atol=1e-14)
-    left = points - (points @ used.transpose(0, 2, 1)) @ used
-    np.testing.assert_allclose(left @ frame.transpose(0, 2, 1) @ frame, left, atol=1e-13)
-
-
-def test_a_frame_moves_with_the_node():
-    """Modes turned at every node: the same frame, turned. Its rows at nodes that are alike are the same."""
-    points, used = functionals(nodes=1)
-    turns = np.linalg.qr(np.random.default_rng(7).standard_normal((3, 9, 9)))[0]
-    frame = moving_frame(points[0] @ turns, used[0] @ turns)
-    np.testing.assert_allclose(frame, np.broadcast_to(frame[0] @ turns[0].T, (3, 4, 9)) @ turns, atol=1e-13)
-
-
-def test_a_frame_has_no_row_for_directions_in_use_and_refuses_impossible_input():
-    points, used = functionals()
-    doubled = np.concatenate([points, points[:, :1] - 3 * points[:, 1:2], used], axis=1)
-    assert moving_frame(doubled, used).shape == (3, 4, 9)
-    assert moving_frame(2 * used, used).shape == (3, 0, 9)
-    with pytest.raises(ParameterError, match="do not match"):
-        moving_frame(points[1:], used)
-    with pytest.raises(ParameterError, match="finite"):
-        moving_frame(np.where(points == points.max(), np.nan, points), used)
-    blind = points.copy()
-    blind[0, 0] *= 0.01
-    with pytest.raises(IllPosedError, match="in common"):
-        moving_frame(blind, used)

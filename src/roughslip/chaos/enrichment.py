@@ -1,15 +1,9 @@
 """Number of contact solves: surfaces are added until the estimated error of the distribution is small enough.
 
-The error is that of the whole distribution, sup |F_expansion(p) - F(p)| over p >= 0; p = 0 gives the probability of
-contact. Two parts are estimated from the training surfaces, each as a 95 % quantile over the scatter of the surfaces:
-
-    - scatter: sup |sum_g v_g d_g(p)|, with v_g normal and d_g the change of F when group g of the surfaces is left out
-    - bias: sup |C(p)| minus the same quantile of its noise, where it is positive
-
-    C(p) = mean over surfaces of [indicator(pressure <= p) - P(pressure <= p)],
-
-with the probability P predicted from the other surfaces. C estimates F - F_expansion at the same surfaces, so the part
-that their heights explain cancels. The bias detects an unsuitable target or unsuitable variables; the scatter does not.
+The error is sup |F_expansion(p) - F(p)| over p >= 0. Its two parts are estimated from the training surfaces, each as a
+95 % quantile over their scatter. One is sup |sum_g v_g d_g(p)|, with d_g the change of F without group g and v_g
+normal. The other is the bias: sup |C(p)| beyond the noise of C, the mean over surfaces of [indicator(pressure <= p) -
+P(pressure <= p)] with P predicted from the other surfaces. It detects an unsuitable target or unsuitable variables.
 """
 
 from __future__ import annotations

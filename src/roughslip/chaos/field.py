@@ -1,28 +1,14 @@
 """The pressure at every node of the square, expanded in all modes with one factorisation.
 
-The pressure at node j depends on the surface mainly through one direction d_j in the space of the modes: the height
-there relative to its surroundings. Regression of any monotone function of the state on Gaussian variables finds that
-direction (Brillinger, A Festschrift for E. L. Lehmann, 1982, 97; Li and Duan, Ann. Stat. 17 (1989) 1009). The state is
-ordered by the pressure in contact and by the gap outside. Its normal scores need neither units nor weights. All nodes
-therefore share the basis (1, xi), its QR factors and its leverages. The links are described in `single_index`:
+The pressure at node j depends on the surface mainly through one direction d_j in the space of the modes. Regression of
+any monotone function of the state on Gaussian variables finds it (Brillinger, A Festschrift for E. L. Lehmann, 1982,
+97; Li and Duan, Ann. Stat. 17 (1989) 1009). The normal scores of the state, which is the pressure in contact and minus
+the gap outside, need neither units nor weights. All nodes share the basis (1, xi), its factors and its leverages. With
 
-    t_j = d_j xi,     E[p_j | t_j] = g_j(t_j),     P(p_j > 0 | t_j) = q_j(t_j).
+    t_j = d_j xi,     E[p_j | t_j] = g_j(t_j),     P(p_j > 0 | t_j) = q_j(t_j)    (links of `single_index`)
 
-t_j is standard normal, and He_n(d xi) is a sum of products of Hermite polynomials in xi of total degree n. So each node
-has a polynomial chaos of any degree in all modes. M + KNOTS numbers determine every coefficient:
-
-    p_j = sum_n h_jn He_n(d_j xi) / sqrt(n!),     c_j,alpha = h_jn sqrt(n! / alpha!) d_j^alpha,   n = |alpha|.
-
-Means and Sobol' indices have closed forms. As control variate, each surface has the expansion of the others. Their
-ranks and indices still depend on it, a bias of order 1 / K^2 that 200 repetitions with 150 surfaces do not show.
-
-Share of Var p missed at left-out surfaces, percentile 50, on the resolved square (2000 surfaces) and on the paper's
-10 x 10 nodes (1000 surfaces):
-
-    | the paper's basis in 8 leading modes                  | 0.97  | 0.89  |
-    | the same with all modes added                         | 0.12  | 0.040 |
-    | this expansion                                        | 0.12  | 0.034 |
-    | local functionals, with a factorisation for each node | 0.034 | 0.019 |
+each node has an expansion of any degree in all modes: c_j,alpha = h_jn sqrt(n! / alpha!) d_j^alpha, with n = |alpha|
+and h_jn the Hermite coefficients of g_j. As control variate, each surface has the expansion of the others.
 """
 
 from __future__ import annotations

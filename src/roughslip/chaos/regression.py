@@ -39,8 +39,6 @@ class Fit:
     samples : K, number of distinct points
     effective_samples : [-] (sum w)^2 / sum w^2 (Kish 1965); K for equal weights
     leave_one_out : [-] share that remains when each sample is predicted from the others
-    least_eigenvalue : [-] of C = sum_k w_k psi_k psi_k' / sum_k w_k. C tends to the unit matrix for many samples of an
-        orthonormal basis. The variance of a polynomial at the samples is at least this multiple of its true variance.
     """
 
     coefficients: np.ndarray
@@ -48,22 +46,12 @@ class Fit:
     samples: int
     effective_samples: float
     leave_one_out: float
-    least_eigenvalue: float
-
-    @property
-    def error_bound(self) -> float:
-        """Estimate from above of the share missed at new samples: leave_one_out / least_eigenvalue.
-
-        Method: the norm of a polynomial is at most its norm at the samples over the root of the least eigenvalue
-        (Cohen, Davenport and Leviatan, Found. Comput. Math. 13 (2013) 819).
-        """
-        return self.leave_one_out / self.least_eigenvalue if self.leave_one_out > 0 else 0.0
 
 
 def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None) -> Fit:
     """Coefficients that minimise the weighted sum of squares: eq. (10) with weights.
 
-    basis : (K, P) terms at the samples; only the least eigenvalue assumes that they are orthonormal
+    basis : (K, P) terms at the samples
     target : (K,) the expanded quantity
     weights : (K,) [-] not negative, 1 if not given; only their ratios matter
 
@@ -100,7 +88,6 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
         samples=samples,
         effective_samples=effective,
         leave_one_out=left_out / variance,
-        least_eigenvalue=float(scipy.linalg.svdvals(r * norms, check_finite=False)[-1] ** 2 / weights.sum()),
     )
 
 

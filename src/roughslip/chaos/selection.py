@@ -1,26 +1,19 @@
 """How many variables an expansion takes, and which.
 
-The candidates are nested. First come the given variables in their order: leading modes, or local functionals of the
-heights. Then come further directions, in which the residual of the expansion in all given variables still varies.
-
-Let r be that residual, u the given variables, and q other standard normal variables, independent of u. By Stein's
-identity the terms of r that contain q, to second degree in it, are
+The candidates are nested: the given variables u in their order (leading modes, or local functionals), then directions
+q in which the residual r of the expansion in all given variables still varies. By Stein's identity the terms of r that
+contain q, to second degree in it, are
 
     r ~ sum_a psi_a(u) g_a'q + q'Hq / 2,    g_a = E[r psi_a(u) q],    H = E[r (q q' - I)].
 
-Their gradient is sum_a psi_a(u) g_a + Hq, with the mean outer product sum_a g_a g_a' + H^2. Its leading eigenvectors
-are the directions along which r varies most (regression direction: Li and Duan, Ann. Stat. 17 (1989) 1009; principal
-Hessian directions: Li, J. Am. Stat. Assoc. 87 (1992) 1025; mean outer product: Constantine, Dow and Wang, SIAM J. Sci.
-Comput. 36 (2014) A1500). Means over K surfaces have errors of order 1 / sqrt(K), so large singular values also occur by
-chance. Their size by chance follows from random signs of the surfaces; only directions above it are used.
+The leading eigenvectors of the mean outer product of their gradient, sum_a g_a g_a' + H^2, are the directions along
+which r varies most (Li and Duan, Ann. Stat. 17 (1989) 1009; Li, J. Am. Stat. Assoc. 87 (1992) 1025; Constantine, Dow
+and Wang, SIAM J. Sci. Comput. 36 (2014) A1500). Only those beyond what random signs of the surfaces give are used.
 
-Directions overfit the surfaces at which they were found. With four directions the score of left-out surfaces fell by
-7 %, while that of fresh surfaces rose by as much. So each half of the surfaces is scored in directions from the other
-half. The smallest number of variables is taken whose score is within one standard error of the best (Breiman, Friedman,
-Olshen and Stone, Classification and Regression Trees, 1984).
-
-The jackknife of the chosen expansion holds its directions fixed and does not include their scatter. The direction of a
-regression (`regression_first`) is also found from all surfaces, including those at which it is scored.
+Directions overfit the surfaces at which they were found, four of them by 7 % of the score. So each half of the
+surfaces is scored in directions from the other half. The smallest number of variables within one standard error of the
+best is taken (Breiman, Friedman, Olshen and Stone, Classification and Regression Trees, 1984). The jackknife of the
+chosen expansion does not include the scatter of its directions.
 """
 
 from __future__ import annotations
@@ -41,8 +34,6 @@ from roughslip.limits import VARIABLE_COUNTS as COUNTS
 LEAST_SAMPLES = 5  # surfaces times nodes per term, for a number of variables to be tried
 SIGNS = 1  # seed of the random signs of directions
 
-VARIANCE = 1e-3  # least variance of a direction of the frame, relative to the largest; weaker ones are noise
-ALIGNED = 0.1  # least part of a direction of the frame at each node; below, the nodes do not share a frame
 BLOCKS = 256  # of surfaces, each with one sign
 LEAST_SURFACES = 40  # for the quantile of random signs
 REPLICATES = 400  # of the signs: the estimated quantile lies between the 93 and 97 % ones
@@ -106,7 +97,13 @@ def fit_count(
         chosen = fit_count(rotated(samples, first), given, count, degree, targets)
         return replace(chosen, rotation=chosen.rotation @ first)
     if count is None:
-        return _least(samples, given, [c for c in COUNTS if _enough(rows, c, degree)], degree, targets)
+        return _least(
+            samples,
+            given,
+            [c for c in COUNTS if LEAST_SAMPLES * math.comb(c + degree, degree) <= rows],
+            degree,
+            targets,
+        )
     rotation = np.eye(candidates)[: min(count, given)]
     if count > given:
         whole, _ = fit_best(rotated(samples, rotation), degree, targets)
@@ -142,22 +139,6 @@ def regression_first(samples: Samples, given: int, target: PressureTarget) -> np
     return np.vstack([leading, rest])
 
 
-def standard_errors(shares: np.ndarray) -> np.ndarray:
-    """Standard error of the difference of each score from the least, paired by groups.
-
-    shares : (n, groups) contributions to each score, NaN where a fit is refused
-
-    Returns errors : (n,), 0 for the least and NaN where a fit is refused.
-    """
-    more = shares - shares[np.nanargmin(shares.sum(axis=1))]
-    return np.sqrt(shares.shape[1] * np.var(more, axis=1, ddof=1))
-
-
-def _enough(rows: int, count: int, degree: int) -> bool:
-    """Whether there are enough samples (rows) for the terms of this number of variables."""
-    return LEAST_SAMPLES * math.comb(count + degree, degree) <= rows
-
-
 def _least(
     samples: Samples, given: int, counts: Sequence[int], degree: int, targets: Sequence[PressureTarget]
 ) -> Chosen:
@@ -187,7 +168,9 @@ def _least(
             shares[row] = known[count].scores
         except (IllPosedError, ConvergenceError):
             continue
-    scores, errors = shares.sum(axis=1), standard_errors(shares)
+    scores = shares.sum(axis=1)
+    more = shares - shares[np.nanargmin(scores)]  # paired by groups
+    errors = np.sqrt(GROUPS * np.var(more, axis=1, ddof=1))
     count = tried[int(np.flatnonzero(scores - np.nanmin(scores) <= errors)[0])]
     rotation = np.vstack([leading[: min(count, given)], offered[: max(count - given, 0)]])
     last = rotated(samples, rotation)
@@ -218,41 +201,6 @@ def _scores_beyond(
         rotation = np.vstack([np.eye(samples.variables.shape[2])[:given], directions[: count - given]])
         found[part::2] = fit_local(rotated(samples, rotation), degree, target).scores[part::2]
     return found
-
-
-def moving_frame(functionals: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Further variables that several nodes share, from functionals that move with the node.
-
-    functionals : (nodes, n, M) of M independent standard normals, such as heights at the same offsets from every node
-    directions : (nodes, v, M) orthonormal rows, the variables in use
-
-    Returns frame : (nodes, m, M), orthonormal rows at every node, orthogonal to the directions there. The rows are the
-    principal components of the rest of the functionals, averaged over the nodes. The smallest change then makes them
-    orthonormal at each node. m is zero where the functionals depend on the directions. Raises ParameterError for
-    arrays that do not match or are not finite, IllPosedError where a component is nearly absent at a node.
-
-    Method: the orthogonal factor of the polar decomposition is the nearest orthonormal frame (Fan and Hoffman, Proc.
-    Am. Math. Soc. 6 (1955) 111).
-    """
-    shape = directions.shape[0], directions.shape[-1]
-    if functionals.ndim != 3 or directions.ndim != 3 or (functionals.shape[0], functionals.shape[2]) != shape:
-        raise ParameterError(f"functionals {functionals.shape} do not match directions {directions.shape}")
-    if not (np.isfinite(functionals).all() and np.isfinite(directions).all()):
-        raise ParameterError("functionals and directions must be finite")
-    rest = functionals
-    for _ in range(2):  # twice is enough, as in orthonormal_directions
-        rest = rest - (rest @ directions.transpose(0, 2, 1)) @ directions
-    variance, components = np.linalg.eigh(np.mean(rest @ rest.transpose(0, 2, 1), axis=0))
-    whole = np.mean(np.einsum("knm,knm->kn", functionals, functionals))
-    kept = np.flatnonzero(variance > VARIANCE * max(variance[-1], whole))[::-1]
-    scaled = (components[:, kept] / np.sqrt(variance[kept])).T @ rest
-    left, length, right = np.linalg.svd(scaled, full_matrices=False)
-    if length.size and np.min(length) < ALIGNED:
-        raise IllPosedError(
-            "the surface around one training node has little in common with that around another: take no more "
-            f"variables than the {directions.shape[1]} local functionals"
-        )
-    return left @ right
 
 
 def residual_directions(

@@ -12,11 +12,11 @@ from roughslip.chaos.functionals import (
     NO_SYMMETRY,
     Stencil,
     local_functionals,
+    moving_frame,
     orthonormal_directions,
 )
 from roughslip.chaos.local import Samples
 from roughslip.chaos.pressure import KINDS, Kind, PressureTarget, pressure_target, summit_curvature
-from roughslip.chaos.selection import moving_frame
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.limits import VARIABLE_COUNTS

@@ -229,8 +229,8 @@ def counted(*solutions) -> dict[str, int]:
 
 
 def test_what_solves_leave_out_is_counted():
-    """No contact is no solve; few nodes are solved alone and summed one by one; a square of 57 nodes holds a disc, and
-    57^2 < 64^2 starts from nothing; sweeps start warm, and large meshes from coarser ones."""
+    """No contact is no solve. Few nodes are solved alone and summed one by one. A square of 57 nodes holds a disc, and
+    57^2 < 64^2 starts from nothing. Sweeps start warm, and large meshes from coarser ones."""
     influence, u_bar = summit(16, 3.0)
     assert counted(solve(influence, u_bar - 1e-6)) == {skip_reasons.NO_CONTACT: 1}
     assert set(elastic.empty_skip_counts()) == set(skip_reasons.OF_SOLVES)

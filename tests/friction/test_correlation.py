@@ -18,7 +18,6 @@ from roughslip.friction.correlation import (
     window_lengths,
 )
 from roughslip.friction.statistics import strip_weights
-from roughslip.probability import Estimate
 
 WINDOW = 600e-6
 
@@ -128,17 +127,6 @@ def test_ornstein_uhlenbeck_windows_have_their_length() -> None:
     # the misfits of a curve within a few per cent of the exponential
     assert fit.misfit_exponential.low == 0.0
     assert fit.misfit_triangle.value > 0.05
-
-
-def test_only_lags_to_three_windows_count() -> None:
-    rng = np.random.default_rng(5)
-    curve = np.exp(-np.arange(41) / 5.0)
-    rows = np.tile(curve, (41, 1))
-    lags = np.arange(41) * 3e-4
-    spoiled = rows.copy()
-    spoiled[:, lags > 3 * 3e-3 * 1.001] = rng.random()
-    plain, other = (correlation_fit(lags, Estimate.from_rows(r), 3e-3) for r in (rows, spoiled))
-    assert plain.least_squares.value == other.least_squares.value == pytest.approx(1.5e-3, rel=1e-10)
 
 
 @pytest.mark.slow

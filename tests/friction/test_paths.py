@@ -125,16 +125,6 @@ def test_paths_follow_their_seed_alone(method):
     assert np.array_equal(first, beginning(again.realisation([1, 0]), 600))
 
 
-@pytest.mark.parametrize(("spacing", "length"), [(15e-6, 0.02), (1e-3, 1e-3), (250e-6, 0.01), (3e-6, 1e-6)])
-def test_length_and_period(spacing, length):
-    spectrum = spectral_representation(PUBLISHED, spacing, length)
-    (path,) = spectrum.realisation([0])
-    assert path.shape == (spectrum.nodes,)
-    assert spacing * (path.size - 2) < length * (1 + 1e-9) <= spacing * (path.size - 1) * (1 + 2e-9)
-    assert spectrum.period_nodes * spacing >= max(length + 10 * LENGTH, 300 * LENGTH)
-    assert np.all(spectrum.amplitude >= 0.0)
-
-
 @pytest.mark.parametrize("correlation_length", [1e-5, 1.0])
 def test_the_embedded_period_holds_every_lag(correlation_length):
     """Twice the path where correlation is long, the path and its reach where it is short: there, too, exact."""

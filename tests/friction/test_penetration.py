@@ -154,12 +154,6 @@ def test_values_by_hand():
     assert p_value(estimate, 1.5) == pytest.approx(51 / 100)  # half the replicates lie 0.5 or more from 2
 
 
-def test_curves_that_do_not_scatter_at_a_place_say_nothing_there():
-    curves = np.random.default_rng(10).standard_normal((2, 41, 3))
-    curves[:, :, 0] = 1.0  # an autocorrelation at lag 0
-    assert 0 < p_value_of_equality(curves) <= 1
-
-
 def test_what_cannot_be_tested_is_refused():
     with pytest.raises(IllPosedError, match="two levels"):
         p_value_of_equality(np.ones((1, 41, 3)))

@@ -14,7 +14,6 @@ from scipy.interpolate import PchipInterpolator
 
 from roughslip import store
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
-from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.laws import (
@@ -96,12 +95,6 @@ def test_rows_join_at_their_ends(law):
 
 
 SPEEDS, VALUES = (0.0, 0.1, 0.4, 1.0, 2.0), (0.4, 0.33, 0.3, 0.28, 0.31)
-
-
-def test_coulomb_slides_at_one_value():
-    law = CoulombLaw(0.3, 0.4)
-    assert np.array_equal(law.mu(np.array([0.0, -1.0, 5.0])), np.full(3, 0.3))
-    assert np.array_equal(law.slope(np.array([0.0, -1.0, 5.0])), np.zeros(3))
 
 
 def test_table_is_scipy_s_monotone_cubic():

@@ -110,21 +110,6 @@ def test_extreme_below_the_belt_is_passed():
         assert found.steps < 300
 
 
-def test_first_of_three_crossings():
-    """A driven X' that passes the belt three times within a step ends at the first."""
-    p = UNDAMPED._replace(q=0.02 * F, r=14.0)
-
-    def begin(x):
-        return completed(0.0, x, V - 3e-5, 0.0, 1.0, FREE, p)
-
-    y = begin(0.4 * F + 0.02 * F)
-    fine = phase(y, allowed=1e-3, p=p, duration=0.5, settings=Settings(FEHLBERG45, 1e-13, False, True))
-    for pair in (FEHLBERG45, DORMAND_PRINCE853):
-        coarse = phase(y, allowed=0.5, p=p, duration=0.5, settings=Settings(pair, 1e-5, False, True))
-        assert coarse.status == fine.status
-        assert coarse.y.tau == pytest.approx(fine.y.tau, abs=1e-3)
-
-
 @pytest.mark.parametrize("decay", [1e3, 1e4, 1e5])
 @pytest.mark.parametrize("pair", [FEHLBERG45, DORMAND_PRINCE853])
 def test_steep_friction_at_the_belt_is_not_passed_over(pair, decay):

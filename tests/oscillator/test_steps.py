@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from roughslip.oscillator.equation import Oscillator, State, coefficients, completed, jerk
+from roughslip.oscillator.equation import Oscillator, coefficients, completed, jerk
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.path import (
@@ -35,7 +35,6 @@ from roughslip.oscillator.runge_kutta import (
     step,
     value,
 )
-from roughslip.oscillator.switching_events import branch_at
 from tests.oscillator.motions import LAW, equal_steps
 
 
@@ -114,14 +113,6 @@ def test_jerk_is_the_derivative_of_acceleration(sigma, advance):
     h = 1e-4
     ahead, behind = (step(FEHLBERG45, y, way * h, sigma, piece, p)[0] for way in (1.0, -1.0))
     assert jerk(y.tau, y.u, y.s, y.a, sigma, piece, p) == pytest.approx((ahead.a - behind.a) / (2 * h), rel=1e-6)
-
-
-def test_jerk_of_friction_that_is_cut_is_that_of_a_free_mass():
-    p = DRIVEN._replace(q=0.0)
-    piece = piece_at(path_through(np.array([-3.0, -2.0, -2.5]), 0, 0.02, True, True), 0.01)
-    place = State(0.0, 0.004, 0.5 * p.V, 0.01, 0.0, 0.0)
-    y = completed(*place[:4], 1.0, piece, branch_at(place, 1.0, piece, p).p)
-    assert (y.a, y.j) == (pytest.approx(-2 * p.D * y.u - y.x), pytest.approx(-2 * p.D * y.a - y.u))
 
 
 SPACING = 0.3

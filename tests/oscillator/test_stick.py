@@ -205,18 +205,6 @@ def test_stick_holds_up_to_the_first_passage(seed, scatter, share, force, freque
         assert excess(np.array([tau]), np.array([x]))[0] == pytest.approx(0.0, abs=1e-9 * F)
 
 
-def test_belt_and_time_are_one_clock():
-    """v0 t is time in another unit, and a path without scatter is none."""
-    nodes = 0.05 * np.random.default_rng(3).uniform(-1.0, 1.0, 2500)
-    by_belt = simulate(STUDY, LAW, nodes, 1e-4, 8.0, MotionOptions(friction_follows="belt"))
-    by_time = simulate(STUDY, LAW, nodes, 1e-4 / 0.948, 8.0, MotionOptions(friction_follows="time"))
-    assert np.array_equal(by_belt.kind, by_time.kind)
-    assert by_time.position == pytest.approx(by_belt.position, abs=1e-8 * F)
-    flat = simulate(STUDY, LAW, np.zeros(2500), 1e-4, 8.0, MotionOptions(1e-11, friction_follows="belt"))
-    plain = simulate(STUDY, LAW, None, 0.0, 8.0, MotionOptions(1e-11))
-    assert flat.position == pytest.approx(plain.position, abs=1e-9 * F)
-
-
 def test_end_of_the_path_is_an_error_in_stick_and_slip():
     """And the length that the message asks for is enough; of slip from a run of 1000 nodes, and half more."""
     cases = (("slip", (1001,), 1.5, "m"), ("belt", (150, 420), 1.0, "m"), ("time", (150, 420), 1.0, "s"))

@@ -187,15 +187,6 @@ def test_single_exchanges_end_what_block_exchanges_do_not() -> None:
     assert longest > 2 * dense_solver.PATIENCE
 
 
-def test_failure_is_a_typed_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    influence = Influence(Grid(2, 2, 1.0, 1.0), 1.0)
-    monkeypatch.setattr(dense_solver, "_pressures", lambda coefficients, load: (np.zeros(load.shape), 7, False))
-    with pytest.raises(ConvergenceError, match="set of pressed nodes") as raised:
-        dense_solver.solve(influence, np.ones((2, 2)))
-    assert raised.value.work == 7
-    assert raised.value.residual == 1.0  # no pressure at all: min(gap, 0) = -u_bar
-
-
 @settings(derandomize=True, deadline=None, max_examples=150)
 @given(
     shape=st.tuples(st.integers(1, 16), st.integers(1, 16)),

@@ -7,16 +7,12 @@ it is p, and leave it free elsewhere. The targets here define r out of contact t
     - squared pressure: w = p^2 + p_1 p - k gap, and p from w^+
     - censored: w = p^2 + p_1 p, and p from w^+; w is not positive out of contact (see `censored`)
 
-The trial pressure is the step of an active-set solver. It is suitable for coarse meshes, where a contact is one cell.
-
-The squared pressure follows Hertz on fine meshes. On a summit of curvature kappa, p_0^2 = k approach with
-k = (2 E* / pi)^2 kappa (Johnson, Contact Mechanics, 1985, eqs. 4.22 to 4.24). So p^2 is linear in the approach, while p
-grows as its square root. At first contact even a fine mesh has one cell in contact, with p = approach / B_00. The term
-p_1 p with p_1 = k B_00 makes w linear in the approach there, with the same slope as in the gap. For large B_00, w / p_1
-becomes the trial pressure. Samples far out of contact have little information on the pressure. Their weight is
-1 / (1 + (w / w_0)^2), with w_0 = 0.3 of the mean of w in contact.
-
-The censored target ignores the gap. On coarse meshes it is a regression of p, by the same limit.
+The trial pressure, the step of an active-set solver, suits coarse meshes, where a contact is one cell. The squared
+pressure follows Hertz on fine meshes: on a summit of curvature kappa, p_0^2 = k approach with k = (2 E* / pi)^2 kappa
+(Johnson, Contact Mechanics, 1985, eqs. 4.22 to 4.24). At first contact one cell touches, with p = approach / B_00; the
+term p_1 p with p_1 = k B_00 makes w linear there too. For large B_00, w / p_1 becomes the trial pressure. Samples far
+out of contact weigh 1 / (1 + (w / w_0)^2), with w_0 = 0.3 of the mean of w in contact. The censored target ignores the
+gap.
 
 Where the surface yields, p = H and the gap is minus the plastic displacement. The first two targets then continue above
 their value at H, as they continue below zero out of contact. The pressure is limited at both ends.

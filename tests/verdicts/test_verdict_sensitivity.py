@@ -234,10 +234,14 @@ def test_where_runs_below_the_hopf_point_do_not_all_cycle_nothing_is_concluded()
     assert PARALLEL in found["stands"]["new_runs"]
 
 
-def test_damping_stands_between_listed_values_that_were_run():
-    """Shares of 1, 1, 0.6, 0.3, 0 at 0.05, 0.17, 0.32, 0.33, 0.4, judged as that at 0.17."""
+def test_damping_stands_between_listed_values_and_runs_while_a_share_of_one_is_sure():
+    """Shares of 1, 1, 0.6, 0.3, 0 at 0.05, 0.17, 0.32, 0.33, 0.4, judged as that at 0.17.
+
+    Wilson: n of n are sure to lie above 0.95 from n = 0.95 z^2 / 0.05 on, 72.99.
+    """
     found = verdicts_on(oscillator_=of_runs())["fig5-limit-cycle"]
     assert ends(range_in(found, "oscillator.damping_ratio")) == [None, 0.05, 0.17, 0.32]
+    assert ends(range_in(found, "ensemble.realisations")) == [72, 73, 4000, None]
 
 
 def test_the_sharp_limit_stands_while_the_list_has_both_sides_of_it():
@@ -256,12 +260,6 @@ def test_at_another_penetration_than_the_calibrated_one_the_surface_moves_the_li
     scenes = SCENES | {"deterministic": SCENES["deterministic"] | {"oscillator": deeper}}
     found = verdicts_on(friction_=of_strips(), oscillator_=of_runs(), scenes=scenes)["fig5-sharp-limit"]
     assert LENGTH in found["stands"]["new_solves"]
-
-
-def test_as_many_runs_as_make_a_share_of_one_sure():
-    """Wilson: n of n are sure to lie above 0.95 from n = 0.95 z^2 / 0.05 on, 72.99."""
-    found = verdicts_on(oscillator_=of_runs())["fig5-limit-cycle"]
-    assert ends(range_in(found, "ensemble.realisations")) == [72, 73, 4000, None]
 
 
 def test_an_excited_oscillator_keeps_its_ratio_of_forces_alone():

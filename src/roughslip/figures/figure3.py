@@ -30,15 +30,8 @@ DRAWN = {
     ],
     "figure3_law": [
         *("percentile", "lag", "triangle", "histogram", "histogram_edge", "mean", "std", "family"),
-        *(
-            "beta_a",
-            "beta_b",
-            "beta_lower",
-            "beta_upper",
-            "beta_at_bound",
-            "p_equal_distribution",
-            "p_equal_correlation",
-        ),
+        *("beta_a", "beta_b", "beta_lower", "beta_upper", "beta_at_bound"),
+        *("p_equal_distribution", "p_equal_correlation"),
         *with_interval_names("autocorrelation", "white_autocorrelation", "length_least_squares", "white_length"),
         *with_interval_names("beta_misfit", "family_distance", "skewness", "kurtosis"),
     ],

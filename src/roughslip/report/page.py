@@ -54,11 +54,6 @@ class Evidence:
         return {name: self.pictures[name] for name in MEASURED if name in self.pictures and name != BUDGET}
 
     @property
-    def budget_picture(self) -> bytes | None:
-        """Picture of the error budget."""
-        return self.pictures.get(BUDGET)
-
-    @property
     def budget_rows(self) -> list[dict[str, Any]]:
         """The error budget, a row a number with its scene."""
         rows = []

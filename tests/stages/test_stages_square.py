@@ -57,8 +57,6 @@ def alone(found, row: int, height: float, node: int) -> None:
     there = np.arange(4) == node
     pressure = max(height - PLANE, 0.0) / DIAGONAL
     np.testing.assert_allclose(found["pressure"][row], pressure * there, rtol=1e-9)
-    assert found["area_fraction"][row] == pytest.approx((pressure > 0) / 36)
-    assert found["mean_pressure"][row] == pytest.approx(pressure / 36, rel=1e-9)
     if pressure > 0:
         assert found["gap"][row, node] == pytest.approx(0.0, abs=1e-9 * SQ)
         assert np.all(found["gap"][row, ~there] > PLANE)
@@ -72,13 +70,15 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
     lifts = {1: (0, 2.0), 2: (1, 3.0), 3: (2, 4.0), 4: (3, 5.0), 5: (0, 0.5)}
     for sample, (mode, height) in lifts.items():
         xi[sample, mode] = height
-    designs = stored("design.nc", latin_hypercube=(("sample", "mode"), xi), expansion=(("sample", "mode"), -xi))
-    arguments = {"surface": lifted, "designs": designs, "design": "latin_hypercube", "first": 1, "last": 6}
+    designs = stored("design.nc", latin_hypercube=(("sample", "mode"), xi), expansion=(("sample", "mode"), xi))
+    arguments = {"surface": lifted, "designs": designs, "design": "expansion", "first": 1, "last": 6}
     found = run(contact_square, CONFIGURATION, **arguments)
     assert found["pressure"].shape == (5, 4)
     for sample, (mode, height) in lifts.items():
         alone(found, sample - 1, height * SQ, mode)
-    assert np.all(found["residual"] <= 1e-10)
+    # a design of pressures alone is balanced at the centre, and gives what the solves give there
+    centre = run(contact_square, CONFIGURATION, "centre", **arguments | {"design": "latin_hypercube"})
+    np.testing.assert_array_equal(centre["pressure"], found["pressure"][:, :1])
     # where the cells yield above 3.5 Sq they bear H, and the gap is below zero by the plastic displacement
     hardness = (3.5 * SQ - PLANE) / DIAGONAL
     yields = run(contact_square, changed(CONFIGURATION, material={"hardness_pa": hardness}), "yields", **arguments)
@@ -86,7 +86,7 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
     below = [yields["gap"][row, row] for row in range(4)]
     np.testing.assert_allclose(below, SQ * np.array([0.0, 0.0, -0.5, -1.5]), rtol=1e-9, atol=1e-9 * SQ)
     assert found.attributes["first"] == 1
-    assert found.attributes["design"] == "latin_hypercube"
+    assert found.attributes["design"] == "expansion"
 
 
 def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
@@ -100,7 +100,6 @@ def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
         node = int(np.argmax(drawn[row]))
         pressure = (SQ * drawn[row, node] - PLANE) / DIAGONAL
         assert found["pressure"][row, node] == pytest.approx(pressure, rel=1e-9)
-        assert found["area_fraction"][row] == pytest.approx(1 / 36)
 
 
 RESOLVED = {"covariance": "gaussian", "rms_height_m": SQ, "correlation_length_m": 0.1035}

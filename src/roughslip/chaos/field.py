@@ -72,11 +72,12 @@ class FieldExpansion:
         return self.link(index)[1]
 
 
-def fit_field(xi: np.ndarray, state: np.ndarray) -> FieldExpansion:
+def fit_field(xi: np.ndarray, state: np.ndarray, contact: np.ndarray | None = None) -> FieldExpansion:
     """Expand the pressure at every node.
 
     xi : (K, M) [-] standard normal variables of the modes, of independent surfaces
     state : (K, nodes) pressure [Pa] of a node in contact, minus its gap [m] otherwise
+    contact : (K, nodes) [-] share of the cell that is in contact; 1 where the state is positive, if not given
 
     Raises ParameterError for shapes that do not match or numbers that are not finite. Raises IllPosedError for too few
     surfaces, as the regression, and where a node is in contact on fewer than LEAST_CONTACTS of them.
@@ -103,14 +104,15 @@ def fit_field(xi: np.ndarray, state: np.ndarray) -> FieldExpansion:
         direction[:, block], index[:, block] = left_out_index(factor, basis, scores)
         without[:, :, block] = _without_groups(basis, inverses, scores)
         pressure = np.maximum(state[:, block], 0.0)
-        responses = np.stack([pressure > 0, pressure, pressure**2])
+        touching = pressure > 0 if contact is None else contact[:, block]
+        responses = np.stack([touching, pressure, pressure**2])
         link, control = fit_link(index[:, block], responses, knots)
         values[:, :, block] = link.values
         plain = responses - responses.mean(axis=1, keepdims=True)
         statistics[:, :, block] = _statistics(control.mean, control.deviation, plain)
         missed[block] = np.mean(control.deviation[1] ** 2, axis=0) / np.mean(plain[1] ** 2, axis=0)
-    contact, mean, deviation = (Statistic(*one) for one in statistics)
-    return FieldExpansion(direction, without, index, Link(knots, values), contact, mean, deviation, missed)
+    probability, mean, deviation = (Statistic(*one) for one in statistics)
+    return FieldExpansion(direction, without, index, Link(knots, values), probability, mean, deviation, missed)
 
 
 def normal_scores(state: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ the clip. The plane is then unknown, and is set so that the mean gap in contact 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -88,12 +89,18 @@ class Solution:
     products: int
 
 
-def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -> Solution:
+def solve(
+    problem: Problem,
+    tolerance: float,
+    guess: np.ndarray | None = None,
+    enough: Callable[[np.ndarray, np.ndarray], bool] | None = None,
+) -> Solution:
     """Solve a contact problem to a relative residual.
 
     problem : what to solve
     tolerance : [-] bound of the residual, for a gap computed anew from the pressure
     guess : (nx, ny) [Pa] where to start
+    enough : whether a pressure and its gap, both (nx, ny), are known well enough to stop before the tolerance
 
     Returns the solution. Raises ConvergenceError.
 
@@ -106,6 +113,8 @@ def solve(problem: Problem, tolerance: float, guess: np.ndarray | None = None) -
     wanted = tolerance
     while True:
         residual = iteration.assess()
+        if enough is not None and enough(iteration.pressure, iteration.gap):
+            return iteration.solution(residual)
         if residual <= wanted:
             wanted /= 2  # where the gap computed anew gives more, iterate before computing it once more
             if iteration.put_on_bounds():

@@ -293,3 +293,15 @@ def _square_ratio(
             heights[j] += height * height
             displacements[j] += (own / largest) ** 2
     return unmet.sum() / max(heights.sum(), displacements.sum())
+
+
+@compiled()
+def gap_errors(pressure: np.ndarray, gap: np.ndarray, cap: float) -> tuple[float, float]:
+    """Largest -w of nodes below the cap, and largest w of nodes under pressure; neither is negative."""
+    nx, ny = gap.shape
+    up, down = np.zeros(ny), np.zeros(ny)
+    for i in range(nx):
+        for j in range(ny):
+            up[j] = max(up[j], -gap[i, j] if pressure[i, j] < cap else 0.0)
+            down[j] = max(down[j], gap[i, j] if pressure[i, j] > 0 else 0.0)
+    return up.max(), down.max()

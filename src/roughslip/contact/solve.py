@@ -106,7 +106,7 @@ def solve(
     if candidates == 0:
         nothing = np.zeros(influence.grid.shape)
         return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none")
-    if candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * interference.size:
+    if dense_pays(interference):
         pressure, work = dense_solver.solve(influence, interference)
         if pressure.max() <= hardness_pa:
             gap = influence.apply(pressure) - interference
@@ -126,6 +126,12 @@ def solve(
         pressure, gap = found.pressure, found.gap
     solved = _elastic(pressure, gap, 0.0, found.products, "fft", found.pressure.size, start)
     return _checked(solved, influence, interference, hardness_pa, tolerance)
+
+
+def dense_pays(interference: np.ndarray) -> bool:
+    """Whether the dense method is the faster for interferences (nx, ny), and has the memory it needs."""
+    candidates = np.count_nonzero(interference > 0)
+    return bool(candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * interference.size)
 
 
 def solve_load(

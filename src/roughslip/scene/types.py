@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from copy import deepcopy
-from typing import Any
+from typing import Any, Literal
 
 from roughslip.scene.contact import Material, Square, Strip
 from roughslip.scene.ensemble import Ensemble, StickSlipMap, Survival
@@ -15,6 +15,7 @@ from roughslip.scene.expansion import Expansion
 from roughslip.scene.fields import (
     Section,
     build,
+    choice,
     completed,
     default_of,
     fields_of,
@@ -30,16 +31,24 @@ from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
 from roughslip.scene.roughness import Roughness
 
+ContactArea = Literal["corrected", "nodes"]
+
 
 @section
 class Numerics(Section):
-    """Tolerances of the solvers."""
+    """Tolerances of the solvers, and what counts as contact."""
 
     contact_tolerance: float = number(
         "Relative residual to which a contact problem is solved", at_least=1e-14, at_most=0.001, default=None
     )
     oscillator_tolerance: float = number(
         "Relative error allowed in the slip motion per unit of omega t", at_least=1e-13, at_most=0.001, default=None
+    )
+    contact_area: ContactArea = choice(
+        "corrected: a cell at the edge of a contact counts by the share of it that is covered; nodes: every node in "
+        "contact counts as a whole cell, which is too much by a share of the perimeter",
+        ContactArea,
+        default="corrected",
     )
 
 

@@ -20,7 +20,7 @@ STAGE = Stage(
     name="chaos_strip",
     reads="seed material roughness "
     "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
-    "strip.training_samples expansion.degree expansion.target",
+    "numerics.contact_area strip.training_samples expansion.degree expansion.target",
     reads_if_given="strip.expansion_spacing_m",
     optional={"scan": "scan"},
     many={"contact": "contact_strip"},
@@ -65,6 +65,12 @@ def work(job: Job) -> None:
         predicted = predictions_of_left_out_strips(half, training, values, strip)
         levels = len(predicted)
         means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
+        covered = np.ones(levels)
+        if (
+            scene.numerics.contact_area == "corrected"
+        ):  # at the training nodes the tables hold the share of nodes in contact
+            corrected, of_nodes = (store.join(batches, f"area_{name}") for name in ("corrected", "of_nodes"))
+            covered = corrected.sum(axis=0) / of_nodes.sum(axis=0)
         fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
     terms = skip_reasons.forbidden_terms(half.indices, degree)
@@ -72,6 +78,7 @@ def work(job: Job) -> None:
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     unit, level, table = "Pa" if target.kind == "trial_pressure" else "Pa2", ("level",), ("level", "place")
     force = grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3))
+    contact = covered[:, None] * means.contact
     whitened = "from local functionals to variables of unit variance"
     scatter = "root mean square of the target around what is expected of it"
     variables = {
@@ -81,7 +88,7 @@ def work(job: Job) -> None:
         "table_low": store.Variable(level, means.low, unit, "first predicted target of the tables"),
         "table_step": store.Variable(level, means.step, unit, "distance of two predicted targets of the tables"),
         "scatter": store.Variable(level, means.scatter, unit, scatter),
-        "contact": store.Variable(table, means.contact, "1", "contact probability given the predicted target"),
+        "contact": store.Variable(table, contact, "1", "contact probability given the predicted target"),
         "mean_pressure": store.Variable(table, means.pressure, "Pa", "mean pressure given the predicted target"),
         "column_force": store.Variable(level, force, "N", "mean force on a column of the training strips"),
     }

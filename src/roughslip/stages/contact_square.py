@@ -4,7 +4,7 @@ from roughslip import store
 from roughslip.chaos.sampling import monte_carlo
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.square import solved, square
+from roughslip.stages.from_scene.square import pressures_at, solved, square
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -27,7 +27,7 @@ STAGE = Stage(
 
 
 def work(job: Job) -> None:
-    """Write pressure and gap around the centre, area fraction, mean pressure and residual of every sample."""
+    """Write the pressure around the centre of every sample, and of a design that trains the expansion the gap."""
     arguments, numbers = job.arguments, range(job.arguments.first, job.arguments.last)
     problem = square(job)
     if arguments.design == "monte_carlo":
@@ -36,10 +36,15 @@ def work(job: Job) -> None:
     else:
         design = store.read(arguments.designs)[arguments.design]
         xi = (design[number] for number in numbers)
-    wanted = geometry.training_nodes if arguments.design == "expansion" else geometry.central_nodes
-    nodes = wanted(problem.model.lengths_m, problem.grid)
+    lengths, count = problem.model.lengths_m, len(numbers)
     with job.usage.core():
-        variables = solved(problem, xi, len(numbers), nodes, job)
+        if arguments.design == "expansion":
+            variables = solved(problem, xi, count, geometry.training_nodes(lengths, problem.grid), job)
+        else:
+            nodes = geometry.central_nodes(lengths, problem.grid)
+            if arguments.design == "latin_hypercube":  # a design is balanced at one node only
+                nodes = geometry.Nodes(*(part[:1] for part in nodes))
+            variables = pressures_at(problem, xi, count, nodes, job)
     store.write(arguments.output, variables, job.key, {"first": arguments.first, "design": arguments.design})
 
 

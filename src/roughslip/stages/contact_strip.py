@@ -3,6 +3,7 @@
 import numpy as np
 
 from roughslip import store
+from roughslip.contact.area import contact_shares
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.scene.declarations import Batches, Stage
@@ -13,7 +14,7 @@ STAGE = Stage(
     name="contact_strip",
     reads="seed material roughness "
     "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
-    "strip.window_m strip.window_spacing_m strip.training_samples numerics.contact_tolerance",
+    "strip.window_m strip.window_spacing_m numerics.contact_area strip.training_samples numerics.contact_tolerance",
     optional={"scan": "scan"},
     result="contact/strip-{first}-{last}.nc",
     batches=Batches(size="batches.strip_samples", totals={"": "strip.samples"}),
@@ -36,6 +37,7 @@ def work(job: Job) -> None:
     columns = geometry.training_columns(windows.middle)
     trained = max(0, min(scene.strip.training_samples, arguments.last) - arguments.first)
     area, force = np.empty((2, count, levels, windows.count))
+    of_nodes, corrected = np.empty((2, count, levels))
     residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
     skipped = elastic.empty_skip_counts()
@@ -46,8 +48,12 @@ def work(job: Job) -> None:
             for level, solution in enumerate(solutions):
                 elastic.count_solve(skipped, solution)
                 pressed = solution.pressure[windows.middle]
-                in_contact = np.count_nonzero(pressed, axis=1).astype(float)
-                area[row, level] = grid.cell_area * window_sums(in_contact, windows.length, windows.spacing)
+                nodes = np.count_nonzero(pressed, axis=1).astype(float)
+                shares = contact_shares(solution.pressure, hardness)[windows.middle].sum(axis=1)
+                of_nodes[row, level] = grid.cell_area * nodes.sum()
+                corrected[row, level] = grid.cell_area * shares.sum()
+                cells = nodes if scene.numerics.contact_area == "nodes" else shares
+                area[row, level] = grid.cell_area * window_sums(cells, windows.length, windows.spacing)
                 column_force = grid.cell_area * pressed.sum(axis=1)
                 force[row, level] = window_sums(column_force, windows.length, windows.spacing)
                 residual[row, level], effort[row, level] = solution.residual, solution.work
@@ -60,6 +66,8 @@ def work(job: Job) -> None:
     variables = {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),
         "force": store.Variable(shape, force, "N", "normal force on the window"),
+        "area_of_nodes": store.Variable(shape[:2], of_nodes, "m2", "area of the nodes in contact, all windows"),
+        "area_corrected": store.Variable(shape[:2], corrected, "m2", "the same, less the error of the mesh at edges"),
         "residual": store.Variable(shape[:2], residual, "1", "relative residual of the complementarity"),
         "work": store.Variable(shape[:2], effort, "1", "work of the solver, as its method counts it"),
     }

@@ -7,6 +7,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.field import FieldExpansion, draw_pressure, fit_field, mode_shares
 from roughslip.chaos.sampling import monte_carlo
+from roughslip.contact.area import contact_shares
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES
@@ -19,7 +20,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="field_square",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
-    "expansion.samples expansion.variables",
+    "numerics.contact_area expansion.samples expansion.variables",
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="chaos/field.nc",
@@ -27,7 +28,7 @@ STAGE = Stage(
     memory_doubles={
         "square_modes": 32.5,
         "nodes": 80,
-        "field_samples nodes": 4,
+        "field_samples nodes": 4.5,
         "field_samples modes": 20,
     },
 )
@@ -61,14 +62,17 @@ def surfaces_of(scene: Scene, modes: int) -> int:
     return count
 
 
-def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np.ndarray]:
-    """xi : (K, M) of independent surfaces, and state : (K, nodes), the pressure [Pa] or minus the gap [m]."""
+def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """xi : (K, M) of independent surfaces, and their state and contact : (K, nodes), as in `fit_field`."""
     seed = [job.scene.seed, geometry.STREAM_FIELD]
     xi = np.stack([monte_carlo([*seed, number], len(problem.modes)) for number in range(count)])
     state = np.empty((count, problem.grid.size))
+    contact = np.empty(state.shape, np.float32) if job.scene.numerics.contact_area == "corrected" else None
     for row, one in enumerate(solutions(problem, xi, count, job)):
         state[row] = np.where(one.pressure > 0, one.pressure, -one.gap).ravel()
-    return xi, state
+        if contact is not None:
+            contact[row] = contact_shares(one.pressure, problem.hardness_pa).ravel()
+    return xi, state, contact
 
 
 def work(job: Job) -> None:
@@ -76,8 +80,8 @@ def work(job: Job) -> None:
     problem = square(job)
     count = surfaces_of(job.scene, len(problem.modes))
     with job.usage.core():
-        xi, state = solved_fields(problem, count, job)
-        expansion = fit_field(xi, state)
+        xi, state, contact = solved_fields(problem, count, job)
+        expansion = fit_field(xi, state, contact)
         asked = job.scene.expansion.variables
         shares = mode_shares(expansion, min(LEADING if asked == "best" else int(asked), len(problem.modes)))
         generator = np.random.default_rng([job.scene.seed, geometry.STREAM_FIELD_DRAWS])

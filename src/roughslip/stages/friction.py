@@ -116,6 +116,12 @@ def work(job: Job) -> None:
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
     variables |= friction_table.distribution(mu["solved"][0][median], mu["solved"][1][median])
     variables["shear_strength"] = store.Variable((), shear, "Pa", "shear strength that gives the mean at the median")
+    corrected, of_nodes = (store.join(batches["solved"], f"area_{name}").T for name in ("corrected", "of_nodes"))
+    ratios = [
+        ratio_of_sums(one[:, None], other[:, None], 1.0, weights["solved"])
+        for one, other in zip(corrected, of_nodes, strict=True)
+    ]
+    variables |= friction_table.stored("area_correction", ("level",), ratios)
     variables["largest_residual"] = store.Variable((), residual, "1", "largest residual of all contact solves")
     store.write(job.arguments.output, variables, job.key)
     store.write_text(job.arguments.summary, friction_table.summary(variables, percentiles))

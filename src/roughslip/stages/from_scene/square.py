@@ -1,20 +1,25 @@
 """Contact of samples of the square with the plane, at one penetration."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from roughslip import store
+from roughslip.contact.at_nodes import NodePressures, solve_at
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve
 from roughslip.grid import Grid
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.geometry import Nodes
+from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.karhunen_loeve import heights
 from roughslip.surface.model import GaussianModel
 
+PRECISION = 1e-3  # width of the bounds of a pressure over the highest; the errors are then a tenth of that
+PRESSURE = "contact pressure at nodes around the centre"
 GAP = "gap at nodes around the centre, below zero the plastic displacement"
 
 
@@ -71,24 +76,47 @@ def solutions(problem: Square, xi: Iterable[np.ndarray], count: int, job: Job) -
 
 
 def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job) -> dict[str, store.Variable]:
-    """Pressure and gap at some nodes, area fraction, mean pressure and residual of every sample.
+    """Pressure and gap at some nodes of every sample.
 
     xi : `count` samples (M,) of the variables of the modes
     """
-    pressure, gap = np.empty((count, len(nodes.x))), np.empty((count, len(nodes.x)))
-    area, mean_pressure, residual = np.empty(count), np.empty(count), np.empty(count)
-    effort = np.empty(count, dtype=np.int32)
+    pressure, gap = np.empty((2, count, len(nodes.x)))
     kept = nodes.x, nodes.y
     for row, solution in enumerate(solutions(problem, xi, count, job)):
         pressure[row], gap[row] = solution.pressure[kept], solution.signed_gap[kept]
-        area[row] = np.count_nonzero(solution.pressure) / problem.grid.size
-        mean_pressure[row], residual[row] = solution.pressure.mean(), solution.residual
-        effort[row] = solution.work
     return {
-        "pressure": store.Variable(("sample", "node"), pressure, "Pa", "contact pressure at nodes around the centre"),
+        "pressure": store.Variable(("sample", "node"), pressure, "Pa", PRESSURE),
         "gap": store.Variable(("sample", "node"), gap, "m", GAP),
-        "area_fraction": store.Variable(("sample",), area, "1", "share of the nodes in contact"),
-        "mean_pressure": store.Variable(("sample",), mean_pressure, "Pa", "mean pressure on the square"),
-        "residual": store.Variable(("sample",), residual, "1", "relative residual of the complementarity"),
-        "work": store.Variable(("sample",), effort, "1", "work of the solver, as its method counts it"),
+    }
+
+
+def pressures_at(
+    problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job
+) -> dict[str, store.Variable]:
+    """Pressure at some nodes of every sample, and no more than that takes.
+
+    xi : `count` samples (M,) of the variables of the modes
+    """
+    pressure, error = np.empty((2, count, len(nodes.x)))
+    kept = nodes.x, nodes.y
+    there = np.ascontiguousarray(problem.modes[:, *kept, None])
+    nothing = np.zeros(len(nodes.x))
+    methods: Counter[str] = Counter()
+    work = 0
+    for row, one in enumerate(xi):
+        found = NodePressures(nothing, nothing, nothing, 0, "none")
+        if (problem.model.heights(heights(there, one)) > problem.plane_m).any():
+            rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
+            found = solve_at(
+                problem.influence, rough, kept, PRECISION, problem.tolerance, hardness_pa=problem.hardness_pa
+            )
+        pressure[row], error[row] = found.pressure, found.high - found.low
+        methods[found.method] += 1
+        work += found.work
+        job.usage.progress(row + 1, count)
+    job.usage.count(surfaces=count, solves=count - methods["none"], products=work)
+    job.usage.skip({skip_reasons.NODES_BELOW: methods["none"], skip_reasons.NODES_KNOWN: methods["bounded"]})
+    return {
+        "pressure": store.Variable(("sample", "node"), pressure, "Pa", PRESSURE),
+        "pressure_error": store.Variable(("sample", "node"), error, "Pa", "width of the bounds of the pressure"),
     }

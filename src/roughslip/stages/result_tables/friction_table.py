@@ -32,6 +32,7 @@ TITLES = {
     "effective_windows": "effective number of independent windows",
     "missing_share": "share of windows with too little contact for a friction coefficient",
     "ratio_of_sums": "shear strength times contact area over normal force, all windows together",
+    "area_correction": "contact area without the error of the mesh at edges over the area of the nodes in contact",
     "autocorrelation": "autocorrelation of the friction coefficient along the strip",
     "length_least_squares": "exponential length by least squares over lags to three windows",
     "length_half_window": "exponential length by least squares over lags to half a window",

@@ -15,6 +15,9 @@ WARM = "starts from nothing: pressures of a solution near by"
 NESTED = "starts from nothing: the solution on a coarser mesh"
 OF_SOLVES = (NO_CONTACT, BELOW, CROPPED, SUMMED, WARM, NESTED)
 
+NODES_BELOW = "solves: the nodes asked for lie below the plane"
+NODES_KNOWN = "solves to the tolerance: bounds give the pressures asked for"
+
 SYMMETRIC = "terms: forbidden by symmetry"
 TURNED = "rows: half a turn takes them into fitted ones"
 SMOOTH = "columns: the expansion is smooth"

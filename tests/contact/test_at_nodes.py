@@ -1,0 +1,67 @@
+"""Pressures at a few nodes, from solves that stop when these are known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from roughslip.contact import Influence, solve
+from roughslip.contact.at_nodes import LARGER_MESH, solve_at
+from roughslip.contact.influence import gathered
+from roughslip.grid import Grid
+
+CENTRE = (np.array([32, 32, 31, 31]), np.array([32, 31, 32, 31]))
+
+
+def rough(seed, n=64):
+    """Heights of unit scatter with a correlation length of a tenth of the edge."""
+    wave = np.hypot(*np.meshgrid(np.fft.fftfreq(n), np.fft.rfftfreq(n), indexing="ij"))
+    noise = np.fft.rfft2(np.random.default_rng(seed).standard_normal((n, n)))
+    heights = np.fft.irfft2(noise * np.exp(-((wave * n * 0.1 * math.pi) ** 2) / 4 * 0.4), (n, n))
+    return heights / heights.std()
+
+
+@pytest.mark.parametrize("shape", [(12, 12, 1.0), (24, 24, 1.0), (10, 60, 1.0), (16, 16, 4.0), (12, 12, 0.1)])
+def test_inverse_of_b_is_an_m_matrix(shape):
+    """No entry off the diagonal is positive, rows have positive sums, and the bound of K_ii holds."""
+    nx, ny, aspect = shape
+    influence = Influence(Grid(nx, ny, 1.0, aspect), 1.0)
+    inverse = np.linalg.inv(gathered(influence.coefficients, *np.indices((nx, ny)).reshape(2, -1)))
+    diagonal = np.diag(inverse)
+    assert (inverse - np.diag(diagonal)).max() <= 1e-12 * diagonal.max()
+    assert inverse.sum(axis=1).min() > 0
+    assert diagonal.max() <= LARGER_MESH * influence.approximate_inverse.max()
+
+
+@pytest.mark.parametrize(("plane", "hardness"), [(0.0, math.inf), (1.0, math.inf), (-2.0, math.inf), (0.5, 0.3)])
+def test_pressures_lie_within_their_bounds(plane, hardness):
+    """Against full solves: the same nodes in contact, pressures within bounds that are as narrow as asked."""
+    influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
+    methods = set()
+    for seed in range(12):
+        interference = rough(seed) - plane
+        full = solve(influence, interference, 1e-10, hardness_pa=hardness)
+        found = solve_at(influence, interference, CENTRE, 1e-3, 1e-10, hardness_pa=hardness)
+        true, highest = full.pressure[CENTRE], full.pressure.max()
+        np.testing.assert_array_equal(found.pressure > 0, true > 0)
+        assert np.all((found.low - 1e-9 * highest <= true) & (true <= found.high + 1e-9 * highest))
+        assert np.abs(found.pressure - true).max() <= 1.1e-3 * highest
+        assert found.work <= full.work
+        methods.add(found.method)
+    assert methods & {"bounded", "dense"}
+
+
+def test_nodes_below_the_plane_need_no_solve():
+    """u = B p is not negative, so a node that starts below the plane stays out of contact."""
+    interference = np.ones((64, 64))
+    interference[CENTRE] = 0.0
+    found = solve_at(Influence(Grid(64, 64, 1.0, 1.0), 1.0), interference, CENTRE)
+    assert found.method == "none"
+    assert not found.pressure.any()
+
+
+def test_bounds_save_most_of_the_work():
+    """Of 40 surfaces at the median, the centre takes less than half the products of full solves at 1e-6."""
+    influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
+    full = sum(solve(influence, rough(seed), 1e-6).work for seed in range(40))
+    assert sum(solve_at(influence, rough(seed), CENTRE, tolerance=1e-6).work for seed in range(40)) < full / 2

@@ -5,7 +5,7 @@ it is p, and leave it free elsewhere. The targets here define r out of contact t
 
     - trial pressure: r = p - gap / B_00, and p = r^+
     - squared pressure: w = p^2 + p_1 p - k gap, and p from w^+
-    - censored: w = p^2 + p_1 p, and p from w^+; w is not positive out of contact (see `censored`)
+    - censored: w = p^2 + p_1 p, and p from w^+; w is not positive out of contact (`regression.censored_regression`)
 
 The trial pressure, the step of an active-set solver, suits coarse meshes, where a contact is one cell. The squared
 pressure follows Hertz on fine meshes: on a summit of curvature kappa, p_0^2 = k approach with k = (2 E* / pi)^2 kappa

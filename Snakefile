@@ -19,13 +19,12 @@ configfile: f"{ROOT}/config/config.yaml"
 
 
 from roughslip.errors import InputError
-from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import scene_names
 from roughslip.stages.runtime.usage import PARENT
 from workflow.keys import key_files
 from workflow.recovery import earlier_runs, start
-from workflow.study.commands import RUN, log, options_of, outputs, run
+from workflow.study.commands import log, outputs, run
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes
 
@@ -76,9 +75,13 @@ rule all:
         "results/report.html",
 
 
-include: "workflow/rules/stages.smk"
+include: "workflow/rules/surface.smk"
+include: "workflow/rules/square.smk"
+include: "workflow/rules/strip.smk"
+include: "workflow/rules/oscillator.smk"
 include: "workflow/rules/references.smk"
 include: "workflow/rules/evidence.smk"
+include: "workflow/rules/outputs.smk"
 include: "workflow/rules/several_scenes.smk"
 
 

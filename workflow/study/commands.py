@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Callable
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -17,32 +15,21 @@ CAPTION = "../report/caption.rst"  # from a file of rules
 # they would re-run all jobs when the tree is moved or .venv is made again.
 _PYTHON = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
 
-# The shell command of a stage, for rules that are made in a loop: Snakemake evaluates it when the loop has ended.
-RUN = f"{_PYTHON}.{{params.module}} {{params.options}} 2> {{log:q}}"
 
-
-def options_of(stage: str) -> Callable[..., str]:
-    """A parameter function: the options of a stage's command, for a rule whose files have the names of its options."""
-    declared = declarations()[stage]
-
-    def options(wildcards: Any, input: Any, output: Any) -> str:
-        files = {name: input.get(name) or [] for name in ("key", *declared.options)}
-        files |= {name: output.get(name) for name in (*declared.results, "usage")}
-        words = [f"--{name} {_quoted(given)}" for name, given in files.items()]
-        return " ".join([*words, *(f"--{name} {shlex.quote(wildcards[name])}" for name in declared.placeholders)])
-
-    return options
-
-
-def run(stage: str, **given: str) -> str:
+def run(stage: str, module: str = "", **given: str) -> str:
     """The shell command of a stage, for a rule whose inputs and outputs have the names of the stage's options.
 
+    module : "{params.module}" for a rule in a loop, whose command Snakemake evaluates when the loop has ended
     given : by option, what the command takes in place of the input of that name
     """
     declared = declarations()[stage]
-    options = {name: f"{{input.{name}:q}}" for name in ("key", *declared.options)} | given
+    options = {"key": "{input.key:q}"}
+    options |= {name: f"{{input.{name}:q}}" for name in declared.options} | given
+    options |= {name: f"{{wildcards.{name}}}" for name in declared.placeholders}
     options |= {name: f"{{output.{name}:q}}" for name in (*declared.results, "usage")} | given
-    return f"{_PYTHON}.{stage} {' '.join(f'--{name} {value}' for name, value in options.items())} 2> {{log:q}}"
+    return (
+        f"{_PYTHON}.{module or stage} {' '.join(f'--{name} {value}' for name, value in options.items())} 2> {{log:q}}"
+    )
 
 
 def outputs(stage: str, folder: str = "results/{scene}") -> dict[str, Any]:
@@ -66,7 +53,3 @@ def job_name(stage: Stage, **values: object) -> str:
     """
     name = "-".join((stage.name, *(f"{{{part}}}" for part in stage.placeholders)))
     return name.format(**values) if values else name
-
-
-def _quoted(files: Any) -> str:
-    return " ".join(shlex.quote(str(file)) for file in ([files] if isinstance(files, str) else files))

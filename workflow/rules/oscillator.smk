@@ -1,0 +1,55 @@
+# The mass on the belt: Figure 5, and where stick-slip occurs.
+# In:  friction/statistics.nc unless the scene gives the statistics as numbers.
+# Out: oscillator/deterministic.nc, oscillator/ensemble-<first>-<last>.nc, oscillator/statistics.nc, oscillator/map.nc,
+#      oscillator/lifetimes.nc; oscillator/path_resolution.nc where the study finds the number of nodes of friction paths.
+
+
+# Stages that take the friction statistics alone.
+for stage in ("deterministic", "path_resolution", "stick_slip_map", "lifetimes"):
+
+    rule:
+        name:
+            stage
+        input:
+            key=scenes.key(stage),
+            friction=scenes.made("friction"),
+        output:
+            **outputs(stage),
+        log:
+            log(stage),
+        resources:
+            mem_mb=scenes.memory(stage),
+        params:
+            module=stage,
+        shell:
+            run("deterministic", module="{params.module}")  # deterministic has the options of all stages of this loop
+
+
+rule oscillator:
+    input:
+        key=scenes.key("oscillator"),
+        friction=scenes.made("friction"),
+        path_resolution=scenes.made("path_resolution"),
+    output:
+        **outputs("oscillator"),
+    log:
+        log("oscillator"),
+    resources:
+        mem_mb=scenes.memory("oscillator"),
+    shell:
+        run("oscillator")
+
+
+rule cycles:
+    input:
+        key=scenes.key("cycles"),
+        deterministic=scenes.made("deterministic"),
+        ensemble=scenes.made("oscillator"),
+    output:
+        **outputs("cycles"),
+    log:
+        log("cycles"),
+    resources:
+        mem_mb=scenes.memory("cycles"),
+    shell:
+        run("cycles")

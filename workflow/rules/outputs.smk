@@ -1,0 +1,69 @@
+# What a scene is for.
+# In:  results of the stages that the targets of the scene need.
+# Out: figures as png|svg|nc, claims.json, costs.json, report.html.
+
+FIGURES = ("figure2", "figure3", "figure3_law", "figure5", "figure_field", "figure_map", "figure_scan")
+
+for figure in FIGURES:
+
+    rule:
+        name:
+            figure
+        input:
+            **scenes.inputs(figure),
+            key=scenes.key(figure),
+        output:
+            **outputs(figure),
+        log:
+            log(figure),
+        resources:
+            mem_mb=scenes.memory(figure),
+        params:
+            module=figure,
+            caption=declarations()[figure].caption,
+        shell:
+            run("figure2", module="{params.module}")  # figure2 has the options of all stages of this loop
+
+
+rule claims:
+    input:
+        **scenes.inputs("claims"),
+        key=scenes.key("claims"),
+    output:
+        **outputs("claims"),
+    log:
+        log("claims"),
+    resources:
+        mem_mb=scenes.memory("claims"),
+    shell:
+        run("claims")
+
+
+rule costs:
+    input:
+        key=scenes.key("costs"),
+        records=lambda wildcards: scenes.usage_records(wildcards.scene),
+    output:
+        **outputs("costs"),
+    log:
+        log("costs"),
+    resources:
+        mem_mb=scenes.memory("costs"),
+    shell:
+        run("costs")
+
+
+rule scene_report:
+    input:
+        key=scenes.key("report"),
+        scenes=scenes.made("claims", "costs"),
+        figures=lambda wildcards: scenes.figures(wildcards.scene),
+        surfaces=scenes.made("karhunen_loeve", "chaos_square", "scan"),
+    output:
+        **outputs("report"),
+    log:
+        log("report"),
+    resources:
+        mem_mb=scenes.memory("report"),
+    shell:
+        run("report", scenes="results/{wildcards.scene}", evidence="", drawn="")

@@ -1,0 +1,62 @@
+# The strips of Figure 3. `scenes` is workflow/study/scenes.py; outputs, log and run are workflow/study/commands.py.
+# In:  surface/scan.nc where the surface is that of a scan.
+# Out: contact/strip-<first>-<last>.nc, chaos/strip.nc, friction/expansion-<first>-<last>.nc, friction/statistics.nc, summary.csv.
+
+
+rule contact_strip:
+    input:
+        key=scenes.key("contact_strip"),
+        scan=scenes.made("scan"),
+    output:
+        **outputs("contact_strip"),
+    log:
+        log("contact_strip"),
+    resources:
+        mem_mb=scenes.memory("contact_strip"),
+    shell:
+        run("contact_strip")
+
+
+rule chaos_strip:
+    input:
+        key=scenes.key("chaos_strip"),
+        scan=scenes.made("scan"),
+        contact=scenes.made("contact_strip", below="strip.training_samples"),  # the batches with training strips
+    output:
+        **outputs("chaos_strip"),
+    log:
+        log("chaos_strip"),
+    resources:
+        mem_mb=scenes.memory("chaos_strip"),
+    shell:
+        run("chaos_strip")
+
+
+rule expansion_strip:
+    input:
+        key=scenes.key("expansion_strip"),
+        scan=scenes.made("scan"),
+        expansion=scenes.made("chaos_strip"),
+    output:
+        **outputs("expansion_strip"),
+    log:
+        log("expansion_strip"),
+    resources:
+        mem_mb=scenes.memory("expansion_strip"),
+    shell:
+        run("expansion_strip")
+
+
+rule friction:
+    input:
+        key=scenes.key("friction"),
+        contact=scenes.made("contact_strip"),
+        expansion=scenes.made("expansion_strip"),
+    output:
+        **outputs("friction"),
+    log:
+        log("friction"),
+    resources:
+        mem_mb=scenes.memory("friction"),
+    shell:
+        run("friction")

@@ -2,8 +2,9 @@
 
 The error is sup |F_expansion(p) - F(p)| over p >= 0. Its two parts are estimated from the training surfaces, each as a
 95 % quantile over their scatter. One is sup |sum_g v_g d_g(p)|, with d_g the change of F without group g and v_g
-normal. The other is the bias: sup |C(p)| beyond the noise of C, the mean over surfaces of [indicator(pressure <= p) -
-P(pressure <= p)] with P predicted from the other surfaces. It detects an unsuitable target or unsuitable variables.
+normal. The other is the bias, sup |C(p)| beyond the noise of C. With P predicted from the other surfaces, C is the
+mean over surfaces of [indicator(pressure <= p) - P(pressure <= p)]. It detects an unsuitable target or unsuitable
+variables.
 """
 
 from __future__ import annotations

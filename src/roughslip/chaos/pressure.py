@@ -8,7 +8,7 @@ it is p, and leave it free elsewhere. The targets here define r out of contact t
     - censored: w = p^2 + p_1 p, and p from w^+; w is not positive out of contact (`regression.censored_regression`)
 
 The trial pressure, the step of an active-set solver, suits coarse meshes, where a contact is one cell. The squared
-pressure follows Hertz on fine meshes: on a summit of curvature kappa, p_0^2 = k approach with k = (2 E* / pi)^2 kappa
+pressure follows Hertz on fine meshes. On a summit of curvature kappa, p_0^2 = k approach with k = (2 E* / pi)^2 kappa
 (Johnson, Contact Mechanics, 1985, eqs. 4.22 to 4.24). At first contact one cell touches, with p = approach / B_00; the
 term p_1 p with p_1 = k B_00 makes w linear there too. For large B_00, w / p_1 becomes the trial pressure. Samples far
 out of contact weigh 1 / (1 + (w / w_0)^2), with w_0 = 0.3 of the mean of w in contact. The censored target ignores the

@@ -1,8 +1,8 @@
 """How many variables an expansion takes, and which.
 
-The candidates are nested: the given variables u in their order (leading modes, or local functionals), then directions
-q in which the residual r of the expansion in all given variables still varies. By Stein's identity the terms of r that
-contain q, to second degree in it, are
+The candidates are nested. First come the given variables u in their order: leading modes, or local functionals. Then
+come directions q in which the residual r of the expansion in all given variables still varies. By Stein's identity the
+terms of r that contain q, to second degree in it, are
 
     r ~ sum_a psi_a(u) g_a'q + q'Hq / 2,    g_a = E[r psi_a(u) q],    H = E[r (q q' - I)].
 

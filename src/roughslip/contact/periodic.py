@@ -10,7 +10,7 @@ has no finite displacement on a half-space. Lambda(0) = 0, so displacements are 
 
 The usual symbol is the term G = 0 without its sinc, 2/(E* |q|) (Stanley and Kato, J. Tribol. 119 (1997) 481). It is
 slightly better for smooth surfaces (L2 error of a sine wave of 256 cells 1.23e-3, here 1.32e-3). This one is better for
-steps, for limited pressures and for solvers that exchange nodes: its least eigenvalue on 32 x 32 square cells is
+steps, for limited pressures and for solvers that exchange nodes. Its least eigenvalue on 32 x 32 square cells is
 0.54 B_00, there 0.42 B_00, and all off-diagonal entries of its inverse are negative. With it a large periodic cell
 tends to the free half-space on the same mesh.
 """

@@ -1,8 +1,8 @@
 """Contact on large meshes: bound-constrained conjugate gradients, with B applied by FFT.
 
-Symbols: B is the influence matrix, p the pressures, u_bar the interference, and w = B p - u_bar + plane the gap. The cap
-is the highest pressure. F are the nodes whose pressure may move ("free"). The stencil M approximates the inverse of B.
-One iteration:
+Symbols: B is the influence matrix, p the pressures, u_bar the interference, and w = B p - u_bar + plane the gap.
+The cap is the highest pressure. F are the nodes whose pressure may move ("free"). The stencil M approximates
+the inverse of B. One iteration:
 
     - misfit: r = -w on F, zero elsewhere
     - preconditioning: s = M r on F

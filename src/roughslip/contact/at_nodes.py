@@ -61,7 +61,7 @@ def solve_at(
     influence : B of the mesh, a free half-space
     interference : (nx, ny) [m] u_bar, height of the surface over the plane
     nodes : indices (n,), (n,) of the nodes
-    precision : [-] width of the bounds of a pressure over the highest pressure
+    precision : [-] width of the bounds of a pressure over the pressure
     tolerance, hardness_pa : as in `solve`, where the bounds cannot decide
 
     Returns pressures that differ from those of `solve` by less than the bounds, with the same nodes in contact. Raises
@@ -84,7 +84,7 @@ def solve_at(
     def enough(pressure: np.ndarray, gap: np.ndarray) -> bool:
         low, high = bounds(pressure, gap)
         decided = (low > 0) | (high == 0)
-        return bool(decided.all() and (high - low).max() <= precision * pressure.max())
+        return bool((decided & (high - low <= precision * high)).all())
 
     problem = Problem(influence, interference, hardness_pa)
     found = conjugate_gradients.solve(problem, tolerance, nested.guess(problem), enough)

@@ -18,7 +18,7 @@ from roughslip.stages.runtime.command import Job
 from roughslip.surface.karhunen_loeve import heights
 from roughslip.surface.model import GaussianModel
 
-PRECISION = 1e-3  # width of the bounds of a pressure over the highest; the errors are then a tenth of that
+PRECISION = 1e-3  # width of the bounds of a pressure over the pressure; errors are then a tenth of that
 PRESSURE = "contact pressure at nodes around the centre"
 GAP = "gap at nodes around the centre, below zero the plastic displacement"
 

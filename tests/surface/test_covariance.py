@@ -244,11 +244,12 @@ class Autoregressive(IsotropicCovariance):
 '''
 PROGRAM = """
 import numpy as np
+from roughslip.grid import Grid
 from roughslip.scene.schema import scene_schema
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
 from roughslip.surface.embedding import embed
-from roughslip.surface.models import MODELS, covariance_of, self_affine
+from roughslip.surface.models import covariance_of
 
 model = covariance_of("autoregressive", 2.0, 3.0)
 assert "autoregressive" in str(scene_schema())

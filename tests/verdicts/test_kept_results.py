@@ -24,7 +24,7 @@ def disagreeing(rows):
         ({"ours": 1.2}, ["one"], []),
         ({"ours": 1.2001}, ["one"], ["one"]),
         ({"ours": None}, ["one"], ["one"]),
-        ({"verdict": "not reproduced"}, ["one, verdict"], ["one, verdict"]),
+        ({"verdict": "contradicted"}, ["one, verdict"], ["one, verdict"]),
         ({"id": "other"}, ["one, verdict", "other, verdict"], ["one, verdict", "other, verdict"]),
     ],
 )

@@ -1,8 +1,8 @@
 """Verdicts on the paper's statements, each from our number and its interval by its written rule.
 
-A rule asks for an interval on one side of an effect size; no verdict is set by hand. `reproduced` needs the whole
-interval there, else the verdict is `not reproduced`. Where the interval reaches both sides the note says `undecided`. A
-statement at odds with another number of the paper `contradicts itself`. Without numbers it is `not tested`.
+A rule asks for an interval on one side of an effect size; no verdict is set by hand. A statement is `reproduced` where
+the whole interval lies there, `contradicted` where it lies on the other side, `undecided` where it reaches both. One at
+odds with another number of the paper `contradicts itself`. Without numbers it is `not tested`.
 """
 
 from __future__ import annotations
@@ -27,11 +27,14 @@ from roughslip.verdicts.statements import (
     SAME_LENGTH,
     SKEWNESS_RANGE,
     STATEMENTS,
+    UNITS,
     VISIBLE,
 )
 
-REPRODUCED, NOT_REPRODUCED = "reproduced", "not reproduced"
+REPRODUCED, CONTRADICTED, UNDECIDED = "reproduced", "contradicted", "undecided"
 CONTRADICTS, NOT_TESTED = "contradicts itself", "not tested"
+VERDICTS = {1: REPRODUCED, -1: CONTRADICTED, 0: UNDECIDED}
+ON_THRESHOLD = 0.02  # relative distance below which more samples are not asked for
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
 LEAST_P = 1e-16  # smallest p-value reported
 SOLVED = 0  # row of the sources of the friction statistics
@@ -53,6 +56,7 @@ class Finding:
     holds : what the rule says, as `inside` does
     note : what the number is, and others that belong to it
     contradicts : whether another number of the paper is at odds with the statement
+    low, high : limits that the rule sets to our number; infinite without one
     """
 
     ours: float
@@ -60,6 +64,8 @@ class Finding:
     holds: int
     note: str
     contradicts: bool = False
+    low: float = -np.inf
+    high: float = np.inf
 
 
 Rule = Callable[[Arrays], Finding | str]  # a text says why the statement cannot be tested
@@ -70,7 +76,8 @@ def claims(square: Arrays | None, friction: Arrays | None, oscillator: Arrays | 
 
     square, friction, oscillator : contents of chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc
 
-    Each is a mapping with id, statement, paper, ours, interval (low, high), verdict, note and rule.
+    Each is a mapping with id, statement, paper, ours, interval (low, high), shown (both in the unit that a reader
+    uses), verdict, turns (what would turn it), note and rule.
     """
     branches = ((square, ON_THE_SQUARE), (friction, ON_FRICTION), (oscillator, ON_THE_OSCILLATOR))
     return [_claim(name, rule, arrays) for arrays, rules in branches for name, rule in rules.items()]
@@ -81,19 +88,47 @@ def _claim(name: str, rule: Rule, arrays: Arrays | None) -> dict[str, Any]:
     found = NO_STAGE if arrays is None else rule(arrays)
     if arrays is None or isinstance(found, str) or not np.isfinite([found.ours, *found.interval]).all():
         why = found if isinstance(found, str) else NO_NUMBER
-        judged: dict[str, Any] = {"ours": None, "interval": None, "verdict": NOT_TESTED, "note": why}
+        judged: dict[str, Any] = dict.fromkeys(("ours", "interval", "shown", "turns"))
+        judged |= {"verdict": NOT_TESTED, "note": why}
     else:
-        verdict, note = REPRODUCED if found.holds > 0 else NOT_REPRODUCED, found.note
+        verdict, note = CONTRADICTS if found.contradicts else VERDICTS[found.holds], found.note
         variable, hypothesis = P_VALUES.get(name, ("", ""))
         if variable and np.isfinite(p := float(arrays[variable])):
             note += f"; {hypothesis}: p = {p:.2g}"
-        if found.contradicts:
-            verdict = CONTRADICTS
-        elif found.holds == 0:
-            note += "; undecided, since the interval reaches both sides"
-        judged = {"ours": found.ours, "interval": found.interval, "verdict": verdict, "note": note}
+        low, high = found.interval
+        shown = f"{in_unit(name, found.ours)} ({in_unit(name, low)} to {in_unit(name, high)})"
+        judged = {"ours": found.ours, "interval": found.interval, "shown": shown, "turns": what_turns(name, found)}
+        judged |= {"verdict": verdict, "note": note}
     statement, paper = STATEMENTS[name]
     return {"id": name, "statement": statement, "paper": paper, **judged, "rule": RULES[name]}
+
+
+def in_unit(name: str, number: float) -> str:
+    """A number of a statement in the unit that a reader uses."""
+    scale, unit = UNITS.get(name, (1.0, ""))
+    return f"{scale * number:.3g}{unit}"
+
+
+def what_turns(name: str, found: Finding) -> str:
+    """How far the number would have to move to turn the verdict, or how many more samples would decide it."""
+    if found.contradicts:
+        return "another number in the paper"
+    if np.isinf([found.low, found.high]).all() or inside(found.interval, found.low, found.high) != found.holds:
+        return "another condition of the rule"
+    low, high = found.interval
+    # distance of the interval from each limit, positive on the side of the verdict
+    margins = {found.low: low - found.low, found.high: found.high - high}
+    if found.holds < 0:
+        margins = {found.low: found.low - high, found.high: low - found.high}
+    if found.holds:
+        finite = {limit: margin for limit, margin in margins.items() if np.isfinite(limit)}
+        limit = min(finite, key=lambda one: abs(finite[one]))
+        return f"a number that lies {in_unit(name, abs(finite[limit]))} nearer to {in_unit(name, limit)}"
+    limit = min((one for one in margins if low < one < high), key=lambda one: abs(one - found.ours))
+    distance, half = abs(limit - found.ours), found.ours - low if limit < found.ours else high - found.ours
+    if distance <= ON_THRESHOLD * abs(limit):
+        return f"none: our number lies on the threshold {in_unit(name, limit)}"
+    return f"{(half / distance) ** 2:.2g} times as many samples, if the number stays"
 
 
 def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> int:
@@ -113,7 +148,7 @@ def _number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:
 
 def _judged(number: tuple[float, Interval], note: str, low: float = -np.inf, high: float = np.inf) -> Finding:
     """The rule that wants the interval of one stored number between low and high."""
-    return Finding(*number, inside(number[1], low, high), note)
+    return Finding(*number, inside(number[1], low, high), note, low=low, high=high)
 
 
 def _shown(number: tuple[float, Interval], digits: int = 2) -> str:
@@ -164,7 +199,7 @@ def _decreases(friction: Arrays, key: str, title: str) -> Finding | str:
     _, slope = _number(friction, f"trend_combined_{key}_slope")
     values = friction[f"combined_{key}"]
     note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
-    return Finding(change, interval, min(inside(interval, high=0.0), inside(slope, high=0.0)), note)
+    return Finding(change, interval, min(inside(interval, high=0.0), inside(slope, high=0.0)), note, high=0.0)
 
 
 def _median(friction: Arrays) -> int:
@@ -222,7 +257,7 @@ def _right_skewed(friction: Arrays) -> Finding:
 def _leptokurtic(friction: Arrays) -> Finding:
     value, interval = _at_median(friction, "kurtosis")
     note = f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}"
-    return Finding(value, interval, inside(interval, low=0.0), note, contradicts=BETA_KURTOSIS < 0)
+    return Finding(value, interval, inside(interval, low=0.0), note, BETA_KURTOSIS < 0, low=0.0)
 
 
 def _follows_beta(friction: Arrays, level: int) -> int:
@@ -247,7 +282,8 @@ def _beta(friction: Arrays) -> Finding:
         f"Kolmogorov distance; skewness {_shown(skewness)}; fitted Beta({fitted}){undetermined}, after scaling by the "
         f"sample extremes Beta({scaled}); {_window_of_the_beta(friction, skewness[0])}"
     )
-    return Finding(*_at_median(friction, "beta_distance_standardised"), _follows_beta(friction, median), note)
+    distance = _at_median(friction, "beta_distance_standardised")
+    return Finding(*distance, _follows_beta(friction, median), note, high=VISIBLE)
 
 
 def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
@@ -266,7 +302,8 @@ def _beta_at_any_depth(friction: Arrays) -> Finding:
         f"Kolmogorov distance at percentile {friction['percentile'][farthest]:g}, of the largest upper end; "
         f"{follows.count(1)} of {len(follows)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"
     )
-    return Finding(*_number(friction, "beta_distance_standardised", SOLVED, farthest), min(follows), note)
+    distance = _number(friction, "beta_distance_standardised", SOLVED, farthest)
+    return Finding(*distance, min(follows), note, high=VISIBLE)
 
 
 def _limit(oscillator: Arrays) -> float:
@@ -281,7 +318,7 @@ def _limit_cycle(oscillator: Arrays) -> Finding | str:
     holds = min(inside((nominal, nominal), high=limit), inside(interval, low=CYCLING))
     note = f"share of the runs that cycle to the end at D = {nominal:g}; without scatter the cycle exists up to "
     note += f"{limit:.4f}"
-    return Finding(share, interval, holds, note)
+    return Finding(share, interval, holds, note, low=CYCLING)
 
 
 def _sharp_limit(oscillator: Arrays) -> Finding | str:
@@ -328,7 +365,9 @@ def _reattachment(oscillator: Arrays) -> Finding:
         f"{anderson_p:.1g} by Anderson and Darling, of cycles as dependent as those of a run; Kolmogorov distance to "
         f"the normal {_shown(distance, 3)}{unseen}"
     )
-    return Finding(*skewness, max(beyond), note)
+    if skewness[0] < 0:
+        return Finding(*skewness, max(beyond), note, high=-NON_NORMAL)
+    return Finding(*skewness, max(beyond), note, low=NON_NORMAL)
 
 
 ON_THE_SQUARE: dict[str, Rule] = {

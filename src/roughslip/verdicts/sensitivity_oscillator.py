@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from roughslip.chaos.sampling import wilson_interval
-from roughslip.verdicts.rules import CYCLING, NOT_REPRODUCED, NOT_TESTED, REPRODUCED, Arrays, claims
+from roughslip.verdicts.rules import CONTRADICTED, CYCLING, NOT_TESTED, REPRODUCED, Arrays, claims
 from roughslip.verdicts.sensitivity import (
     FEWEST,
     ROOT_N,
@@ -169,7 +169,7 @@ def _cycle_at(oscillator: Arrays, verdict: str, ends: Mapping[str, np.ndarray]) 
         if as_here is None:
             return None
         if as_here != exists:  # there is no cycle there
-            return NOT_REPRODUCED
+            return CONTRADICTED
         return verdict if repelled and as_stable and sure else None
 
     return at

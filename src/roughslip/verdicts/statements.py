@@ -41,6 +41,15 @@ STATEMENTS = {
     "fig5-range-beyond-limit": ("With scatter there is a range of damping where the cycle goes on", "a range"),
 }
 
+# Factor from the unit of our number to the one that a reader uses, by id; without one the number is shown as it is.
+UNITS = {
+    "fig2-pc-tail": (1.0, " decades"),
+    "mu-correlation-250um": (1e6, " µm"),
+    "mu-correlation-any-depth": (1e6, " µm"),
+    "fig5-limit-cycle": (100.0, " %"),
+    "fig5-range-beyond-limit": (100.0, " %"),
+}
+
 # P-value of the friction statistics that the note on a statement reports, and the hypothesis that it tests.
 P_VALUES = {
     "fig3-mean-decreases": ("p_no_change_of_mean", "no change"),

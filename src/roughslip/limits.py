@@ -1,5 +1,7 @@
 """Sizes that both the rules of scenes and the computations obey; light, because every start of the study imports it."""
 
+from itertools import pairwise
+
 MOST_NUMBERS = 100_000_000  # in one array of floats: 0.8 GB
 
 VARIABLE_COUNTS = (2, 4, 6, 8, 9, 10, 12)  # of a pressure expansion, from which the best number is chosen
@@ -10,3 +12,11 @@ TRAINING_NODES = 16  # at most, on each surface of the square
 FIELD_GROUPS = 10  # of surfaces, left out in turn by the expansion at every node
 FIELD_SAMPLES = 100  # fewest surfaces for the expansion at every node
 FIELD_NUMBERS = 90_000_000  # in each of the two tables of the expansion at every node: 1.5 GB together
+DESIGN_SAMPLES = 4000  # Latin hypercube samples of a design, to which eqs. (8) and (9) are fitted
+
+
+def designs_of(samples: int) -> list[slice]:
+    """The designs that Latin hypercube samples hold, one after another: one for each full DESIGN_SAMPLES."""
+    count = max(1, samples // DESIGN_SAMPLES)
+    ends = [samples * number // count for number in range(count + 1)]
+    return [slice(*pair) for pair in pairwise(ends)]

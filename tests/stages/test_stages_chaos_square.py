@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.chaos.regression import wild_coefficients
-from roughslip.chaos.sampling import cumulative_given_contact, monte_carlo
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, monte_carlo
 from roughslip.contact.influence import Influence
 from roughslip.errors import IllPosedError
 from roughslip.scene.types import scene_of
@@ -24,6 +24,7 @@ from roughslip.stages.result_tables.centre_distribution import (
     Expansion,
     Reference,
     apart,
+    designed_rows,
     draw,
     expanded_rows,
     refits,
@@ -139,6 +140,22 @@ def test_rows_of_an_expansion_hold_their_values_and_have_at_least_the_error_of_t
     far = np.quantile(np.abs(moved[:, 0]), 0.95)
     assert wider["distance_in_contact"][2] == pytest.approx(high + far)
     assert np.all((wider["cumulative"][1] >= 0) & (wider["cumulative"][2] <= 1))
+
+
+def test_numbers_of_several_designs_are_their_mean_with_students_interval():
+    """Three designs, of the reference's own pressures and of these scaled by 0.7 and 1.3."""
+    one = reference(surfaces=200_000)
+    own = np.sort(one.pressure[one.pressure > 0])
+    scale = 0.3
+    rows = designed_rows(np.stack([own, own * (1 - scale), own * (1 + scale)]), (0.2, 0.1, 0.3), one)
+    distances = np.array([0.0, *(kolmogorov_distance(own * (1 + sign * scale), own) for sign in (-1, 1))])
+    mean, low, high = rows["distance_in_contact"]
+    assert mean == pytest.approx(distances.mean(), rel=1e-9)
+    half = 4.302653 * distances.std(ddof=1) / math.sqrt(3) + 0.98 / math.sqrt(one.contacts)  # t(0.975, 2) = 4.302653
+    assert high - mean == pytest.approx(half, rel=1e-4)
+    assert low == 0.0
+    curve, lowest, highest = rows["cumulative"]
+    assert np.all((lowest <= curve) & (curve <= highest))
 
 
 def test_variants_whose_refits_move_together_are_surely_apart():

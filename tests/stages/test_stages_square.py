@@ -147,6 +147,11 @@ def test_designs_have_a_variable_a_mode_and_are_no_larger_than_memory(run):
     ):
         drawn = latin_hypercube(np.random.default_rng([7, stream]), samples, 11)
         np.testing.assert_array_equal(found[name], drawn)
+    several = changed(DESIGNS, square={"latin_hypercube_samples": 8000})
+    again = run(design, several, "several", surface=modes.path)["latin_hypercube"]
+    np.testing.assert_array_equal(again[:4000], found["latin_hypercube"])  # the first as if it were the only one
+    other = latin_hypercube(np.random.default_rng([7, STREAM_LATIN_HYPERCUBE, 1]), 4000, 11)
+    np.testing.assert_array_equal(again[4000:], other)
     assert design.samples_of(scene_of(DESIGNS), 25_000) == {"latin_hypercube": 4000, "expansion": 200}
     for count, keys in ((25_001, ["square.latin"]), (500_001, ["square.latin", "expansion.sa"])):
         with pytest.raises(InputError) as caught:

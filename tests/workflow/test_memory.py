@@ -83,7 +83,7 @@ def test_a_scene_too_large_for_the_machine_says_so_with_the_number(monkeypatch, 
     with pytest.raises(InputError) as caught:
         Scenes(ROOT, ["paper"], memory_mb=300)
     (line,) = caught.value.lines
-    assert "stage friction would take some " in line  # that which takes the most
+    assert "stage chaos_square would take some " in line  # that which takes the most
     assert " MB of memory, and 300 MB are there" in line
     assert Scenes(ROOT, ["given"], memory_mb=1000).valid  # only scenes that are asked for must fit
     assert 500 < memory.machine_mb() < 10_000_000

@@ -310,8 +310,10 @@ def _balance(
     """
     if math.isfinite(target.hardness_pa):
         return 1.0
-    expected = target.pressure(scatter.draw(fitted[fitted > lowest, None], UNIFORM))
-    return float(pressure.sum() / (expected.sum() / SCORED))
+    expected = float(target.pressure(scatter.draw(fitted[fitted > lowest, None], UNIFORM)).sum())
+    if not expected > 0:
+        raise IllPosedError("the expansion is nowhere in contact; take more samples or a deeper penetration")
+    return float(pressure.sum() / (expected / SCORED))
 
 
 def _scores(

@@ -52,8 +52,8 @@ class Square(Section):
     )
     monte_carlo_samples: int = integer("Surfaces of the Monte Carlo reference", at_least=100, at_most=100_000_000)
     latin_hypercube_samples: int = integer(
-        "Surfaces of the Latin hypercube design, to which eqs. (8) and (9) of the paper are fitted, on the samples in "
-        "contact alone. Below 4000 that fit breaks down at median penetration, so fewer are not allowed",
+        "Surfaces of the Latin hypercube designs. Each full 4000 are a design of their own, to which eqs. (8) and (9) "
+        "of the paper are fitted, on the samples in contact alone; with fewer it breaks down at median penetration",
         at_least=4000,
         at_most=1_000_000,
     )

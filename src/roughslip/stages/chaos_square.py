@@ -11,6 +11,7 @@ from roughslip.chaos.regression import Fit
 from roughslip.chaos.sampling import NORMAL_95, kolmogorov_distance, monte_carlo, quantile_levels
 from roughslip.chaos.selection import Chosen, fit_count
 from roughslip.errors import IllPosedError
+from roughslip.limits import designs_of
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.result_tables.centre_distribution import (
@@ -22,8 +23,11 @@ from roughslip.stages.result_tables.centre_distribution import (
     Reference,
     Row,
     apart,
+    design_pressures,
+    designed_rows,
     draw,
     expanded_rows,
+    mean_over_designs,
     moved_local,
     refits,
     refused_rows,
@@ -44,7 +48,7 @@ STAGE = Stage(
         "square_modes": 3,
         "fit_table": 6,
         "terms": 80_000,
-        "latin_hypercube terms": 8,
+        "latin_hypercube terms": 3,
         "draws": 20,
         "monte_carlo": 40,
         "design_numbers": 3,
@@ -115,8 +119,12 @@ def work(job: Job) -> None:
         local, sampled = chosen.expansion, samples_of(batches, "latin_hypercube", "pressure")[:, 0]
         indices = multi_indices(len(directions[:PAPER]), asked.degree)
         basis = hermite_basis(store.read(job.arguments.designs)["latin_hypercube"] @ directions[:PAPER].T, indices)
-        found = {method: Expansion(method, basis, sampled, indices) for method in EXPANDED[:2]}
-        fits = fits_of(found)
+        designs = [
+            {method: Expansion(method, basis[part], sampled[part], indices) for method in EXPANDED[:2]}
+            for part in designs_of(len(sampled))
+        ]
+        found, fitted = designs[0], [fits_of(one) for one in designs]
+        fits = {method: fit for method, fit in fitted[0].items() if all(method in one for one in fitted)}
         pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
         reference = Reference(pressure["monte_carlo"], len(nodes), quantile_levels(pressure["monte_carlo"]))
         rows = {
@@ -127,14 +135,21 @@ def work(job: Job) -> None:
         streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:KNOWN, 0] > 0))
         known = np.array([directions @ monte_carlo(stream, directions.shape[1]) for stream in streams])
         moved: dict[str, np.ndarray] = {}
+        repeated: dict[str, np.ndarray] = {}
         at_contact: dict[str, float] = {}
         probability = rows["latin_hypercube"]["contact_probability"]
         for method, fit in fits.items():
             one = found[method]
             at_contact[method] = reference.distance(one.at(hermite_basis(known[:, :PAPER], indices), fit.coefficients))
             pressure[method] = draw(one, fit.coefficients, asked.draws, drawing)
-            moved[method] = refits(one, fit, reference.levels, drawing, [seed, geometry.STREAM_BOOTSTRAP])
-            rows[method] = expanded_rows(pressure[method], moved[method], probability, reference)
+            if len(designs) == 1:
+                moved[method] = refits(one, fit, reference.levels, drawing, [seed, geometry.STREAM_BOOTSTRAP])
+                rows[method] = expanded_rows(pressure[method], moved[method], probability, reference)
+                continue
+            repeated[method] = design_pressures(
+                [each[method] for each in designs], [each[method] for each in fitted], drawing
+            )
+            rows[method] = designed_rows(repeated[method], probability, reference)
         for method in EXPANDED[:2]:
             rows.setdefault(method, refused_rows(reference.levels, probability))
         at_contact["roughslip"] = reference.distance(local.mean_pressure_at(known))
@@ -144,7 +159,10 @@ def work(job: Job) -> None:
         probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)
         rows["roughslip"] = expanded_rows(pressure["roughslip"], moved["roughslip"], probability, reference)
         between: Row = (np.nan, np.nan, np.nan)
-        if len(fits) == 2:
+        if len(repeated) == 2:
+            pairs = zip(*repeated.values(), strict=True)
+            between = mean_over_designs(np.array([kolmogorov_distance(a[a > 0], b[b > 0]) for a, b in pairs]))
+        elif len(fits) == 2:
             between = apart(pressure["equation_8"], pressure["equation_9"], moved)
     job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + len(local.without), draws=asked.draws * (1 + len(fits)))
     job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, asked.degree)})

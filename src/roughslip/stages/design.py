@@ -1,9 +1,11 @@
 """Stage design: designs that are drawn whole. Monte Carlo samples of the reference are drawn where they are used."""
 
+import numpy as np
+
 from roughslip import store
 from roughslip.chaos.sampling import design
 from roughslip.errors import InputError
-from roughslip.limits import MOST_NUMBERS
+from roughslip.limits import MOST_NUMBERS, designs_of
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
@@ -43,14 +45,21 @@ def samples_of(scene: Scene, modes: int) -> dict[str, int]:
 
 
 def work(job: Job) -> None:
-    """Write the design of the paper's fits and the smaller one of ours: a variable a mode of the square."""
+    """Write the designs of the paper's fits, one after another, and the smaller one of ours: a variable a mode."""
     modes = len(store.read(job.arguments.surface)["eigenvalue"])
     expansion = job.scene.expansion
     variables = {}
     with job.usage.core():
         for name, samples in samples_of(job.scene, modes).items():
-            kind = "latin_hypercube" if name == "latin_hypercube" else expansion.design or "latin_hypercube"
-            xi = design(kind, [job.scene.seed, STREAMS[name]], samples, modes)
+            seed = [job.scene.seed, STREAMS[name]]
+            if name == "latin_hypercube":  # the first as where there is one only
+                parts = [
+                    design(name, [*seed, number] if number else seed, part.stop - part.start, modes)
+                    for number, part in enumerate(designs_of(samples))
+                ]
+                xi = np.concatenate(parts)
+            else:
+                xi = design(expansion.design or "latin_hypercube", seed, samples, modes)
             title = f"standard normal variables of the {name} design"
             variables[name] = store.Variable((f"{name}_sample", "mode"), xi, "1", title)
     store.write(job.arguments.output, variables, job.key)

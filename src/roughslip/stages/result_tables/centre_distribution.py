@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.special import stdtrit
 
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import LocalExpansion, jackknife_deviations
@@ -206,6 +207,40 @@ def expanded_rows(pressure: np.ndarray, moved: np.ndarray, probability: Row, ref
         "distance_in_contact": (distance, max(distance - far, 0.0), min(distance + far, 1.0)),
         "tail_error": (tail, max(tail - far_tail, 0.0), tail + far_tail),
     }
+
+
+def design_pressures(designs: list[Expansion], fits: list[Fit], seed: list[int]) -> np.ndarray:
+    """p : (designs, REFIT_BLOCKS BLOCK) [Pa] of the fit to each design, at the same draws of the variables."""
+    coefficients = np.column_stack([fit.coefficients for fit in fits])
+    blocks = [designs[0].at(_block(designs[0].indices, seed, number), coefficients).T for number in range(REFIT_BLOCKS)]
+    return np.concatenate(blocks, axis=1)
+
+
+def designed_rows(pressures: np.ndarray, probability: Row, reference: Reference) -> dict[str, Row]:
+    """The rows of an expansion that was fitted to several independent designs.
+
+    pressures : (designs, draws) [Pa]
+
+    Distances are means over the designs, with Student's interval of their scatter and the error of the reference. The
+    distribution is that of the first design, its band reaches over all.
+    """
+    curves = np.array([cumulative_given_contact(pressure, reference.levels) for pressure in pressures])
+    error = NORMAL_95 / np.sqrt(reference.contacts)
+    tails = np.array([reference.tail_error(curve, reference.cumulative) for curve in curves])
+    distances = np.array([reference.distance(pressure) for pressure in pressures])
+    return {
+        "cumulative": (curves[0], curves.min(axis=0), curves.max(axis=0)),
+        "contact_probability": probability,
+        "distance_in_contact": mean_over_designs(distances, error / 2),
+        "tail_error": mean_over_designs(tails, error / np.log(10) / np.sqrt(reference.tail_from)),
+    }
+
+
+def mean_over_designs(values: np.ndarray, error: float = 0.0) -> Row:
+    """Mean of a number over independent designs with its 95 % interval, which a further error widens."""
+    mean = float(values.mean())
+    half = float(stdtrit(len(values) - 1, 0.975)) * float(values.std(ddof=1)) / np.sqrt(len(values))
+    return mean, max(mean - half - error, 0.0), mean + half + error
 
 
 def refused_rows(levels: np.ndarray, probability: Row) -> dict[str, Row]:

@@ -1,8 +1,8 @@
 """Contact area without the error of the mesh, which is a share of the perimeter of the contact.
 
 A mesh takes a cell wholly in or out of contact. Cells at the edge of a contact are only partly covered, and a solve
-finds too many of them: the pressure falls to zero as the square root of the distance from the edge, and a cell whose
-centre lies up to a seventh of its length outside still has a pressure. So the area of the nodes in contact is too
+finds too many of them. The pressure falls as the square root of the distance from the edge. A cell whose centre lies up
+to a seventh of its length outside still has a pressure. So the area of the nodes in contact is too
 large in proportion to the perimeter. Yastrebov, Anciaux and Molinari, Tribol. Int. 114 (2017) 161, take 0.1181 cells
 off for each edge between contact and gap, from the geometry of a digital image. For contacts that are solved for, it is
 0.089 on average (Hertz), less along edges than at corners, so the shares below are measured.
@@ -28,7 +28,7 @@ def contact_shares(pressure: np.ndarray, hardness_pa: float = math.inf) -> np.nd
     hardness_pa : H [Pa]; no contact bears more, so a cell is covered by a share of at least p / H
 
     Returns (nx, ny) [-]: 1 inside a contact, less at its edge, 0 out of contact. Cells beyond the mesh do not count as
-    out of contact. On Hertz contacts the error falls with the square of the cell; on rough surfaces it is below 0.4 %
+    out of contact. On Hertz contacts the error falls with the square of the cell. On rough surfaces it is below 0.4 %
     with 5.7 cells in a correlation length, where nodes in contact give 8 to 14 % too much.
     """
     return _shares(pressure, hardness_pa, np.array(COVERED))

@@ -1,8 +1,8 @@
 """Pressures at a few nodes, from a solve that stops as soon as these are known.
 
-The inverse K of B is an M-matrix: no entry off its diagonal is positive. The gap of the contact problem then is the
-least of all gaps w with K (w + u_bar) >= 0 and w >= 0, and solutions are ordered (Cottle, Pang and Stone, The Linear
-Complementarity Problem, 1992, section 3.11). For any 0 <= p <= H with w = B p - u_bar, let
+The inverse K of B is an M-matrix: no entry off its diagonal is positive. The gap of the contact problem is then the
+least of all gaps w >= 0 with K (w + u_bar) >= 0, so that solutions can be compared. See Cottle, Pang and Stone,
+The Linear Complementarity Problem, 1992, section 3.11. For any 0 <= p <= H with w = B p - u_bar, let
 
     up = largest -w where p < H,      down = largest w where p > 0,      neither negative.
 

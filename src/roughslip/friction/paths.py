@@ -52,9 +52,9 @@ class Spectrum:
     def realisation(self, seed: Sequence[int]) -> list[np.ndarray]:
         """The path : (nodes,) of a seed, whole: mu_S [-] at the slipped distances 0, spacing, 2 spacing, ...
 
-        The Gaussian sum z = sum_k sqrt(2 variance_k) |w_k| cos(2 pi k j / period_nodes + arg w_k) comes by FFT. The w_k
-        are exp(i phase) with independent uniform phases, or complex normal of mean square 1. mu_S is the quantile of
-        the marginal at the probability of z, less the mean of the marginal.
+        The Gaussian sum z = sum_k sqrt(2 variance_k) |w_k| cos(2 pi k j / period_nodes + arg w_k) comes by FFT.
+        The w_k are exp(i phase) of independent uniform phases, or complex normal with mean square 1. Then mu_S is the
+        quantile of the marginal at the probability of z, less the mean of the marginal.
         """
         generator, count = np.random.default_rng(seed), self.amplitude.size
         if self.gaussian_amplitudes:

@@ -191,7 +191,7 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio above which the stick-slip cycle does not exist, for any damping ratio of the oscillator.
 
     At the limit the first loop of slip from the departure point only grazes the belt: its next peak, which falls with
-    D, is 1; the result is accurate to 1e-10. The departure point is y = (F / V) (static - mu_D(v0)) - 2 D and w = 1.
+    D, is 1. The result is accurate to 1e-10. The departure point is y = (F / V) (static - mu_D(v0)) - 2 D and w = 1.
     Where friction at vanishing speed is the limit of stick, departure is the grazing point, and the stick-slip cycle
     has shrunk to a cycle of slip alone.
 

@@ -1,10 +1,14 @@
 """Slip: from X' = V with one sign of the sliding velocity until X' = V again.
 
 sigma = sign(V - X') [-] is constant in a slip phase, so that the equation is smooth in every step and needs no
-regularisation. Further symbols: tau = omega t [-]; y and end, the states (`equation.State`) at the two ends of a step h
-[-] of tau; p, the coefficients of the equation; z, the coordinate of the friction path, which is the slipped distance
-s [m], the travel of the belt [m] or time [s]; piece, the part of the path between two nodes, where a step must end
-because its second derivative jumps; here, the smooth branch of the equation that holds y.
+regularisation. Further symbols:
+
+- tau : omega t [-], and h a step of it
+- y, end : states (`equation.State`) at the two ends of a step
+- p : coefficients of the equation
+- z : coordinate of the friction path: the slipped distance s [m], the travel of the belt [m] or time [s]
+- piece : part of the path between two nodes. A step ends there, because the second derivative jumps
+- here : smooth branch of the equation that holds y
 """
 
 from __future__ import annotations
@@ -273,8 +277,8 @@ def slip(
 ) -> Slip:  # fmt: skip
     """A slip phase of sign sigma that began at X' = V and tau = since, until X' = V again or another case of `Status`.
 
-    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)): an error per unit
-    step, so that nodes do not raise their sum. A turn of the loop: (1) take the next piece of the path where one is
+    A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)). Such an
+    error per unit step does not grow with the number of nodes. A turn of the loop: (1) take the next piece where one is
     over; (2) limit the step to node and time; (3) try it, shorter where the error is too large; (4) a first step that
     is pulled back to the belt is no slip; (5) end it at the first bound of the branch; (6) accept it, and end the
     phase or cross the bound.

@@ -5,8 +5,8 @@ Statistics 17, 1989, 1217). With B sub-areas and theta_b the statistic without t
 
     se^2 = (B - 1) / B sum_b (theta_b - mean theta_b)^2,
 
-and the interval reaches t_{0.975, B-1} standard errors to each side, on the logarithm for what is positive. Tested on
-1000 fields of each of two covariances, some 30 lengths an edge: intervals of nine statistics contain the truth in 0.93
+and the interval reaches t_{0.975, B-1} standard errors to each side, on the logarithm for what is positive. Tests used
+1000 fields of each of two covariances, some 30 lengths an edge. Intervals of nine statistics contain the truth in 0.93
 to 0.95 (gaussian) and 0.91 to 0.96 (exponential) of them.
 """
 

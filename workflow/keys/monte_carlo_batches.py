@@ -53,6 +53,6 @@ def solves_key(name: str, scene: dict[str, Any], kind: str = "pressure") -> str:
         }
     else:
         configuration = without_nulls(slice_for(scene, "contact_strip"))
-        del configuration["strip"]["training_samples"], configuration["numerics"]
+        del configuration["strip"]["training_samples"], configuration["numerics"]["contact_tolerance"]
         configuration["friction"] = {"least_contact_fraction": scene["friction"]["least_contact_fraction"]}
     return replace_if_changed(path, {"configuration": configuration, "code": CODE})

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
+from roughslip.contact.area import contact_shares
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.statistics import strip_weights, window_statistics
@@ -37,12 +38,14 @@ def solve_windows(
     influence, lie = elastic.influence(scene, grid), geometry.windows(scene)
     planes = model.plane_height(np.array(percentiles, dtype=float)).tolist()
     hardness, found = elastic.hardness_pa(scene), []
+    corrected = scene.numerics.contact_area == "corrected"
     for field in fields:
         of_strip = np.empty((2, len(planes), lie.count))
         solutions = sweep(influence, model.heights(field), planes, tolerance, hardness_pa=hardness)
         for level, solution in enumerate(solutions):
             pressure = solution.pressure[lie.middle]
-            columns = np.stack([np.count_nonzero(pressure, axis=1), pressure.sum(axis=1)])
+            cells = contact_shares(solution.pressure, hardness)[lie.middle] if corrected else pressure > 0
+            columns = np.stack([cells.sum(axis=1), pressure.sum(axis=1)])
             of_strip[:, level] = grid.cell_area * window_sums(columns, lie.length, lie.spacing)
         found.append(of_strip)
     area, force = np.stack(found, axis=1)

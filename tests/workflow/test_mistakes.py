@@ -81,6 +81,7 @@ def test_a_misspelt_scene_gets_a_suggestion():
 def test_default_scenes_are_one_or_a_list_and_count_as_asked_for(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert check_config({"scenes": "smoke"}, ["paper", "smoke"])["scenes"] == ["smoke"]
+    assert check_config({"scenes": "smoke,paper"}, ["paper", "smoke"])["scenes"] == ["smoke", "paper"]
     options = check_config({"scenes": ["paper"], "memory_mb": 4000}, ["paper", "smoke"])
     assert (options["scenes"], options["memory_mb"], options["problems"]) == (["paper"], 4000, None)
     for words, asked in ((["-j2"], "given"), (["smoke", "all"], "given smoke"), (["results/smoke/a.png"], "smoke")):

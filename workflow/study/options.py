@@ -28,6 +28,8 @@ _FOLDERS = ("reference", "benchmarks", "stress", "evidence", "logs", "usage")  #
 def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, Any]:
     """Return the options with `scenes` as a list, and None for each number of WHOLE_NUMBERS that is not given.
 
+    Scenes are a list, or names with commas between them.
+
     scenes : names of all scene files
 
     Raises InputError with a line for each mistake.
@@ -39,7 +41,7 @@ def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, 
         if name in config and (type(config[name]) is not int or config[name] < 1)
     ]
     given = config.get("scenes")
-    names = [given] if isinstance(given, str) else given
+    names = given.split(",") if isinstance(given, str) else given
     if not isinstance(names, list) or not names:
         lines.append(f"config: scenes: {shown(given)} is not allowed; a list of scenes, of: {', '.join(scenes)}")
     else:

@@ -7,10 +7,14 @@ ROOT = Path(__file__).resolve().parents[1]
 SCENES = ("paper", "resolved")
 
 
+def placed(claim):
+    return ", on its threshold" if "of the threshold" in (claim["turns"] or "") else ""
+
+
 def test_the_table_of_verdicts_is_that_of_the_kept_results():
     kept = [json.loads((ROOT / f"results/reference/{scene}/claims.json").read_text()) for scene in SCENES]
     rows = [
-        f"| {pair[0]['statement']} | {' | '.join(claim['verdict'] for claim in pair)} |"
+        f"| {pair[0]['statement']} | {' | '.join(claim['verdict'] + placed(claim) for claim in pair)} |"
         for pair in zip(*kept, strict=True)
     ]
     found = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith("| ")]

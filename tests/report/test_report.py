@@ -8,6 +8,7 @@ import pytest
 
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.report.sensitivity_table import legend, sensitivity_line
+from tests.verdicts.claimed import judge, square, with_interval
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 PICTURE = b"\x89PNG\r\n\x1a\n not much of a picture"
@@ -51,7 +52,7 @@ def claim(**changes):
         "ours": -0.08912,
         "interval": [-0.0942, -0.0839],
         "shown": "-0.0891 (-0.0942 to -0.0839)",
-        "turns": "a number that lies 0.0839 nearer to 0",
+        "turns": "an interval 0.0839 higher, which reaches 0",
         "verdict": "reproduced",
         "note": "change of the mean",
         "rule": "the interval lies below zero",
@@ -140,6 +141,14 @@ def test_numbers_verdicts_and_what_has_none():
     assert "3 statements: 2 reproduced, 1 not tested." in text
     assert "None" not in text
     assert [attrs["class"] for attrs in content.all("td")].count("verdict not-tested") == 1
+
+
+def test_the_verdict_on_a_number_at_its_threshold_says_so_in_its_cell():
+    arrays = square() | with_interval("distance_between_variants", 0.101, 0.05, 0.15)
+    found = judge(square_=arrays)["fig2-variants-agree"]
+    text = page([scene(claims=[claim(), found])], {})
+    cells = re.findall('class="verdict [a-z]+" data-head="Verdict">(.*?)</td>', text)
+    assert cells == ["reproduced", "undecided, on its threshold"]
 
 
 def test_costs_where_the_platform_measures_no_memory():

@@ -1,5 +1,7 @@
 """Verdicts follow from their written rules, and known distributions get the verdicts that they should."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +12,8 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import reattachment_statistics
-from roughslip.verdicts.rules import claims, inside
+from roughslip.verdicts.finding import inside
+from roughslip.verdicts.rules import claims
 from roughslip.verdicts.statements import BETA_KURTOSIS, BETA_SKEWNESS, P_VALUES, RULES, STATEMENTS, VISIBLE
 from tests.verdicts.claimed import LEVELS, friction, judge, oscillator, square, with_interval
 
@@ -93,15 +96,16 @@ def test_the_verdict_turns_where_the_interval_crosses_the_effect_size(name, bran
     ends = [(end, inwards) for end, inwards in ((least, 1.0), (most, -1.0)) if np.isfinite(end)]
     width = 0.3 * (most - least if len(ends) == 2 else abs(ends[0][0]) or 0.1)
     for end, inwards in ends:
-        for near in (-1.45, -1.05, -0.95, -0.5, -0.05, 0.05, 0.45):  # of the edge nearer the outside, in widths
+        for near in (-1.45, -1.05, -0.95, -0.2, -0.05, 0.05, 0.45):  # of the edge nearer the outside, in widths
             edges = sorted((end + inwards * near * width, end + inwards * (near + 1.0) * width))
-            arrays = BRANCHES[branch]()
-            for suffix, value in zip(("", "_low", "_high"), (np.mean(edges), *edges), strict=True):
-                arrays[variable + suffix] = np.array(arrays[variable + suffix], dtype=float)
-                arrays[variable + suffix][index] = value
+            arrays = with_number(BRANCHES[branch](), variable, index, np.mean(edges), edges)
             found = judge(**{f"{branch}_": arrays})[name]
             verdict = "reproduced" if near > 0 else "undecided" if near > -1 else "contradicted"
             assert found["verdict"] == verdict, (near, edges)
+            second = variable != next(row[2] for row in SIMPLE if row[0] == name)
+            if not second or near < 0:  # where both numbers hold, what is said is of the first
+                assert (": an interval" in found["turns"]) == second
+                assert_that_it_turns(name, branch, variable, index, arrays)
 
 
 def test_numbers_are_shown_in_the_unit_of_a_reader():
@@ -110,21 +114,89 @@ def test_numbers_are_shown_in_the_unit_of_a_reader():
     assert claim["ours"] == 250e-6
 
 
-@pytest.mark.parametrize(
-    ("ours", "half", "turns"),
-    [
-        (0.02, 0.01, "a number that lies 0.07 nearer to 0.1"),
-        (0.30, 0.05, "a number that lies 0.15 nearer to 0.1"),
-        (0.15, 0.10, "4 times as many samples, if the number stays"),
-        (0.101, 0.05, "none: our number lies on the threshold 0.1"),
-    ],
+SENTENCE = re.compile(
+    r"([a-z ]+: )?an interval (?:(?P<size>[-\d.e]+)(?P<unit>| µm| decades| percentage points) (?P<way>higher|lower), "
+    r"which reaches .*|(?P<times>[\d.]+) times as narrow around the same number, then (?P<then>\w+))"
 )
-def test_what_would_turn_a_verdict(ours, half, turns):
-    """The distance of the interval from the threshold 0.1; the half width falls as the root of the samples."""
-    arrays = square()
-    for suffix, value in (("", ours), ("_low", ours - half), ("_high", ours + half)):
-        arrays["distance_between_variants" + suffix] = np.array(value)
-    assert judge(square_=arrays)["fig2-variants-agree"]["turns"] == turns
+SCALE = {"": 1.0, " decades": 1.0, " µm": 1e-6, " percentage points": 0.01}
+
+
+def with_number(arrays, variable, index, value, ends):
+    """The arrays with one number and its interval changed."""
+    changed = dict(arrays)
+    for suffix, one in zip(("", "_low", "_high"), (value, *ends), strict=True):
+        changed[variable + suffix] = np.array(changed[variable + suffix], dtype=float)
+        changed[variable + suffix][index] = one
+    return changed
+
+
+def assert_that_it_turns(name, branch, variable, index, arrays):
+    """At 0.9 of what the sentence says, either way, the verdict stays; at 1.01 of it, for rounding, it turns."""
+    value, *ends = (float(np.asarray(arrays[variable + suffix])[index]) for suffix in ("", "_low", "_high"))
+    claim = judge(**{f"{branch}_": arrays})[name]
+    said = SENTENCE.fullmatch(claim["turns"])
+
+    def verdict(move=0.0, times=1.0):
+        interval = [value + move + (end - value) / times for end in ends]
+        return judge(**{f"{branch}_": with_number(arrays, variable, index, value + move, interval)})[name]["verdict"]
+
+    assert said, claim["turns"]
+    if said["times"]:
+        found = [verdict(times=part * float(said["times"])) for part in (0.9, 1.01)]
+        assert found == ["undecided", said["then"]] == [claim["verdict"], found[1]]
+        return
+    size = float(said["size"]) * SCALE[said["unit"]] * (1.0 if said["way"] == "higher" else -1.0)
+    assert [verdict(part * size) for part in (-0.9, 0.9, 1.01)] == [claim["verdict"], claim["verdict"], "undecided"]
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "turns"),
+    [
+        ("fig2-variants-agree", (0.02, 0.01, 0.03), "0.07 higher, which reaches 0.1"),
+        ("fig2-variants-agree", (0.3, 0.25, 0.35), "0.15 lower, which reaches 0.1"),
+        ("fig2-pc-tail", (0.1, 0.05, 0.2), "0.101 decades higher, which reaches 0.301 decades"),
+        ("mu-correlation-250um", (150e-6, 120e-6, 190e-6), "10 µm higher, which reaches 200 µm"),
+        ("mu-correlation-250um", (230e-6, 210e-6, 270e-6), "10 µm lower, which reaches 200 µm"),
+        ("mu-correlation-250um", (265e-6, 150e-6, 310e-6), "1.77 times as narrow, reproduced"),
+        ("mu-correlation-250um", (350e-6, 190e-6, 400e-6), "3.2 times as narrow, contradicted"),
+        ("fig5-limit-cycle", (1.0, 0.98, 1.0), "3 percentage points lower, which reaches 95 %"),
+        ("fig5-limit-cycle", (0.5, 0.4, 0.6), "35 percentage points higher, which reaches 95 %"),
+        ("fig5-reattachment-nonnormal", (-0.3, -0.4, -0.2), "0.1 higher, which reaches -0.1"),
+        ("fig5-reattachment-nonnormal", (0.01, -0.09, 0.08), "0.01 lower, which reaches -0.1"),
+        ("mu-correlation-any-depth", (0.0, -52e-6, 60e-6), "1.2 times as narrow, reproduced"),
+    ],
+)  # fmt: skip
+def test_what_would_turn_a_verdict(name, numbers, turns):
+    """By hand: the end of the interval nearest to a threshold; of an undecided one the end that needs the most."""
+    branch, variable, index = next(row[1:4] for row in SIMPLE if row[0] == name)
+    arrays = with_number(BRANCHES[branch](), variable, index, numbers[0], numbers[1:])
+    said = judge(**{f"{branch}_": arrays})[name]["turns"].replace(" around the same number, then", ",")
+    assert said == f"an interval {turns}"
+    assert_that_it_turns(name, branch, variable, index, arrays)
+
+
+@pytest.mark.parametrize(("value", "place"), [(0.0981, True), (0.1019, True), (0.0979, False), (0.1021, False)])
+def test_an_undecided_number_within_2_per_cent_lies_on_its_threshold(value, place):
+    for half, undecided in ((0.05, True), (0.0001, False)):
+        found = judge(square_=square() | with_interval("distance_between_variants", value, value - half, value + half))
+        claim = found["fig2-variants-agree"]
+        assert (claim["verdict"] == "undecided") == undecided
+        assert (claim["turns"] == "nothing, it lies within 2% of the threshold 0.1") == (place and undecided)
+
+
+def test_where_another_number_decides_that_one_turns():
+    """A cycle above the limit, a skewness below half of the Beta's, 0.56, and two moments that both are not normal."""
+    beyond = judge(oscillator_=oscillator() | {"nominal_damping": np.array(0.33)})["fig5-limit-cycle"]
+    assert beyond["turns"] == "damping ratio: an interval 0.0056 lower, which reaches 0.324"
+    table = with_number(friction(), "skewness", (0, 1), 0.1, (0.05, 0.18))
+    assert judge(friction_=table)["mu-beta-2.1-5"]["turns"] == "skewness: an interval 0.0999 higher, which reaches 0.28"
+    table = with_number(friction(), "skewness", (0, 1), 0.28, (0.2, 0.36))
+    table = with_number(table, "beta_distance_standardised", (0, 1), 0.0985, (0.098, 0.099))  # near, and surely below
+    turns = "skewness: nothing, it lies within 2% of the threshold 0.28"
+    assert judge(friction_=table)["mu-beta-2.1-5"]["turns"] == turns
+    both = judge(oscillator_=oscillator() | with_interval("reattachment_kurtosis", 0.3, 0.2, 0.4))
+    for claim in (both["fig5-reattachment-nonnormal"], both["fig5-sharp-limit"]):
+        assert claim["turns"] == "other numbers of the rule, or several at once"
 
 
 FINITE = st.floats(-1e3, 1e3)

@@ -5,7 +5,8 @@ import json
 from roughslip import store
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.verdicts.rules import CONTRADICTS, NOT_TESTED, claims
+from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED
+from roughslip.verdicts.rules import claims
 from roughslip.verdicts.sensitivity import of_friction, of_the_square, with_sensitivity
 from roughslip.verdicts.sensitivity_oscillator import of_the_oscillator
 

@@ -8,12 +8,13 @@ odds with another number of the paper `contradicts itself`. Without numbers it i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED, VERDICTS, Finding, Interval, in_unit, inside, what_turns
 from roughslip.verdicts.statements import (
     BETA_KURTOSIS,
     BETA_SKEWNESS,
@@ -27,14 +28,9 @@ from roughslip.verdicts.statements import (
     SAME_LENGTH,
     SKEWNESS_RANGE,
     STATEMENTS,
-    UNITS,
     VISIBLE,
 )
 
-REPRODUCED, CONTRADICTED, UNDECIDED = "reproduced", "contradicted", "undecided"
-CONTRADICTS, NOT_TESTED = "contradicts itself", "not tested"
-VERDICTS = {1: REPRODUCED, -1: CONTRADICTED, 0: UNDECIDED}
-ON_THRESHOLD = 0.02  # relative distance below which more samples are not asked for
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
 LEAST_P = 1e-16  # smallest p-value reported
 SOLVED = 0  # row of the sources of the friction statistics
@@ -46,28 +42,6 @@ NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cyc
 ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
 
 Arrays = Mapping[str, np.ndarray]
-Interval = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """Our number on a statement with its 95 % interval.
-
-    holds : what the rule says, as `inside` does
-    note : what the number is, and others that belong to it
-    contradicts : whether another number of the paper is at odds with the statement
-    low, high : limits that the rule sets to our number; infinite without one
-    """
-
-    ours: float
-    interval: Interval
-    holds: int
-    note: str
-    contradicts: bool = False
-    low: float = -np.inf
-    high: float = np.inf
-
-
 Rule = Callable[[Arrays], Finding | str]  # a text says why the statement cannot be tested
 
 
@@ -91,7 +65,7 @@ def _claim(name: str, rule: Rule, arrays: Arrays | None) -> dict[str, Any]:
         judged: dict[str, Any] = dict.fromkeys(("ours", "interval", "shown", "turns"))
         judged |= {"verdict": NOT_TESTED, "note": why}
     else:
-        verdict, note = CONTRADICTS if found.contradicts else VERDICTS[found.holds], found.note
+        verdict, note = CONTRADICTS if found.contradicts else VERDICTS[found.holds(found.interval)], found.note
         variable, hypothesis = P_VALUES.get(name, ("", ""))
         if variable and np.isfinite(p := float(arrays[variable])):
             note += f"; {hypothesis}: p = {p:.2g}"
@@ -103,44 +77,6 @@ def _claim(name: str, rule: Rule, arrays: Arrays | None) -> dict[str, Any]:
     return {"id": name, "statement": statement, "paper": paper, **judged, "rule": RULES[name]}
 
 
-def in_unit(name: str, number: float) -> str:
-    """A number of a statement in the unit that a reader uses."""
-    scale, unit = UNITS.get(name, (1.0, ""))
-    return f"{scale * number:.3g}{unit}"
-
-
-def what_turns(name: str, found: Finding) -> str:
-    """How far the number would have to move to turn the verdict, or how many more samples would decide it."""
-    if found.contradicts:
-        return "another number in the paper"
-    if np.isinf([found.low, found.high]).all() or inside(found.interval, found.low, found.high) != found.holds:
-        return "another condition of the rule"
-    low, high = found.interval
-    # distance of the interval from each limit, positive on the side of the verdict
-    margins = {found.low: low - found.low, found.high: found.high - high}
-    if found.holds < 0:
-        margins = {found.low: found.low - high, found.high: low - found.high}
-    if found.holds:
-        finite = {limit: margin for limit, margin in margins.items() if np.isfinite(limit)}
-        limit = min(finite, key=lambda one: abs(finite[one]))
-        return f"a number that lies {in_unit(name, abs(finite[limit]))} nearer to {in_unit(name, limit)}"
-    limit = min((one for one in margins if low < one < high), key=lambda one: abs(one - found.ours))
-    distance, half = abs(limit - found.ours), found.ours - low if limit < found.ours else high - found.ours
-    if distance <= ON_THRESHOLD * abs(limit):
-        return f"none: our number lies on the threshold {in_unit(name, limit)}"
-    return f"{(half / distance) ** 2:.2g} times as many samples, if the number stays"
-
-
-def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> int:
-    """1 for an interval inside [low, high], -1 for one outside, 0 for one that reaches both sides and decides nothing.
-
-    The least of several numbers is their conjunction, the largest their disjunction (Kleene's logic).
-    """
-    if low < interval[0] and interval[1] < high:
-        return 1
-    return -1 if interval[1] <= low or high <= interval[0] else 0
-
-
 def _number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:
     value, low, high = (float(np.asarray(arrays[name + suffix])[index]) for suffix in ("", "_low", "_high"))
     return value, (low, high)
@@ -148,7 +84,7 @@ def _number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:
 
 def _judged(number: tuple[float, Interval], note: str, low: float = -np.inf, high: float = np.inf) -> Finding:
     """The rule that wants the interval of one stored number between low and high."""
-    return Finding(*number, inside(number[1], low, high), note, low=low, high=high)
+    return Finding(*number, note, partial(inside, low=low, high=high), (low, high))
 
 
 def _shown(number: tuple[float, Interval], digits: int = 2) -> str:
@@ -195,11 +131,10 @@ def _tail(square: Arrays) -> Finding:
 def _decreases(friction: Arrays, key: str, title: str) -> Finding | str:
     if len(friction["percentile"]) == 1:
         return ONE_LEVEL
-    change, interval = _number(friction, f"trend_combined_{key}_change")
-    _, slope = _number(friction, f"trend_combined_{key}_slope")
+    change, slope = (_number(friction, f"trend_combined_{key}_{part}") for part in ("change", "slope"))
     values = friction[f"combined_{key}"]
     note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
-    return Finding(change, interval, min(inside(interval, high=0.0), inside(slope, high=0.0)), note, high=0.0)
+    return replace(_judged(change, note, high=0.0), other=_judged(slope, "slope over penetration", high=0.0))
 
 
 def _median(friction: Arrays) -> int:
@@ -255,19 +190,14 @@ def _right_skewed(friction: Arrays) -> Finding:
 
 
 def _leptokurtic(friction: Arrays) -> Finding:
-    value, interval = _at_median(friction, "kurtosis")
     note = f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}"
-    return Finding(value, interval, inside(interval, low=0.0), note, BETA_KURTOSIS < 0, low=0.0)
+    return replace(_judged(_at_median(friction, "kurtosis"), note, low=0.0), contradicts=BETA_KURTOSIS < 0)
 
 
-def _follows_beta(friction: Arrays, level: int) -> int:
-    """Whether windows at a level have the shape of the paper's Beta.
-
-    By the distance alone the normal distribution would pass.
-    """
-    _, distance = _number(friction, "beta_distance_standardised", SOLVED, level)
-    _, skewness = _number(friction, "skewness", SOLVED, level)
-    return min(inside(distance, high=VISIBLE), inside(skewness, *SKEWNESS_RANGE))
+def _like_beta(friction: Arrays, level: int, note: str) -> Finding:
+    """Whether windows at a level have the shape of the paper's Beta; by the distance alone the normal would pass."""
+    distance, skewness = (_number(friction, name, SOLVED, level) for name in ("beta_distance_standardised", "skewness"))
+    return replace(_judged(distance, note, high=VISIBLE), other=_judged(skewness, "skewness", *SKEWNESS_RANGE))
 
 
 def _beta(friction: Arrays) -> Finding:
@@ -282,8 +212,7 @@ def _beta(friction: Arrays) -> Finding:
         f"Kolmogorov distance; skewness {_shown(skewness)}; fitted Beta({fitted}){undetermined}, after scaling by the "
         f"sample extremes Beta({scaled}); {_window_of_the_beta(friction, skewness[0])}"
     )
-    distance = _at_median(friction, "beta_distance_standardised")
-    return Finding(*distance, _follows_beta(friction, median), note, high=VISIBLE)
+    return _like_beta(friction, median, note)
 
 
 def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
@@ -295,15 +224,16 @@ def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
 
 
 def _beta_at_any_depth(friction: Arrays) -> Finding:
-    follows = [_follows_beta(friction, level) for level in range(len(friction["percentile"]))]
+    levels = [_like_beta(friction, level, "") for level in range(len(friction["percentile"]))]
+    follows = [one.holds(one.interval) for one in levels]
     farthest = int(np.argmax(friction["beta_distance_standardised_high"][SOLVED]))
     skewness = friction["skewness"][SOLVED]
     note = (
         f"Kolmogorov distance at percentile {friction['percentile'][farthest]:g}, of the largest upper end; "
         f"{follows.count(1)} of {len(follows)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"
     )
-    distance = _number(friction, "beta_distance_standardised", SOLVED, farthest)
-    return Finding(*distance, min(follows), note, high=VISIBLE)
+    others = min([*follows[:farthest], *follows[farthest + 1 :]], default=1)
+    return replace(levels[farthest], note=note, joined=lambda *here: min(*here, others))
 
 
 def _limit(oscillator: Arrays) -> float:
@@ -314,11 +244,11 @@ def _limit_cycle(oscillator: Arrays) -> Finding | str:
     nominal, limit = float(oscillator["nominal_damping"]), _limit(oscillator)
     if not np.isfinite(limit):
         return NO_LIMIT
-    share, interval = _number(oscillator, "cycling_share")
-    holds = min(inside((nominal, nominal), high=limit), inside(interval, low=CYCLING))
-    note = f"share of the runs that cycle to the end at D = {nominal:g}; without scatter the cycle exists up to "
-    note += f"{limit:.4f}"
-    return Finding(share, interval, holds, note, low=CYCLING)
+    damping = _judged((nominal, (nominal, nominal)), "damping ratio", high=limit)
+    note = (
+        f"share of the runs that cycle to the end at D = {nominal:g}; without scatter a cycle exists up to {limit:.4f}"
+    )
+    return replace(_judged(_number(oscillator, "cycling_share"), note, low=CYCLING), other=damping)
 
 
 def _sharp_limit(oscillator: Arrays) -> Finding | str:
@@ -330,7 +260,7 @@ def _sharp_limit(oscillator: Arrays) -> Finding | str:
         return ONE_SIDE.format(limit)
     sharp = np.all(cycles[below] >= 0.5 * cycles[0]) and np.all(cycles[above] <= 1)
     note = "damping ratio, root of the return map of slip, to 1e-8"
-    return Finding(limit, (limit - 1e-8, limit + 1e-8), 1 if sharp else -1, note)
+    return Finding(limit, (limit - 1e-8, limit + 1e-8), note, lambda _: 1 if sharp else -1)
 
 
 def _beyond_limit(oscillator: Arrays) -> Finding | str:
@@ -357,7 +287,6 @@ def _reattachment(oscillator: Arrays) -> Finding:
     distance, skewness, kurtosis = (
         _number(oscillator, f"reattachment_{name}") for name in ("distance_to_normal", "skewness", "kurtosis")
     )
-    beyond = (max(inside(m, low=NON_NORMAL), inside(m, high=-NON_NORMAL)) for _, m in (skewness, kurtosis))
     moments_p, anderson_p = (float(oscillator[f"normality_{test}_p"]) for test in ("jarque_bera", "anderson_darling"))
     unseen = ", less than an eye sees in a histogram" if distance[1][1] < VISIBLE else ""
     note = (
@@ -365,9 +294,12 @@ def _reattachment(oscillator: Arrays) -> Finding:
         f"{anderson_p:.1g} by Anderson and Darling, of cycles as dependent as those of a run; Kolmogorov distance to "
         f"the normal {_shown(distance, 3)}{unseen}"
     )
-    if skewness[0] < 0:
-        return Finding(*skewness, max(beyond), note, high=-NON_NORMAL)
-    return Finding(*skewness, max(beyond), note, low=NON_NORMAL)
+    peaked = Finding(*kurtosis, "excess kurtosis", _beyond_normal, (-NON_NORMAL, NON_NORMAL))
+    return Finding(*skewness, note, _beyond_normal, peaked.thresholds, peaked, max)
+
+
+def _beyond_normal(moment: Interval) -> int:
+    return max(inside(moment, low=NON_NORMAL), inside(moment, high=-NON_NORMAL))
 
 
 ON_THE_SQUARE: dict[str, Rule] = {

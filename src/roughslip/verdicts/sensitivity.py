@@ -28,7 +28,8 @@ from typing import Any
 import numpy as np
 
 from roughslip.verdicts.bracket import REACH, end
-from roughslip.verdicts.rules import CONTRADICTS, NOT_TESTED, Arrays, claims
+from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED
+from roughslip.verdicts.rules import Arrays, claims
 
 Scene = Mapping[str, Any]
 At = Callable[[float], str | None]  # the verdict at a factor of an input; None where it is unknown

@@ -14,7 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from roughslip.chaos.sampling import wilson_interval
-from roughslip.verdicts.rules import CONTRADICTED, CYCLING, NOT_TESTED, REPRODUCED, Arrays, claims
+from roughslip.verdicts.finding import CONTRADICTED, NOT_TESTED, REPRODUCED
+from roughslip.verdicts.rules import CYCLING, Arrays, claims
 from roughslip.verdicts.sensitivity import (
     FEWEST,
     ROOT_N,

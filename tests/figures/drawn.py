@@ -94,7 +94,7 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
     mean, std = 0.4 - 0.001 * percentile, 0.1 / (1 + percentile / 10)
     both = np.ones((2, 1))
     skewness = 0.3 + lightest * (percentile == percentile[0])
-    curves = np.exp(-lag / length) * np.ones((2, len(percentile), 1))
+    curves = np.exp(-lag / length) * np.ones((len(percentile), 1))
     middle = 0.4 - 0.05
     edges = np.linspace(middle - 0.05, middle + 0.1, 41)
     density = np.exp(-(((edges[1:] - middle) / 0.0167) ** 2) / 2)
@@ -113,19 +113,19 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         **with_interval("combined_std", std, 0.002),
         **with_interval("mean", both * mean, 0.004),
         **with_interval("std", both * std, 0.004),
-        **with_interval("autocorrelation", curves, 0.2),
+        **with_interval("combined_autocorrelation", curves, 0.2),
         "fit_percentile": percentile,
         **with_interval("fit", mean, 0.002),
         "family": np.array(list(FAMILIES)),
         "p_equal_distribution": np.array(0.0025 if len(percentile) > 1 else np.nan),
         "p_equal_correlation": np.array(0.12 if len(percentile) > 1 else np.nan),
         **with_interval("white_autocorrelation", np.maximum(0, 1 - lag / 600e-6), 0.1),
-        **with_interval("length_least_squares", np.full((2, len(percentile)), length), 30e-6),
+        **with_interval("combined_length_least_squares", np.full(len(percentile), length), 30e-6),
         **with_interval("white_length", 320e-6, 40e-6),
         **with_interval("beta_misfit", both * 0.02 * np.ones(len(percentile)), 0.01),
         **with_interval("family_distance", np.array([[0.06], [0.03], [0.029]]) * np.ones(len(percentile)), 0.01),
-        **with_interval("skewness", both * skewness, 0.2),
-        **with_interval("kurtosis", both * skewness**2, 0.4),
+        **with_interval("combined_skewness", skewness, 0.2),
+        **with_interval("combined_kurtosis", skewness**2, 0.4),
     }
 
 

@@ -161,12 +161,12 @@ def test_figure3_law_draws_the_stored_numbers():
     correlation, lengths, marginal, distances, skewness, kurtosis = figure3_law(result).axes
     x, y = line(correlation, "median penetration")
     np.testing.assert_allclose(x, 1e6 * result["lag"])
-    np.testing.assert_array_equal(y, result["autocorrelation"][0, 5])
+    np.testing.assert_array_equal(y, result["combined_autocorrelation"][5])
     np.testing.assert_array_equal(line(correlation, "triangle of the window")[1], result["triangle"])
     np.testing.assert_array_equal(line(correlation, "white pressure")[1], result["white_autocorrelation"])
     np.testing.assert_allclose(line(correlation, "exponential, 300 µm")[1], np.exp(-result["lag"] / 300e-6))
     assert len(correlation.lines) == 10 + 5 + 1  # other levels, five curves, the zero line
-    np.testing.assert_allclose(line(lengths, "solved contact")[1], 300.0)
+    np.testing.assert_allclose(line(lengths, "rough surfaces")[1], 300.0)
     np.testing.assert_allclose(line(lengths, "white pressure")[1], 320.0)
     np.testing.assert_allclose(line(lengths, "paper")[1], 250.0)
     u = np.linspace(-8, 8, 4001)
@@ -183,7 +183,7 @@ def test_figure3_law_draws_the_stored_numbers():
         np.testing.assert_array_equal(line(distances, family)[1], result["family_distance"][row])
     papers = stats.beta(2.1, 5.0).stats("sk")
     for axes, name, paper in zip((skewness, kurtosis), ("skewness", "kurtosis"), papers, strict=True):
-        np.testing.assert_array_equal(line(axes, "solved contact"), [result["percentile"], result[name][0]])
+        np.testing.assert_array_equal(line(axes, "rough surfaces"), [result["percentile"], result[f"combined_{name}"]])
         assert line(axes, "paper, Beta(2.1, 5)")[1][0] == pytest.approx(paper, abs=5e-4)
         assert axes.get_yscale() == "symlog"
     assert correlation.get_title(loc="left").endswith("$p$ = 0.12")

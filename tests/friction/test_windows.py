@@ -1,4 +1,4 @@
-"""Windows: sums, friction coefficient, textbook statistics, coverage of intervals, control variates."""
+"""Windows: sums, friction coefficient, textbook statistics, coverage of intervals."""
 
 import math
 
@@ -14,7 +14,6 @@ from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import (
     PERCENTS,
-    combine,
     ratio_of_sums,
     resampled_extremes,
     resampled_quantiles,
@@ -229,108 +228,3 @@ def test_scatter_that_is_rounding_of_a_far_mean_is_none() -> None:
         for call in (window_statistics, distance_to_beta, lambda *parts: autocorrelation(*parts[:2], 6, parts[2])):
             with pytest.raises(IllPosedError, match="no scatter"):
                 call(mu, valid, weights)
-
-
-RHO, STRIPS, MANY, WINDOWS = 0.95, 25, 250, 4
-
-
-def combined_sample(rng: np.random.Generator, replicates: int = 40) -> tuple:
-    """mu = 1 + 0.1 n and a control 0.5 + 0.3 c of another mean and scale, correlation of n and c RHO."""
-    same, many = rng.standard_normal((STRIPS, WINDOWS)), rng.standard_normal((MANY, WINDOWS))
-    own = rng.standard_normal((STRIPS, WINDOWS))
-    mu = 1.0 + 0.1 * (RHO * same + math.sqrt(1.0 - RHO**2) * own)
-    everywhere, many_everywhere = np.ones(mu.shape, bool), np.ones(many.shape, bool)
-    weights, weights_many = strip_weights(STRIPS, replicates, rng), strip_weights(MANY, replicates, rng)
-    pairs = (mu, everywhere), (2.5 + 0.3 * same, everywhere), (2.5 + 0.3 * many, many_everywhere)
-    return (*pairs, weights, weights_many)
-
-
-@pytest.mark.slow
-def test_combine_is_unbiased_and_saves_what_the_correlation_promises() -> None:
-    repetitions, n = 400, STRIPS * WINDOWS
-    means, log_stds, ratios = np.empty((3, repetitions, 2))
-    for k in range(repetitions):
-        sample = combined_sample(np.random.default_rng([11, k]))
-        c = combine(*sample)
-        means[k], log_stds[k] = (
-            (c.mean.value, np.mean(sample[0][0])),
-            (np.log(c.std.value), np.log(np.std(sample[0][0]))),
-        )
-        ratios[k] = c.mean_variance_ratio.value, c.std_variance_ratio.value
-    excess = 1.0 + STRIPS / MANY
-    # Gaussian windows: strip means correlate by rho, strip variances by rho^2
-    theory = np.array([1.0 - RHO**2 / excess, 1.0 - RHO**4 / excess])
-    variances = np.var(means[:, 0]) / (0.01 / n), np.var(log_stds[:, 0]) / np.var(log_stds[:, 1])
-    # A variance of 400 values is known to sqrt(2 / 399), the ratio of two to at most sqrt(2) times that. An alpha from
-    # 25 strips costs (S - 2)/(S - 3) of the unexplained part (Lavenberg and Welch 1981), within that.
-    tolerance = 4 * math.sqrt(2 / 399)
-    assert variances[0] == pytest.approx(theory[0], rel=tolerance)
-    assert variances[1] == pytest.approx(theory[1], rel=math.sqrt(2) * tolerance)
-    assert abs(np.mean(means[:, 0]) - 1.0) < 4 * np.std(means[:, 0]) / math.sqrt(repetitions)
-    # E log std = log 0.1 - 3 / (4 n) to first order (n divisor)
-    bias = np.mean(log_stds[:, 0]) - math.log(0.1) + 0.75 / n
-    assert abs(bias) < 4 * np.std(log_stds[:, 0]) / math.sqrt(repetitions) + 1.0 / n
-    # estimated correlations of 25 strips scatter by about (1 - rho^2) / sqrt(25) each; their mean much less, biased
-    # by (1 - rho^2) / 25
-    np.testing.assert_allclose(np.mean(ratios, axis=0), theory, atol=0.03)
-
-
-def test_combine_with_the_truth_as_control_returns_the_pooled_sample() -> None:
-    sample = combined_sample(np.random.default_rng(12))
-    _, same, many, weights, weights_many = sample
-    c = combine(same, same, many, weights, weights_many)
-    pooled = (STRIPS * np.mean(same[0]) + MANY * np.mean(many[0])) / (STRIPS + MANY)
-    assert c.mean_coefficient.value == pytest.approx(MANY / (STRIPS + MANY), rel=1e-12)
-    assert c.mean.value == pytest.approx(pooled, rel=1e-12)
-    np.testing.assert_allclose(c.mean_variance_ratio.replicates, STRIPS / (STRIPS + MANY), rtol=1e-9)
-    share = MANY / (STRIPS + MANY)
-    assert c.std.value == pytest.approx(np.std(same[0]) ** (1 - share) * np.std(many[0]) ** share, rel=1e-12)
-
-
-def test_combine_replicates_are_the_estimate_of_the_strips_they_count() -> None:
-    solved, same, many, weights, weights_many = combined_sample(np.random.default_rng(14))
-    rng = np.random.default_rng(15)
-    solved, same, many = ((mu, rng.random(mu.shape) > 0.2) for mu, _ in (solved, same, many))
-    c = estimates(combine(solved, same, many, weights, weights_many))
-    for r in (3, 21):
-        s, t = (np.repeat(np.arange(len(w[0])), w[1 + r]) for w in (weights, weights_many))
-        taken = [(mu[k], valid[k]) for (mu, valid), k in ((solved, s), (same, s), (many, t))]
-        again = estimates(combine(*taken, weights, weights_many))
-        for name, e in c.items():
-            assert e.replicates[r] == pytest.approx(float(again[name].value), rel=1e-9), name
-
-
-def test_combine_refuses_a_control_that_does_not_scatter_between_strips() -> None:
-    solved, same, many, weights, weights_many = combined_sample(np.random.default_rng(17))
-    # every strip alike: scatter within strips, none between
-    alike = np.tile(same[0][:1], (STRIPS, 1)), same[1]
-    with pytest.raises(IllPosedError, match="between strips"):
-        combine(solved, alike, many, weights, weights_many)
-
-
-@pytest.mark.slow
-def test_combined_intervals_cover_mean_and_std_of_a_known_process() -> None:
-    """80 solved strips of correlated windows, and 800 strips of a control with another mean and a correlation of 0.95.
-
-    The 95 % intervals hold the truth in 90 to 99 % of 200 repetitions. Percentile intervals of few strips fall short by
-    1 to 3 %, and 200 repetitions give a share to 1.5 %.
-    """
-    solved, many, windows, factor, rho, repetitions = 80, 800, 20, 0.8, 0.95, 200
-    hits = np.zeros(2)
-    for k in range(repetitions):
-        rng = np.random.default_rng([18, k])
-        control = autoregressive(rng, solved + many, windows, factor)
-        own = autoregressive(rng, solved, windows, factor)
-        mu = 0.3 + 0.03 * (rho * control[:solved] + math.sqrt(1 - rho**2) * own)
-        coarse = 0.29 + 0.027 * control
-        valid = np.ones(coarse.shape, bool)
-        c = combine(
-            (mu, valid[:solved]),
-            (coarse[:solved], valid[:solved]),
-            (coarse[solved:], valid[solved:]),
-            strip_weights(solved, 200, rng),
-            strip_weights(many, 200, rng),
-        )
-        hits += c.mean.low <= 0.3 <= c.mean.high, c.std.low <= 0.03 <= c.std.high
-    assert np.all(hits >= 0.90 * repetitions), hits
-    assert np.all(hits <= 0.99 * repetitions), hits

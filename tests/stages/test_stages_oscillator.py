@@ -81,7 +81,7 @@ def test_numbers_of_the_statistics_are_those_at_the_penetration_unless_the_scene
         "percentile": store.Variable(("level",), np.array([10.0, 50.0, 90.0]), "percent", "p"),
         "combined_mean": store.Variable(("level",), np.array([0.4, 0.3, 0.2]), "1", "m"),
         "combined_std": store.Variable(("level",), np.array([0.04, 0.03, 0.02]), "1", "s"),
-        "length_least_squares": store.Variable(("source", "level"), 1e-4 * (1 + two), "m", "l"),
+        "combined_length_least_squares": store.Variable(("level",), 1e-4 * (1 + two[0]), "m", "l"),
         "beta_a": store.Variable(("source", "level"), 2 + two, "1", "a"),
         "beta_b": store.Variable(("source", "level"), 5 + two, "1", "b"),
     }

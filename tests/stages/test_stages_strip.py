@@ -57,7 +57,10 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
         for level in range(len(planes)):
             pressure = 1e6 * (1 + level) * node * (np.arange(NY) % 2 == 0)
             gap = 1e-9 * (1 + level) * node
-            yield SimpleNamespace(pressure=pressure, signed_gap=gap, residual=0.1 * level, work=5 + level, **HOW)
+            contact = pressure > 0
+            yield SimpleNamespace(
+                pressure=pressure, contact=contact, signed_gap=gap, residual=0.1 * level, work=5 + level, **HOW
+            )
 
     monkeypatch.setattr(contact_strip, "sweep", sweep)
     found = run(contact_strip, CONFIGURATION, first=1, last=5)

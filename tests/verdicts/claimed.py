@@ -35,13 +35,13 @@ def friction():
     lag = 15e-6 * np.arange(121)
     table = {"percentile": np.array([10.0, 50.0, 90.0]), "lag": lag, "triangle": np.maximum(1 - lag / 600e-6, 0)}
     for name, value, half in (
-        ("misfit_difference", -0.01, 0.005),
-        ("length_least_squares", 250e-6, 20e-6),
-        ("skewness", 0.56, 0.1),
-        ("kurtosis", 0.3, 0.1),
+        ("combined_misfit_difference", -0.01, 0.005),
+        ("combined_length_least_squares", 250e-6, 20e-6),
+        ("combined_skewness", 0.56, 0.1),
+        ("combined_kurtosis", 0.3, 0.1),
         ("beta_distance_standardised", 0.02, 0.02),
     ):
-        ones = np.ones((2, LEVELS))
+        ones = np.ones((2, LEVELS) if name.startswith("beta") else LEVELS)
         table |= with_interval(name, value * ones, (value - half) * ones, (value + half) * ones)
     for name in ("misfit_exponential", "misfit_triangle", "length_one_over_e", "length_integral"):
         table[name] = np.full((2, LEVELS), 3e-4)
@@ -53,7 +53,7 @@ def friction():
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
         table |= with_interval(f"trend_combined_{name}_slope", -0.02, -0.03, -0.01)
     table |= dict.fromkeys((variable for variable, _ in P_VALUES.values()), np.array(0.031))
-    return table | with_interval("trend_length_least_squares_change", [0.0, 0.0], [-1e-5, -1e-5], [1e-5, 1e-5])
+    return table | with_interval("trend_combined_length_least_squares_change", 0.0, -1e-5, 1e-5)
 
 
 def oscillator():

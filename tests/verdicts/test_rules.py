@@ -76,14 +76,14 @@ SIMPLE = [
     ("fig3-std-decreases", "friction", "trend_combined_std_slope", (), -INF, 0.0),
     ("fig3-cov-decreases", "friction", "trend_combined_variation_change", (), -INF, 0.0),
     ("fig3-cov-decreases", "friction", "trend_combined_variation_slope", (), -INF, 0.0),
-    ("mu-correlation-exponential", "friction", "misfit_difference", (0, 1), -INF, 0.0),
-    ("mu-correlation-250um", "friction", "length_least_squares", (0, 1), 200e-6, 300e-6),
-    ("mu-correlation-any-depth", "friction", "trend_length_least_squares_change", (0,), -50e-6, 50e-6),
-    ("mu-right-skewed", "friction", "skewness", (0, 1), 0.0, INF),
+    ("mu-correlation-exponential", "friction", "combined_misfit_difference", (1,), -INF, 0.0),
+    ("mu-correlation-250um", "friction", "combined_length_least_squares", (1,), 200e-6, 300e-6),
+    ("mu-correlation-any-depth", "friction", "trend_combined_length_least_squares_change", (), -50e-6, 50e-6),
+    ("mu-right-skewed", "friction", "combined_skewness", (1,), 0.0, INF),
     ("mu-beta-2.1-5", "friction", "beta_distance_standardised", (0, 1), -INF, 0.1),
-    ("mu-beta-2.1-5", "friction", "skewness", (0, 1), 0.5 * 0.5598020, 1.5 * 0.5598020),
+    ("mu-beta-2.1-5", "friction", "combined_skewness", (1,), 0.5 * 0.5598020, 1.5 * 0.5598020),
     ("mu-beta-any-depth", "friction", "beta_distance_standardised", (0, 2), -INF, 0.1),
-    ("mu-beta-any-depth", "friction", "skewness", (0, 0), 0.5 * 0.5598020, 1.5 * 0.5598020),
+    ("mu-beta-any-depth", "friction", "combined_skewness", (0,), 0.5 * 0.5598020, 1.5 * 0.5598020),
     ("fig5-limit-cycle", "oscillator", "cycling_share", (), 0.95, INF),
     ("fig5-reattachment-nonnormal", "oscillator", "reattachment_skewness", (), 0.1, INF),
 ]  # fmt: skip
@@ -188,9 +188,9 @@ def test_where_another_number_decides_that_one_turns():
     """A cycle above the limit, a skewness below half of the Beta's, 0.56, and two moments that both are not normal."""
     beyond = judge(oscillator_=oscillator() | {"nominal_damping": np.array(0.33)})["fig5-limit-cycle"]
     assert beyond["turns"] == "damping ratio: an interval 0.0056 lower, which reaches 0.324"
-    table = with_number(friction(), "skewness", (0, 1), 0.1, (0.05, 0.18))
+    table = with_number(friction(), "combined_skewness", (1,), 0.1, (0.05, 0.18))
     assert judge(friction_=table)["mu-beta-2.1-5"]["turns"] == "skewness: an interval 0.0999 higher, which reaches 0.28"
-    table = with_number(friction(), "skewness", (0, 1), 0.28, (0.2, 0.36))
+    table = with_number(friction(), "combined_skewness", (1,), 0.28, (0.2, 0.36))
     table = with_number(table, "beta_distance_standardised", (0, 1), 0.0985, (0.098, 0.099))  # near, and surely below
     turns = "skewness: nothing, it lies within 2% of the threshold 0.28"
     assert judge(friction_=table)["mu-beta-2.1-5"]["turns"] == turns
@@ -345,12 +345,12 @@ def test_notes_name_the_window_that_would_give_the_number_of_the_paper():
     """Lengths go with the window: of 500 um in one of 600, the paper's 250 in one of 300. Skewness goes with its root:
     half of the Beta's in one of 600 um, all of it in one of 150."""
     table = friction()
-    table["length_least_squares"] = 2 * table["length_least_squares"]
-    table["skewness"] = np.full_like(table["skewness"], 0.5 * stats.beta.stats(2.1, 5.0, moments="s"))
+    table["combined_length_least_squares"] = 2 * table["combined_length_least_squares"]
+    table["combined_skewness"] = np.full_like(table["combined_skewness"], 0.5 * stats.beta.stats(2.1, 5.0, moments="s"))
     notes = {claim["id"]: claim["note"] for claim in claims(None, table, None)}
     assert "one of 300 um would give the paper's" in notes["mu-correlation-250um"]
     assert "a window of 150 um would have the skewness of Beta(2.1, 5), 0.56" in notes["mu-beta-2.1-5"]
-    table["skewness"] = -table["skewness"]
+    table["combined_skewness"] = -table["combined_skewness"]
     notes = {claim["id"]: claim["note"] for claim in claims(None, table, None)}
     assert "no window would have the skewness" in notes["mu-beta-2.1-5"]
 
@@ -363,9 +363,9 @@ def stationary(strips, windows, draw, seed):
     distance = distance_to_beta(mu, valid, weights).standardised
     skewness = window_statistics(mu, valid, weights).skewness
     arrays = friction()
-    for name, found in (("beta_distance_standardised", distance), ("skewness", skewness)):
+    for name, found in (("beta_distance_standardised", distance), ("combined_skewness", skewness)):
         for suffix, part in (("", "value"), ("_low", "low"), ("_high", "high")):
-            arrays[name + suffix] = np.full((2, LEVELS), float(getattr(found, part)))
+            arrays[name + suffix] = np.full_like(arrays[name + suffix], float(getattr(found, part)))
     return judge(friction_=arrays)["mu-beta-2.1-5"]
 
 
@@ -406,9 +406,10 @@ def along_strips(mu, spacing=15e-6, window=600e-6):
     lags = spacing * np.arange(mu.shape[1])
     fit = correlation_fit(lags, autocorrelation(mu, valid, len(lags), weights), window)
     arrays = friction()
-    for name, found in (("misfit_difference", fit.misfit_difference), ("length_least_squares", fit.least_squares)):
+    found = {"combined_misfit_difference": fit.misfit_difference, "combined_length_least_squares": fit.least_squares}
+    for name, estimate in found.items():
         for suffix, part in (("", "value"), ("_low", "low"), ("_high", "high")):
-            arrays[name + suffix] = np.full((2, LEVELS), float(getattr(found, part)))
+            arrays[name + suffix] = np.full(LEVELS, float(getattr(estimate, part)))
     found = judge(friction_=arrays)
     return found["mu-correlation-exponential"]["verdict"], found["mu-correlation-250um"]["verdict"]
 

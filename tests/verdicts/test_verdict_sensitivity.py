@@ -119,8 +119,8 @@ def test_every_claim_lists_the_inputs_that_it_depends_on():
 def test_the_verdict_is_another_on_the_far_side_of_every_end_and_the_same_on_the_near_one():
     """Judged anew from results scaled to each end; intervals undecided here, decided there."""
     table = of_strips()
-    for name, value, half in (("skewness", 0.56, 0.5), ("length_least_squares", 260e-6, 30e-6)):
-        table |= with_interval(name, *(np.full((2, 3), value + off) for off in (0.0, -half, half)))
+    for name, value, half in (("combined_skewness", 0.56, 0.5), ("combined_length_least_squares", 260e-6, 30e-6)):
+        table |= with_interval(name, *(np.full(3, value + off) for off in (0.0, -half, half)))
     runs = of_runs(**with_interval("reattachment_skewness", 0.3, 0.15, 0.45))
     moves = {
         STRIPS: lambda factor: claims(None, narrowed(table, factor), None),
@@ -143,7 +143,7 @@ def test_the_verdict_is_another_on_the_far_side_of_every_end_and_the_same_on_the
 
 def test_fewer_strips_widen_the_interval_up_to_the_rule():
     """0.56 +- 0.4 lies above zero until its half width is 0.56: with (0.4 / 0.56)^2 of 480 strips, 244.9."""
-    table = of_strips() | with_interval("skewness", *(np.full((2, 3), value) for value in (0.56, 0.16, 0.96)))
+    table = of_strips() | with_interval("combined_skewness", *(np.full(3, value) for value in (0.56, 0.16, 0.96)))
     found = range_in(verdicts_on(friction_=table)["mu-right-skewed"], STRIPS)
     assert ends(found) == [244, 245, 4800, None]
     assert found["value"] == 480

@@ -28,7 +28,7 @@ from workflow.benchmarks.chaos import load_scene
 from workflow.benchmarks.contact_problem import MODULUS, square, surface
 from workflow.benchmarks.oscillator import LAW, PROCESS, STUDY, TOLERANCES, choose_slips, exact_place, slip_by_scipy
 
-COLUMNS = ("combined_mean", "combined_std", "length_least_squares", "beta_a", "beta_b")
+COLUMNS = ("combined_mean", "combined_std", "combined_length_least_squares", "beta_a", "beta_b")
 ENDS = [f"{name}{end}{'_m' * ('length' in name)}" for name in COLUMNS for end in ("", "_low", "_high")]
 SUMMARY = f"""percentile,{",".join(ENDS)},note
 20,0.32,0.3161,0.3239,0.05,0.0402,0.0598,3e-4,3e-4,3e-4,2,2,2,5,5,5,

@@ -243,7 +243,7 @@ class Friction(NamedTuple):
 def read_friction(summary: Path) -> tuple[Friction, Friction]:
     """Read the friction at the median from the summary.csv of a scene: numbers, and their standard errors."""
     row = read_summary(summary)[50.0]
-    length = read_number(row, "length_least_squares", "_m")
+    length = read_number(row, "combined_length_least_squares", "_m")
     names = ("combined_mean", "combined_std", "beta_a", "beta_b")
     mean, std, a, b = (read_number(row, name) for name in names)
     values, errors = zip(mean, std, length, a, b, strict=True)

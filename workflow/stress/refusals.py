@@ -27,13 +27,14 @@ from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
+from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
 from roughslip.friction.paths import prepare
 from roughslip.friction.penetration import between, penetration_curve, trend
 from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import recursion
-from roughslip.friction.statistics import combine, ratio_of_sums, strip_weights, window_statistics
+from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.grid import Grid
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw

@@ -32,8 +32,9 @@ DRAWN = {
         *("percentile", "lag", "triangle", "histogram", "histogram_edge", "mean", "std", "family"),
         *("beta_a", "beta_b", "beta_lower", "beta_upper", "beta_at_bound"),
         *("p_equal_distribution", "p_equal_correlation"),
-        *with_interval_names("autocorrelation", "white_autocorrelation", "length_least_squares", "white_length"),
-        *with_interval_names("beta_misfit", "family_distance", "skewness", "kurtosis"),
+        *with_interval_names("combined_autocorrelation", "combined_length_least_squares"),
+        *with_interval_names("white_autocorrelation", "white_length", "combined_skewness", "combined_kurtosis"),
+        *with_interval_names("beta_misfit", "family_distance"),
     ],
 }
 
@@ -139,13 +140,13 @@ def _autocorrelation(axes: Axes, result: Arrays) -> None:
     others = [level for level in range(len(result["percentile"])) if level != median]
     for level in others:
         label = "other penetrations" if level == others[0] else None
-        axes.plot(lag, result["autocorrelation"][SOLVED, level], color="0.75", lw=0.7, zorder=1, label=label)
-    own = with_ends(result, "autocorrelation", (SOLVED, median))
+        axes.plot(lag, result["combined_autocorrelation"][level], color="0.75", lw=0.7, zorder=1, label=label)
+    own = with_ends(result, "combined_autocorrelation", median)
     draw_curve(axes, lag, own, {"color": "C0", "label": "median penetration"})
     white = {"color": "C3", "ls": ":", "lw": 1.8, "label": "white pressure"}
     draw_curve(axes, lag, with_ends(result, "white_autocorrelation"), white, alpha=0.15)
     axes.plot(lag, result["triangle"], color="0.4", lw=0.7, label="triangle of the window")
-    length = float(result["length_least_squares"][SOLVED, median])
+    length = float(result["combined_length_least_squares"][median])
     axes.plot(lag, np.exp(-result["lag"] / length), "k--", lw=1, label=f"exponential, {1e6 * length:.0f} µm")
     axes.plot(lag, np.exp(-result["lag"] / PAPER_LENGTH), color="C2", ls="-.", lw=1, label="paper, 250 µm")
     axes.axhline(0, color="0.6", lw=0.5)
@@ -155,8 +156,8 @@ def _autocorrelation(axes: Axes, result: Arrays) -> None:
 
 def _lengths(axes: Axes, result: Arrays) -> None:
     """Lengths of exponentials fitted to all lags up to three windows, and that of windows of white pressure."""
-    lengths = with_ends(result, "length_least_squares", SOLVED, 1e6)
-    draw_points(axes, result["percentile"], lengths, {"color": "C0", "label": "solved contact"})
+    lengths = with_ends(result, "combined_length_least_squares", factor=1e6)
+    draw_points(axes, result["percentile"], lengths, {"color": "C0", "label": "rough surfaces"})
     white, low, high = map(float, with_ends(result, "white_length", factor=1e6))
     axes.axhspan(low, high, color="C3", alpha=0.15, lw=0)
     axes.axhline(white, color="C3", ls=":", lw=1.8, label="white pressure")
@@ -199,8 +200,8 @@ def _distances(axes: Axes, result: Arrays) -> None:
 
 def _moment(axes: Axes, result: Arrays, name: str, title: str) -> None:
     """A moment against penetration; linear up to 1, as windows with hardly any contact have moments without bound."""
-    value, low, high = with_ends(result, name, SOLVED)
-    draw_points(axes, result["percentile"], (value, low, high), {"color": "C0", "label": "solved contact"})
+    value, low, high = with_ends(result, f"combined_{name}")
+    draw_points(axes, result["percentile"], (value, low, high), {"color": "C0", "label": "rough surfaces"})
     axes.axhline(0, color="C3", ls=":", lw=1.2, label="normal")
     axes.axhline(PAPER_MOMENTS[name], color="C2", ls="-.", lw=1, label=PAPER_LABEL)
     if np.max(np.abs(high)) > 2:

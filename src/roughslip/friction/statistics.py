@@ -189,11 +189,8 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     third = m3 - 3.0 * m1 * m2 + 2.0 * m1**3
     fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1**2 * m2 - 3.0 * m1**4
 
-    influence = np.stack((-m1, np.ones_like(m1)), axis=1) / n[:, None]
     strips = len(mu)
-    mean_variance = (
-        strips / (strips - 1) * _influence_covariance(weights, sums[:, :2], influence, sums[:, :2], influence)
-    )
+    mean_variance = strips / (strips - 1) * _variance_of_mean(weights, sums[:, :2], m1) / n**2
     quantiles = resampled_quantiles(mu, valid, weights, np.array(PERCENTS), 100)
     windows = mu.shape[1] * resampled(weights, np.ones((strips, 1)))[:, 0]
     return WindowStatistics(
@@ -223,118 +220,11 @@ def ratio_of_sums(area: np.ndarray, force: np.ndarray, shear_strength_pa: float,
     return Estimate.from_rows(shear_strength_pa * totals[:, 0] / totals[:, 1])
 
 
-def _influence_covariance(
-    weights: np.ndarray, left: np.ndarray, of_left: np.ndarray, right: np.ndarray, of_right: np.ndarray
-) -> np.ndarray:
-    """Sum over strips of products of influences, the infinitesimal jackknife's covariance of two statistics.
+def _variance_of_mean(weights: np.ndarray, sums: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """Sum (1 + R,) over strips of (sum of mu - mean * windows)^2, the infinitesimal jackknife's variance times n^2.
 
-    left, right : (S, k) sums over strips; of_left, of_right : (1 + R, k) derivatives of the statistics by their totals
+    sums : (S, 2) windows and sum of mu of each strip; mean : (1 + R,) of each replicate
     """
-    products = (left[:, :, None] * right[:, None, :]).reshape(len(left), -1)
-    crossed = resampled(weights, products).reshape(-1, left.shape[1], right.shape[1])
-    return np.einsum("ri,rij,rj->r", of_left, crossed, of_right)
-
-
-@dataclass(frozen=True)
-class Combined:
-    """Control-variate estimates from few solved strips and many strips of a cheap model.
-
-    mean, std, variation : () of mu; variation = std / mean
-    mean_coefficient, std_coefficient : () alpha of the mean, and of the logarithm of std
-    mean_variance_ratio, std_variance_ratio : () variance over that of the solved strips alone, 1 - rho^2 / (1 + S / S2)
-    """
-
-    mean: Estimate
-    std: Estimate
-    variation: Estimate
-    mean_coefficient: Estimate
-    std_coefficient: Estimate
-    mean_variance_ratio: Estimate
-    std_variance_ratio: Estimate
-
-
-def combine(
-    solved: tuple[np.ndarray, np.ndarray],
-    control_same: tuple[np.ndarray, np.ndarray],
-    control_many: tuple[np.ndarray, np.ndarray],
-    weights: np.ndarray,
-    weights_many: np.ndarray,
-) -> Combined:
-    """Mean and standard deviation of mu, solved strips corrected by a control on the same and on many other strips.
-
-    solved, control_same : (mu, valid), each (S, W): the solved windows, and the control on the same strips
-    control_many : (mu, valid), each (S2, W): the control on S2 further strips, all different from the S strips
-    weights, weights_many : (1 + R, S), (1 + R, S2) counts from `strip_weights`
-
-    theta = theta_solved - alpha (theta_same - theta_many) and alpha = cov / (var (1 + S / S2)). Here var is the
-    variance between strips of the control, and cov its covariance with the solved strips (Lavenberg and Welch,
-    Management Science 27, 1981; the control's mean itself estimated: Pasupathy et al., IIE Transactions 44, 2012).
-    theta is the mean, and log std, which keeps std positive; (co)variances are those of their influences, moments taken
-    about the mean. A bias of the control cancels. The mean has the bias of an estimated alpha, O(1 / S); a replicate
-    estimates its own alpha, and takes 0 if its control does not scatter between strips.
-    """
-    if np.shape(weights)[:1] != np.shape(weights_many)[:1]:
-        raise ParameterError(
-            f"{np.shape(weights)[:1]} and {np.shape(weights_many)[:1]} rows of weights: draw equally many replicates"
-        )
-    mu, valid = check_windows(*solved, weights)
-    same, same_valid = check_windows(*control_same, weights)
-    many, many_valid = check_windows(*control_many, weights_many)
-    if mu.shape != same.shape:
-        raise ParameterError(f"solved {mu.shape} and control_same {same.shape} must be the same windows")
-    centre, control_centre = float(np.mean(mu[valid])), float(np.mean(many[many_valid]))
-    fine = _Moments.of(mu, valid, weights, centre)
-    coarse = _Moments.of(same, same_valid, weights, control_centre)
-    reference = _Moments.of(many, many_valid, weights_many, control_centre)
-
-    excess = 1.0 + mu.shape[0] / many.shape[0]
-    theta, alpha, ratio = np.empty((3, 2, len(weights)))
-    for k in range(2):
-        cross = _influence_covariance(weights, fine.sums, fine.derivatives[k], coarse.sums, coarse.derivatives[k])
-        own = _influence_covariance(weights, fine.sums, fine.derivatives[k], fine.sums, fine.derivatives[k])
-        control = _influence_covariance(weights, coarse.sums, coarse.derivatives[k], coarse.sums, coarse.derivatives[k])
-        alive = (control > NO_SCATTER**2 * coarse.scale[k]) & (own > NO_SCATTER**2 * fine.scale[k])
-        if not alive[0]:
-            raise IllPosedError("solved or control windows do not scatter between strips: use the solved strips alone")
-        alpha[k] = np.divide(cross, control * excess, out=np.zeros_like(cross), where=alive)
-        ratio[k] = 1.0 - alpha[k] * np.divide(cross, own, out=np.zeros_like(cross), where=alive)
-        theta[k] = fine.values[k] - alpha[k] * (coarse.values[k] - reference.values[k])
-    mean, std = centre + theta[0], np.exp(theta[1])
-    if (mean <= 0.0).any():
-        raise IllPosedError(
-            "the control-variate mean is not positive: the control does not resemble the solved windows"
-        )
-    return Combined(*(Estimate.from_rows(rows) for rows in (mean, std, std / mean, *alpha, *ratio)))
-
-
-@dataclass(frozen=True)
-class _Moments:
-    """Mean (about a centre) and log std of every replicate.
-
-    sums : (S, 3) sums over strips of 1, mu - centre and its square
-    values, derivatives : (2, 1 + R), (2, 1 + R, 3) mean and log std, and their derivatives by the totals of the sums
-    scale : (2, 1 + R) squared unit of each: variance, and 1
-    """
-
-    sums: np.ndarray
-    values: np.ndarray
-    derivatives: np.ndarray
-    scale: np.ndarray
-
-    @classmethod
-    def of(cls, mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, centre: float) -> _Moments:
-        """Moments of the windows mu, valid : (S, W) about `centre`, for every row of weights : (1 + R, S)."""
-        sums = power_sums(mu, valid, centre, 2)
-        n, first, second = resampled(weights, sums).T
-        mean, square = first / n, second / n
-        variance = square - mean**2
-        require_scatter(variance, centre, mean)
-        one = np.ones_like(mean)
-        of_mean = np.stack((-mean, one, 0.0 * one), axis=1)
-        of_log_std = np.stack((2.0 * mean**2 - square, -2.0 * mean, one), axis=1) / (2.0 * variance[:, None])
-        return cls(
-            sums=sums,
-            values=np.stack((mean, 0.5 * np.log(variance))),
-            derivatives=np.stack((of_mean, of_log_std)) / n[:, None],
-            scale=np.stack((variance, one)),
-        )
+    windows, first = sums.T
+    squares = resampled(weights, np.stack((first**2, first * windows, windows**2), axis=1)).T
+    return squares[0] - 2.0 * mean * squares[1] + mean**2 * squares[2]

@@ -49,8 +49,9 @@ _MEMORY = f"{MOST_NUMBERS} (0.8 GB of memory)"
 _TERMS = ("expansion.variables", "expansion.degree")
 _CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
 _DRAWS = 10  # over the square of cdf_error: draws then add 1.36 / sqrt(10) of that error, with 95 %
+_LENGTHS = "length_m margin_m width_m window_m window_spacing_m"
 _MULTIPLES = {
-    "cell_m": "length_m margin_m width_m window_m window_spacing_m expansion_spacing_m",
+    "cell_m": f"{_LENGTHS} expansion_spacing_m",
     "expansion_spacing_m": "length_m window_m window_spacing_m",
 }
 _AT_MOST = (
@@ -66,7 +67,7 @@ _ASCENDING = (
 )
 _STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
 _FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
-_HARDNESS, _MARGINAL = "material.hardness_pa", "ensemble.marginal"
+_HARDNESS, _EXTRAPOLATE, _MARGINAL = "material.hardness_pa", "numerics.extrapolate_mesh", "ensemble.marginal"
 _LENGTH, _PROCESS = "friction.statistics.correlation_length_m", "ensemble.process"
 MOST_JOBS = 2000  # of one total: Snakemake plans each of them, and each takes a second or two to start
 
@@ -173,6 +174,21 @@ _RULES = (
         ("strip.expansion_spacing_m", "strip.cell_m", "roughness.fractal"),
         lambda spacing, cell, fractal: spacing == cell or (fractal["shortest_wavelength_m"] or 0.0) > 2 * spacing,
         "strip.cell_m = {1} [m], or less than half of roughness.fractal.shortest_wavelength_m",
+    ),
+    _Rule(
+        (_EXTRAPOLATE, "strip.cell_m", *(f"strip.{length}" for length in _LENGTHS.split())),
+        lambda asked, cell, *lengths: not asked or all(_is_multiple(length, 2 * cell) for length in lengths),
+        f"false, or each of strip.{_LENGTHS.replace(' ', ', ')} a whole multiple of two cells, 2 x {{1}} m",
+    ),
+    _Rule(
+        (_EXTRAPOLATE, "roughness.correlation_length_m", "strip.cell_m"),
+        lambda asked, length, cell: not asked or length >= 4 * cell,
+        "false, or roughness.correlation_length_m = {1} [m] at least four cells, 4 x {2} m",
+    ),
+    _Rule(
+        (_EXTRAPOLATE, "roughness.fractal.shortest_wavelength_m", "strip.cell_m"),
+        lambda asked, shortest, cell: not asked or (shortest or 0.0) > 4 * cell,
+        "false, or roughness.fractal.shortest_wavelength_m = {1} [m] more than four cells, 4 x {2} m",
     ),
     _Rule(
         ("targets", "roughness.fractal"),

@@ -14,13 +14,18 @@ STAGE = Stage(
     name="contact_strip",
     reads="seed material roughness "
     "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
-    "strip.window_m strip.window_spacing_m numerics.contact_area strip.training_samples numerics.contact_tolerance",
+    "strip.window_m strip.window_spacing_m strip.training_samples "
+    "numerics.contact_area numerics.contact_tolerance numerics.extrapolate_mesh",
     optional={"scan": "scan"},
     result="contact/strip-{first}-{last}.nc",
     batches=Batches(size="batches.strip_samples", totals={"": "strip.samples"}),
     memory_mb=420,
-    memory_doubles={"cells": 150, "batch windows": 8, "trained_strips levels cells": 1},
+    memory_doubles={"cells": 190, "batch windows": 12, "trained_strips levels cells": 1},
 )
+
+
+WINDOWS = {"area": ("m2", "contact area of the window"), "force": ("N", "normal force on the window")}
+COARSE = "coarse_"  # before the names of what cells of twice the edge give
 
 
 def work(job: Job) -> None:
@@ -30,47 +35,54 @@ def work(job: Job) -> None:
     model = surface_model.surface_model(scene, arguments.scan)
     sample = model.sampler(grid)
     influence = elastic.influence(scene, grid)
-    planes = model.plane_height(np.array(scene.strip.penetration_percentiles))
+    meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]
+    planes = model.plane_height(np.array(scene.strip.penetration_percentiles)).tolist()
     tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
-    windows = geometry.windows(scene)
+    middle = geometry.middle(scene)
     count, levels = arguments.last - arguments.first, len(planes)
-    columns = geometry.training_columns(windows.middle)
+    columns = geometry.training_columns(middle)
     trained = max(0, min(scene.strip.training_samples, arguments.last) - arguments.first)
-    area, force = np.empty((2, count, levels, windows.count))
+    shape = count, levels, geometry.windows(scene).count
+    sums = {mesh + name: np.empty(shape) for mesh, _, _ in meshes for name in WINDOWS}
     of_nodes, corrected = np.empty((2, count, levels))
-    residual, effort = np.empty((count, levels)), np.empty((count, levels), dtype=np.int32)
+    residual, effort = np.zeros((count, levels)), np.zeros((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
     skipped = elastic.empty_skip_counts()
     with job.usage.core():
         for row, number in enumerate(range(arguments.first, arguments.last)):
-            field = sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
-            solutions = sweep(influence, model.heights(field), planes.tolist(), tolerance, hardness_pa=hardness)
-            for level, solution in enumerate(solutions):
-                elastic.count_solve(skipped, solution)
-                pressed = solution.pressure[windows.middle]
-                nodes = np.count_nonzero(pressed, axis=1).astype(float)
-                shares = contact_shares(solution.pressure, hardness)[windows.middle].sum(axis=1)
-                of_nodes[row, level] = grid.cell_area * nodes.sum()
-                corrected[row, level] = grid.cell_area * shares.sum()
-                cells = nodes if scene.numerics.contact_area == "nodes" else shares
-                area[row, level] = grid.cell_area * window_sums(cells, windows.length, windows.spacing)
-                column_force = grid.cell_area * pressed.sum(axis=1)
-                force[row, level] = window_sums(column_force, windows.length, windows.spacing)
-                residual[row, level], effort[row, level] = solution.residual, solution.work
-                if row < trained:
-                    pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
+            heights = model.heights(sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])))
+            for mesh, on, step in meshes:
+                windows, nodes = geometry.windows(scene, step), slice(step // 2, None, step)
+                solutions = sweep(on, heights[nodes, nodes], planes, tolerance, hardness_pa=hardness)
+                for level, solution in enumerate(solutions):
+                    elastic.count_solve(skipped, solution)
+                    shares = contact_shares(solution.pressure, hardness)
+                    cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
+                    for name, values in (("area", cells), ("force", solution.pressure)):
+                        of_columns = on.grid.cell_area * values[windows.middle].sum(axis=1)
+                        sums[mesh + name][row, level] = window_sums(of_columns, windows.length, windows.spacing)
+                    residual[row, level] = max(residual[row, level], solution.residual)
+                    effort[row, level] += solution.work
+                    if mesh == COARSE:
+                        continue
+                    of_nodes[row, level] = grid.cell_area * np.count_nonzero(solution.contact[middle])
+                    corrected[row, level] = grid.cell_area * shares[middle].sum()
+                    if row < trained:
+                        pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
             job.usage.progress(row + 1, count)
-    job.usage.count(solves=count * levels, convolutions=int(effort.sum()))
+    job.usage.count(solves=count * levels * len(meshes), convolutions=int(effort.sum()))
     job.usage.skip(skipped)
-    shape, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
+    dimensions, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
     variables = {
-        "area": store.Variable(shape, area, "m2", "contact area of the window"),
-        "force": store.Variable(shape, force, "N", "normal force on the window"),
-        "area_of_nodes": store.Variable(shape[:2], of_nodes, "m2", "area of the nodes in contact, all windows"),
-        "area_corrected": store.Variable(shape[:2], corrected, "m2", "the same, less the error of the mesh at edges"),
-        "residual": store.Variable(shape[:2], residual, "1", "relative residual of the complementarity"),
-        "work": store.Variable(shape[:2], effort, "1", "work of the solver, as its method counts it"),
+        "area_of_nodes": store.Variable(dimensions[:2], of_nodes, "m2", "area of the nodes in contact, all windows"),
+        "area_corrected": store.Variable(dimensions[:2], corrected, "m2", "the same, less the mesh error at edges"),
+        "residual": store.Variable(dimensions[:2], residual, "1", "largest relative residual of the complementarity"),
+        "work": store.Variable(dimensions[:2], effort, "1", "work of the solver, as its method counts it"),
     }
+    for mesh, _, step in meshes:
+        for name, (unit, title) in WINDOWS.items():
+            on_mesh = title + (f", cells of {step} times the edge" if step > 1 else "")
+            variables[mesh + name] = store.Variable(dimensions, sums[mesh + name], unit, on_mesh)
     if trained:
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
         variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")

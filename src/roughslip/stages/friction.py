@@ -7,9 +7,10 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.friction.combination import Combined, Rows, combine, mesh_factors
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
-from roughslip.friction.statistics import Combined, combine, ratio_of_sums, strip_weights, window_statistics
+from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
@@ -37,7 +38,7 @@ STAGE = Stage(
 
 REPLICATES = 400
 DESCRIBED = 4  # strips of the expansion that are described by themselves, a solved strip; the others are control alone
-Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (strips, windows)
+Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, or area and force, each (..., strips, windows)
 
 
 def describe(windows: Windows, area_force: Windows, shear: float, weights: np.ndarray, job: Job) -> dict[str, Estimate]:
@@ -73,10 +74,11 @@ def work(job: Job) -> None:
         source: store.read_all(getattr(job.arguments, option))
         for source, option in (("solved", "contact"), ("expansion", "expansion"))
     }
-    area = {source: store.join(batches[source], "area").transpose(1, 0, 2) for source in SOURCES}
-    force = {source: store.join(batches[source], "force").transpose(1, 0, 2) for source in SOURCES}
+    windows_of = {source: area_and_force(batches[source]) for source in SOURCES}
+    if "coarse_area" in batches["solved"][0]:
+        windows_of["coarse"] = area_and_force(batches["solved"], "coarse_")
     residual = max(float(batch["residual"].max()) for batch in batches["solved"])
-    strips, many = area["solved"].shape[1], area["expansion"].shape[1]
+    strips, many = (windows_of[source][0].shape[1] for source in SOURCES)
     described = {"solved": strips, "expansion": min(many, DESCRIBED * strips)}
     window_area = scene.strip.window_m * scene.strip.width_m
     least = scene.friction.least_contact_fraction * window_area
@@ -87,35 +89,43 @@ def work(job: Job) -> None:
             "expansion": strip_weights(described["expansion"], REPLICATES, generator),
             "control": strip_weights(many - strips, REPLICATES, generator),
         }
-        unit = {source: friction_coefficient(area[source], force[source], 1.0, least) for source in SOURCES}
+        factors = mesh_factors(REPLICATES, generator)
+        unit = {source: friction_coefficient(*pair, 1.0, least) for source, pair in windows_of.items()}
         median = int(np.flatnonzero(percentiles == 50.0)[0])
-        shear = scene.friction.mean_at_median / float(combined_at(unit, median, strips, weights).mean.value)
-        mu = {source: (shear * unit[source][0], unit[source][1]) for source in SOURCES}
+        mean = scene.friction.mean_at_median
+        best = [combined_at(unit, level, strips, weights, factors) for level in range(len(percentiles))]
+        shear = Estimate.from_rows(mean / np.exp(best[median].rows["mean"]))
+        best = [one.calibrated(mean, best[median]) for one in best]
+        lags = scene.strip.window_spacing_m * np.arange(unit["solved"][0].shape[2])
+        combined = friction_table.combined_estimates(best, lags, scene.strip.window_m)
+        mu = {source: (float(shear.value) * values, valid) for source, (values, valid) in unit.items()}
         table: dict[str, list[Estimate]] = {}
         for source in SOURCES:
             for level in range(len(percentiles)):
                 part = level, slice(described[source])
                 windows = (mu[source][0][part], mu[source][1][part])
-                pair = (area[source][part], force[source][part])
+                pair = (windows_of[source][0][part], windows_of[source][1][part])
                 try:
-                    estimates = describe(windows, pair, shear, weights[source], job)
+                    estimates = describe(windows, pair, float(shear.value), weights[source], job)
                 except IllPosedError as error:
                     raise IllPosedError(f"percentile {percentiles[level]:g}, {source}: {error}") from error
                 for name, estimate in estimates.items():
                     table.setdefault(name, []).append(estimate)
                 job.usage.progress(level + 1, len(percentiles))
-        combined = [combined_at(mu, level, strips, weights) for level in range(len(percentiles))]
         law = (
             friction_table.candidate_variables(mu["solved"], weights["solved"])
-            | friction_table.p_value_variables(mu["solved"], table, combined, percentiles, weights["solved"])
-            | friction_table.fit_variables(combined, percentiles)
+            | friction_table.p_value_variables(mu["solved"], combined, percentiles, weights["solved"])
+            | friction_table.fit_variables(combined["mean"], percentiles)
             | friction_table.white_variables(scene, strips, mu["solved"][0].shape[2])
         )
-    job.usage.count(windows=area["solved"][0].size, expanded_windows=area["expansion"][0].size)
-    job.usage.skip({skip_reasons.CONTROL: area["expansion"][:, described["expansion"] :].size})
+    solved_windows, expanded = (windows_of[source][0] for source in SOURCES)
+    job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size)
+    job.usage.skip({skip_reasons.CONTROL: expanded[:, described["expansion"] :].size})
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
+    variables |= friction_table.error_variables(best)
     variables |= friction_table.distribution(mu["solved"][0][median], mu["solved"][1][median])
-    variables["shear_strength"] = store.Variable((), shear, "Pa", "shear strength that gives the mean at the median")
+    ends, title = [shear.value, shear.low, shear.high], "shear strength that gives the mean at the median"
+    variables |= store.with_interval("shear_strength", (), ends, "Pa", title)
     corrected, of_nodes = (store.join(batches["solved"], f"area_{name}").T for name in ("corrected", "of_nodes"))
     ratios = [
         ratio_of_sums(one[:, None], other[:, None], 1.0, weights["solved"])
@@ -127,15 +137,26 @@ def work(job: Job) -> None:
     store.write_text(job.arguments.summary, friction_table.summary(variables, percentiles))
 
 
-def combined_at(mu: dict[str, Windows], level: int, strips: int, weights: dict[str, np.ndarray]) -> Combined:
+def area_and_force(batches: list[store.Result], mesh: str = "") -> Windows:
+    """Area [m2] and force [N] : (levels, strips, windows) of a source."""
+    area, force = (store.join(batches, mesh + name).transpose(1, 0, 2) for name in ("area", "force"))
+    return area, force
+
+
+def combined_at(
+    mu: dict[str, Windows], level: int, strips: int, weights: dict[str, np.ndarray], factors: Rows
+) -> Combined:
     """Solved windows of a level with the expansion as control; strips from number `strips` on were never solved."""
     values, valid = mu["expansion"]
+    at_level = {source: (mu[source][0][level], mu[source][1][level]) for source in mu}
     return combine(
-        (mu["solved"][0][level], mu["solved"][1][level]),
+        at_level["solved"],
         (values[level, :strips], valid[level, :strips]),
         (values[level, strips:], valid[level, strips:]),
         weights["solved"],
         weights["control"],
+        at_level.get("coarse"),
+        factors,
     )
 
 

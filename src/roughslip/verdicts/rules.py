@@ -142,7 +142,7 @@ def _median(friction: Arrays) -> int:
 
 
 def _at_median(friction: Arrays, name: str) -> tuple[float, Interval]:
-    return _number(friction, name, SOLVED, _median(friction))
+    return _number(friction, f"combined_{name}", _median(friction))
 
 
 def _window(friction: Arrays) -> float:
@@ -172,7 +172,7 @@ def _length(friction: Arrays) -> Finding:
 
 
 def _length_at_any_depth(friction: Arrays) -> Finding | str:
-    lengths = friction["length_least_squares"][SOLVED]
+    lengths = friction["combined_length_least_squares"]
     if len(lengths) == 1:
         return ONE_LEVEL
     allowed = SAME_LENGTH * float(np.mean(lengths))
@@ -180,11 +180,11 @@ def _length_at_any_depth(friction: Arrays) -> Finding | str:
         f"metres, change from the first to the last level; {1e6 * allowed:.0f} um are allowed; over all levels "
         f"{1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} um"
     )
-    return _judged(_number(friction, "trend_length_least_squares_change", SOLVED), note, -allowed, allowed)
+    return _judged(_number(friction, "trend_combined_length_least_squares_change"), note, -allowed, allowed)
 
 
 def _right_skewed(friction: Arrays) -> Finding:
-    skewness = friction["skewness"][SOLVED]
+    skewness = friction["combined_skewness"]
     note = f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}"
     return _judged(_at_median(friction, "skewness"), note, low=0.0)
 
@@ -196,7 +196,8 @@ def _leptokurtic(friction: Arrays) -> Finding:
 
 def _like_beta(friction: Arrays, level: int, note: str) -> Finding:
     """Whether windows at a level have the shape of the paper's Beta; by the distance alone the normal would pass."""
-    distance, skewness = (_number(friction, name, SOLVED, level) for name in ("beta_distance_standardised", "skewness"))
+    distance = _number(friction, "beta_distance_standardised", SOLVED, level)
+    skewness = _number(friction, "combined_skewness", level)
     return replace(_judged(distance, note, high=VISIBLE), other=_judged(skewness, "skewness", *SKEWNESS_RANGE))
 
 
@@ -227,7 +228,7 @@ def _beta_at_any_depth(friction: Arrays) -> Finding:
     levels = [_like_beta(friction, level, "") for level in range(len(friction["percentile"]))]
     follows = [one.holds(one.interval) for one in levels]
     farthest = int(np.argmax(friction["beta_distance_standardised_high"][SOLVED]))
-    skewness = friction["skewness"][SOLVED]
+    skewness = friction["combined_skewness"]
     note = (
         f"Kolmogorov distance at percentile {friction['percentile'][farthest]:g}, of the largest upper end; "
         f"{follows.count(1)} of {len(follows)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"

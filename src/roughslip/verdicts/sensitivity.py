@@ -134,10 +134,7 @@ def narrowed(arrays: Arrays, factor: float) -> dict[str, np.ndarray]:
 
 def lengthened(friction: Arrays, factor: float) -> dict[str, np.ndarray]:
     """Friction statistics of a chain whose lengths are all so many times as long."""
-    return {
-        name: factor * values if name == "lag" or name.startswith(("length_", "trend_length_")) else values
-        for name, values in friction.items()
-    }
+    return {name: factor * values if name == "lag" or "length" in name else values for name, values in friction.items()}
 
 
 def present(scene: Scene, keys: Sequence[str]) -> tuple[str, ...]:

@@ -91,11 +91,13 @@ class Windows:
         return (self.middle.stop - self.middle.start - self.length) // self.spacing + 1
 
 
-def windows(scene: Scene) -> Windows:
-    """Where the windows of a strip lie."""
-    strip = scene.strip
-    length, spacing = (round(size / strip.cell_m) for size in (strip.window_m, strip.window_spacing_m))
-    return Windows(middle(scene), length, spacing)
+def windows(scene: Scene, step: int = 1) -> Windows:
+    """Where the windows of a strip lie, on its cells or on cells of `step` times the edge."""
+    strip, cell = scene.strip, step * scene.strip.cell_m
+    margin, within, length, spacing = (
+        round(size / cell) for size in (strip.margin_m, strip.length_m, strip.window_m, strip.window_spacing_m)
+    )
+    return Windows(slice(margin, margin + within), length, spacing)
 
 
 def training_columns(middle: slice) -> np.ndarray:

@@ -41,8 +41,8 @@ class FrictionNumbers:
 def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     """The numbers that the scene gives, or else those of the statistics file at its penetration, by default the median.
 
-    The mean is mu_fit(d). Mean and scatter come from the solved windows with the expansion as control, the shapes from
-    the solved windows alone. Between two solved penetrations each number is interpolated (`friction.penetration`).
+    The mean is mu_fit(d). Mean, scatter and length come from the solved windows with the expansion as control, the
+    shapes from the solved windows alone. Between two penetrations numbers are interpolated (`friction.penetration`).
     Shapes that the windows do not determine (`beta_at_bound`) are arbitrary there: prefer `ensemble.marginal: paper`.
     """
     given = scene.friction.statistics
@@ -55,7 +55,7 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     columns = {
         "mean": result["combined_mean"],
         "standard_deviation": result["combined_std"],
-        "correlation_length_m": result["length_least_squares"][0],
+        "correlation_length_m": result["combined_length_least_squares"],
         "beta_a": result["beta_a"][0],
         "beta_b": result["beta_b"][0],
     }

@@ -3,10 +3,11 @@
 import numpy as np
 
 from roughslip import store
+from roughslip.friction.combination import Combined
 from roughslip.friction.correlation import LONGEST_WINDOWS, correlation_fit, triangular, white_autocorrelation
 from roughslip.friction.marginal import FAMILIES, SHAPES, fit_candidates, standardised_distribution
 from roughslip.friction.penetration import Trend, p_value, p_value_of_equality, penetration_curve, trend
-from roughslip.friction.statistics import PERCENTS, Combined
+from roughslip.friction.statistics import PERCENTS
 from roughslip.probability import Estimate
 from roughslip.scene.contact import Strip
 from roughslip.scene.types import Scene
@@ -18,8 +19,8 @@ STANDARD = np.linspace(-2.5, 3.5, 25)  # standardised mu at which the distributi
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
 QUANTILES = 1000
-COMBINED = ("mean", "std", "variation", "mean_variance_ratio", "std_variance_ratio")
-GAINS = ("mean", "std")  # also given as the ratio of solves at equal standard error
+COMBINED_TRENDS = ("mean", "std", "variation", "length_least_squares")
+GAINS = ("mean", "std")  # for which the ratio of solves at equal standard error is given
 # Statistics of which the change with penetration is stored too.
 TRENDS = ("mean", "std", "variation", "length_least_squares", "beta_distance_standardised")
 TITLES = {
@@ -55,8 +56,15 @@ TITLES = {
     "combined_mean": "mean friction coefficient, solved windows with the expansion as control",
     "combined_std": "standard deviation, solved windows with the expansion as control",
     "combined_variation": "coefficient of variation, solved windows with the expansion as control",
-    "combined_mean_variance_ratio": "variance of the combined mean over that of the solved mean",
-    "combined_std_variance_ratio": "variance of the combined standard deviation over that of the solved",
+    "combined_skewness": "skewness, solved windows with the expansion as control",
+    "combined_kurtosis": "excess kurtosis, solved windows with the expansion as control",
+    "combined_quantiles": "quantiles of the friction coefficient, solved windows with the expansion as control",
+    "combined_autocorrelation": "autocorrelation, solved windows with the expansion as control",
+    "combined_length_least_squares": "exponential length of the combined autocorrelation, lags to three windows",
+    "combined_misfit_difference": "mean square distance of the combined autocorrelation from its exponential less that "
+    "from the triangle",
+    "mesh_change_of_mean": "relative change of the combined mean by the extrapolation to cells of no size",
+    "mesh_change_of_std": "relative change of the combined standard deviation by that extrapolation",
     "combined_mean_gain": "solved strips alone that give the mean as well, for each that was solved",
     "combined_std_gain": "solved strips alone that give the standard deviation as well, for each that was solved",
 }
@@ -77,7 +85,7 @@ TESTS = {
 
 def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) -> dict[str, store.Variable]:
     """Value and ends of the interval of estimates, which stack along source, level, both or none."""
-    title, unit = TITLES.get(name, name.replace("_", " ")), "m" if name.startswith("length_") else "1"
+    title, unit = TITLES.get(name, name.replace("_", " ")), "m" if "length_" in name else "1"
     leading: tuple[int, ...] = () if not dimensions else (-1,)
     if dimensions[:2] == ("source", "level"):
         leading = (len(SOURCES), -1)
@@ -88,13 +96,26 @@ def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) ->
     return store.with_interval(name, dimensions, columns, unit, title)
 
 
+def combined_estimates(combined: list[Combined], lags: np.ndarray, window: float) -> dict[str, list[Estimate]]:
+    """By name the statistics of all levels from all strips, with the lengths [m] of the autocorrelation at the lags."""
+    found = [each.estimates() for each in combined]
+    fits = [correlation_fit(lags, each["autocorrelation"], window) for each in found]
+    return {name: [each[name] for each in found] for name in found[0]} | {
+        "length_least_squares": [fit.least_squares for fit in fits],
+        "misfit_difference": [fit.misfit_difference for fit in fits],
+    }
+
+
 def table_variables(
-    table: dict[str, list[Estimate]], combined: list[Combined], percentiles: np.ndarray, strip: Strip
+    table: dict[str, list[Estimate]],
+    combined: dict[str, list[Estimate]],
+    percentiles: np.ndarray,
+    strip: Strip,
 ) -> dict[str, store.Variable]:
     """Every statistic with its interval, and how those of TRENDS change with penetration where there are two levels.
 
-    table : per name the estimates of all levels of the first source, then of the second
-    combined : per level the solved windows with the expansion as control
+    table : by name the estimates of all levels of the first source, then of the second
+    combined : by name those of all levels from all strips
     percentiles : (levels,) [%]; strip : the section of the scene
     """
     levels = len(percentiles)
@@ -106,12 +127,8 @@ def table_variables(
     }
     for name, estimates in table.items():
         variables |= stored(name, ("source", "level", *extra.get(name, ())), estimates)
-    for name in COMBINED:
-        variables |= stored(f"combined_{name}", ("level",), [getattr(estimate, name) for estimate in combined])
-    for name in GAINS:
-        ratios = [getattr(each, f"{name}_variance_ratio") for each in combined]
-        gains = [Estimate(1.0 / each.value, 1.0 / each.high, 1.0 / each.low, each.replicates) for each in ratios]
-        variables |= stored(f"combined_{name}_gain", ("level",), gains)
+    for name, estimates in combined.items():
+        variables |= stored(f"combined_{name}", ("level", *extra.get(name, ())), estimates)
     if levels > 1:
         variables |= trend_variables(table, combined, percentiles)
     shapes = np.stack([variables["beta_a"].values, variables["beta_b"].values])
@@ -126,8 +143,18 @@ def table_variables(
     return variables
 
 
+def error_variables(combined: list[Combined]) -> dict[str, store.Variable]:
+    """What the second mesh changed, and what the expansion is worth."""
+    variables: dict[str, store.Variable] = {}
+    for name in GAINS:
+        variables |= stored(f"mesh_change_of_{name}", ("level",), [each.mesh_change(name) for each in combined])
+        gains, gain = np.array([1.0 / each.kept[name] for each in combined]), f"combined_{name}_gain"
+        variables[gain] = store.Variable(("level",), gains, "1", TITLES[gain])
+    return variables
+
+
 def trend_variables(
-    table: dict[str, list[Estimate]], combined: list[Combined], percentiles: np.ndarray
+    table: dict[str, list[Estimate]], combined: dict[str, list[Estimate]], percentiles: np.ndarray
 ) -> dict[str, store.Variable]:
     """Slope over penetration, and last less first level, of TRENDS by source and of the combined moments."""
     levels = len(percentiles)
@@ -136,8 +163,8 @@ def trend_variables(
         trends = [trend_of(percentiles, table[name][row : row + levels]) for row in (0, levels)]
         variables |= stored(f"trend_{name}_slope", ("source",), [each.slope for each in trends])
         variables |= stored(f"trend_{name}_change", ("source",), [each.change for each in trends])
-    for name in COMBINED[:3]:
-        one = trend_of(percentiles, [getattr(estimate, name) for estimate in combined])
+    for name in COMBINED_TRENDS:
+        one = trend_of(percentiles, combined[name])
         variables |= stored(f"trend_combined_{name}_slope", (), [one.slope])
         variables |= stored(f"trend_combined_{name}_change", (), [one.change])
     return variables
@@ -163,14 +190,14 @@ def distribution(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]
 
 
 def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> str:
-    """summary.csv: a row a penetration; combined mean and scatter, and the shape from the solved windows.
+    """summary.csv: a row a penetration; from all strips, and the Beta from the solved windows.
 
     beta_at_bound is 1 where a shape of the Beta lies at the end of its range, so that the shapes are not determined.
     """
-    columns = ["combined_mean", "combined_std", "combined_variation"]
-    shapes = ["ratio_of_sums", "skewness", "kurtosis", "length_least_squares", "beta_a", "beta_b", "missing_share"]
-    names = [name + suffix for name in columns + shapes for suffix in ("", "_low", "_high")]
-    titles = [f"{name}_m" if name.startswith("length") else name for name in names]
+    columns = [f"combined_{name}" for name in ("mean", "std", "variation", "skewness", "kurtosis")]
+    columns += ["combined_length_least_squares", "ratio_of_sums", "beta_a", "beta_b", "missing_share"]
+    names = [name + suffix for name in columns for suffix in ("", "_low", "_high")]
+    titles = [f"{name}_m" if "length" in name else name for name in names]
     header = ",".join(["percentile", *titles, "beta_at_bound"])
     at_bound = np.asarray(variables["beta_at_bound"].values)[0]
     rows = []
@@ -203,12 +230,11 @@ def candidate_variables(mu: Windows, weights: np.ndarray) -> dict[str, store.Var
 
 def p_value_variables(
     mu: Windows,
-    table: dict[str, list[Estimate]],
-    combined: list[Combined],
+    combined: dict[str, list[Estimate]],
     percentiles: np.ndarray,
     weights: np.ndarray,
 ) -> dict[str, store.Variable]:
-    """p-values of what the paper says of the solved windows; NaN where there is one penetration only."""
+    """p-values of what the paper says of the friction coefficient; NaN where there is one penetration only."""
     levels, median = len(percentiles), int(np.flatnonzero(percentiles == 50.0)[0])
     found = dict.fromkeys(TESTS, np.nan)
     if levels > 1:
@@ -216,20 +242,20 @@ def p_value_variables(
             standardised_distribution(values, valid, weights, STANDARD) for values, valid in zip(*mu, strict=True)
         ]
         found["p_equal_distribution"] = p_value_of_equality(np.stack(shares))
-        curves = np.stack([estimate.rows for estimate in table["autocorrelation"][:levels]])
+        curves = np.stack([estimate.rows for estimate in combined["autocorrelation"]])
         found["p_equal_correlation"] = p_value_of_equality(curves)
         for name in ("mean", "std", "variation"):
-            change = trend_of(percentiles, [getattr(each, name) for each in combined]).change
+            change = trend_of(percentiles, combined[name]).change
             found[f"p_no_change_of_{name}"] = p_value(change)
-    found["p_exponential_nearer"] = p_value(table["misfit_difference"][median])
-    found["p_no_skewness"] = p_value(table["skewness"][median])
-    found["p_no_kurtosis"] = p_value(table["kurtosis"][median])
+    found["p_exponential_nearer"] = p_value(combined["misfit_difference"][median])
+    found["p_no_skewness"] = p_value(combined["skewness"][median])
+    found["p_no_kurtosis"] = p_value(combined["kurtosis"][median])
     return {name: store.Variable((), value, "1", TESTS[name]) for name, value in found.items()}
 
 
-def fit_variables(combined: list[Combined], percentiles: np.ndarray) -> dict[str, store.Variable]:
+def fit_variables(means: list[Estimate], percentiles: np.ndarray) -> dict[str, store.Variable]:
     """mu_fit(d) between the first and the last level, its slope, and their bands; of one level there is no slope."""
-    means, points = [each.mean for each in combined], percentiles
+    points = percentiles
     columns = [[getattr(means[0], part)[None] for part in ("value", "low", "high")], [np.full(1, np.nan)] * 3]
     if len(percentiles) > 1:
         points, curve = np.linspace(percentiles[0], percentiles[-1], FIT_POINTS), penetration_curve(percentiles, means)

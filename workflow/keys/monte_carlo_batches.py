@@ -53,6 +53,7 @@ def solves_key(name: str, scene: dict[str, Any], kind: str = "pressure") -> str:
         }
     else:
         configuration = without_nulls(slice_for(scene, "contact_strip"))
-        del configuration["strip"]["training_samples"], configuration["numerics"]["contact_tolerance"]
+        del configuration["strip"]["training_samples"]
+        configuration["numerics"] = {"contact_area": configuration["numerics"]["contact_area"]}
         configuration["friction"] = {"least_contact_fraction": scene["friction"]["least_contact_fraction"]}
     return replace_if_changed(path, {"configuration": configuration, "code": CODE})

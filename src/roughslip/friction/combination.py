@@ -39,12 +39,13 @@ def mesh_factors(replicates: int, rng: np.random.Generator) -> Rows:
     """f : (1 + replicates,) of each statistic, evenly spread over those of ORDERS; the first is their middle.
 
     Mean and quantiles share one, as the sides of the strip act on all of mu alike. Measured orders of the mean are 1.1
-    to 1.4, of the standard deviation 1.4 to 2.
+    to 1.4, of the standard deviation 1.4 to 2. Skewness and kurtosis have none: with eleven cells a correlation length
+    halving the cells changes the skewness by 0.01, less than its interval, and extrapolation would add noise.
     """
     ends = [1.0 / (2.0**order - 1.0) for order in ORDERS]
     drawn = rng.uniform(min(ends), max(ends), (3, replicates))
-    mean, std, shape = np.concatenate((np.full((3, 1), sum(ends) / 2), drawn), axis=1)
-    return {"mean": mean, "quantiles": mean, "std": std} | dict.fromkeys(PLAIN, shape)
+    mean, std, curve = np.concatenate((np.full((3, 1), sum(ends) / 2), drawn), axis=1)
+    return {"mean": mean, "quantiles": mean, "std": std, "autocorrelation": curve}
 
 
 def rows_of(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Rows:
@@ -59,14 +60,16 @@ def rows_of(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Rows:
 
 
 def extrapolated(rows: Rows, fine: Rows, coarse: Rows, factors: Rows) -> Rows:
-    """Rows with the error of the mesh taken off.
+    """Rows with the error of the mesh taken off, of each statistic that has a factor.
 
     rows : of strips on cells h, with or without a control
     fine, coarse : of the solved strips on cells h and 2h
     factors : f, from `mesh_factors`
     """
-    shape = {name: (-1, *(1,) * (one.ndim - 1)) for name, one in rows.items()}
-    return {name: one + factors[name].reshape(shape[name]) * (fine[name] - coarse[name]) for name, one in rows.items()}
+    shape = {name: (-1, *(1,) * (rows[name].ndim - 1)) for name in factors}
+    return rows | {
+        name: rows[name] + f.reshape(shape[name]) * (fine[name] - coarse[name]) for name, f in factors.items()
+    }
 
 
 def controlled(rows: Rows, same: Rows, many: Rows, excess: float) -> tuple[Rows, dict[str, np.ndarray]]:

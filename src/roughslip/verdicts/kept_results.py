@@ -96,18 +96,20 @@ def compared_summaries(found: str, kept: str) -> list[Compared]:
 def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
     """Mean and standard deviation of mu at every penetration, compared with strips solved directly.
 
-    friction : what stage friction stores; reference : area over force [1/Pa] with standard errors
+    friction : what stage friction stores; reference : area over force [1/Pa] with standard errors, on the same cells
 
-    In units of the shear strength, which the scene calibrates by its own mean at the median. Differences are in
-    standard errors of both; half a 95 % interval is 1.96 of them.
+    Both are compared on these cells, so without the extrapolation, and in units of the mean at the median. Differences
+    are in standard errors of both; half a 95 % interval is 1.96 of them.
     """
-    shear, rows = float(friction["shear_strength"]), []
+    ours, direct = (int(np.flatnonzero(np.isclose(one["percentile"], 50.0))[0]) for one in (friction, reference))
+    scale, rows = float(friction["combined_mean"][ours] / reference["mean"][direct]), []
     for level, percentile in enumerate(reference["percentile"]):
         at = int(np.flatnonzero(np.isclose(friction["percentile"], percentile))[0])
         for name in ("mean", "std"):
-            value, low, high = (float(friction[f"combined_{name}{end}"][at]) for end in ("", *ENDS))
-            expected = shear * float(reference[name][level])
-            error = math.hypot((high - low) / (2 * 1.96), shear * float(reference[f"{name}_standard_error"][level]))
+            on_cells = 1.0 + float(friction[f"mesh_change_of_{name}"][at])
+            value, low, high = (float(friction[f"combined_{name}{end}"][at]) / on_cells for end in ("", *ENDS))
+            expected = scale * float(reference[name][level])
+            error = math.hypot((high - low) / (2 * 1.96), scale * float(reference[f"{name}_standard_error"][level]))
             off = (value - expected) / error
             texts = (f"{value:.6g}", f"{expected:.6g}", f"{FAR:g} standard errors, {off:+.2f} of them off")
             rows.append(Compared(f"{name} at {percentile:g} %, direct", *texts, True, abs(off) <= FAR))

@@ -98,11 +98,11 @@ def reference(surfaces=5000, share=0.2, seed=0):
 
 
 def test_tail_error_is_the_largest_logarithm_of_a_ratio_where_the_reference_knows_the_probability():
-    one = reference()
+    one = reference(surfaces=20_000)
     F = one.cumulative
     assert one.tail_from == SETTLED / one.contacts == SETTLED / np.count_nonzero(one.pressure)
-    assert reference(surfaces=400_000).tail_from == 0.001
-    assert np.isnan(reference(surfaces=1000).tail_error(F, F))  # 200 contacts: 50 are 25 %
+    assert reference(surfaces=1_100_000).tail_from == 0.001
+    assert np.isnan(reference(surfaces=1000).tail_error(F, F))  # 200 contacts, of which 200 are all
     assert one.tail_error(2 * F, F) == one.tail_error(F / 2, F) == pytest.approx(np.log10(2))
     low = (one.tail_from <= F) & (F <= 0.1)
     assert one.tail_error(np.where(low, F, 5 * F), F) == 0.0
@@ -126,7 +126,7 @@ def test_the_interval_of_a_sampled_distance_holds_the_true_one():
 
 
 def test_rows_of_an_expansion_hold_their_values_and_have_at_least_the_error_of_the_reference():
-    one = reference()
+    one = reference(surfaces=20_000)
     pressure = np.random.default_rng(6).exponential(1.1, 20_000)
     still = expanded_rows(pressure, np.zeros((20, 200)), (0.2, 0.1, 0.3), one)
     distance, low, high = still["distance_in_contact"]
@@ -151,7 +151,8 @@ def test_numbers_of_several_designs_are_their_mean_with_students_interval():
     distances = np.array([0.0, *(kolmogorov_distance(own * (1 + sign * scale), own) for sign in (-1, 1))])
     mean, low, high = rows["distance_in_contact"]
     assert mean == pytest.approx(distances.mean(), rel=1e-9)
-    half = 4.302653 * distances.std(ddof=1) / math.sqrt(3) + 0.98 / math.sqrt(one.contacts)  # t(0.975, 2) = 4.302653
+    student = 4.302653 * distances.std(ddof=1) / math.sqrt(3)  # t(0.975, 2) = 4.302653
+    half = math.hypot(student, 0.98 / math.sqrt(one.contacts))
     assert high - mean == pytest.approx(half, rel=1e-4)
     assert low == 0.0
     curve, lowest, highest = rows["cumulative"]

@@ -127,6 +127,8 @@ def work(job: Job) -> None:
         fits = {method: fit for method, fit in fitted[0].items() if all(method in one for one in fitted)}
         pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
         reference = Reference(pressure["monte_carlo"], len(nodes), quantile_levels(pressure["monte_carlo"]))
+        pooled = np.concatenate((pressure["monte_carlo"], sampled))
+        solved = Reference(pooled, len(nodes) + len(sampled), reference.levels)
         rows = {
             "monte_carlo": sampled_rows(pressure["monte_carlo"], len(nodes), reference),
             "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
@@ -144,12 +146,12 @@ def work(job: Job) -> None:
             pressure[method] = draw(one, fit.coefficients, asked.draws, drawing)
             if len(designs) == 1:
                 moved[method] = refits(one, fit, reference.levels, drawing, [seed, geometry.STREAM_BOOTSTRAP])
-                rows[method] = expanded_rows(pressure[method], moved[method], probability, reference)
+                rows[method] = expanded_rows(pressure[method], moved[method], probability, solved)
                 continue
             repeated[method] = design_pressures(
                 [each[method] for each in designs], [each[method] for each in fitted], drawing
             )
-            rows[method] = designed_rows(repeated[method], probability, reference)
+            rows[method] = designed_rows(repeated[method], probability, solved)
         for method in EXPANDED[:2]:
             rows.setdefault(method, refused_rows(reference.levels, probability))
         at_contact["roughslip"] = reference.distance(local.mean_pressure_at(known))
@@ -157,7 +159,7 @@ def work(job: Job) -> None:
         moved["roughslip"], error = moved_local(local, reference.levels, drawing)
         share = float(np.mean(pressure["roughslip"] > 0))
         probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)
-        rows["roughslip"] = expanded_rows(pressure["roughslip"], moved["roughslip"], probability, reference)
+        rows["roughslip"] = expanded_rows(pressure["roughslip"], moved["roughslip"], probability, solved)
         between: Row = (np.nan, np.nan, np.nan)
         if len(repeated) == 2:
             pairs = zip(*repeated.values(), strict=True)
@@ -166,7 +168,7 @@ def work(job: Job) -> None:
             between = apart(pressure["equation_8"], pressure["equation_9"], moved)
     job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + len(local.without), draws=asked.draws * (1 + len(fits)))
     job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, asked.degree)})
-    results = table(rows, pressure, reference) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
+    results = table(rows, pressure, solved) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)
     results |= choice(chosen, directions)

@@ -28,13 +28,14 @@ REPLICATES = 200
 KOLMOGOROV_975 = 1.480  # 97.5 % quantile of the Kolmogorov distribution: sqrt(n) sup |F_n - F|
 LARGEST_LOGARITHM = 300.0  # of p / Pa: the cubic of eq. (9) has no mean, and its exponential would overflow
 TAIL = (1e-3, 1e-1)  # what counts as low probabilities
-SETTLED = 50  # surfaces in contact below a pressure, from which Monte Carlo knows its probability to 28 %
+SETTLED = 200  # surfaces in contact below a pressure, whose probability is then known to 14 %
 ROWS = {
     "cumulative": "distribution given contact",
     "contact_probability": "probability of contact at the centre; that of an expansion has the scatter of its fit, not "
     "the truncation of its series, for interval",
-    "distance_in_contact": "Kolmogorov distance to Monte Carlo, given contact",
-    "tail_error": "largest |log10| of the ratio to Monte Carlo where that lies between tail_from and 0.1",
+    "distance_in_contact": "Kolmogorov distance given contact, of Latin hypercube from Monte Carlo and of an expansion "
+    "from both",
+    "tail_error": "largest |log10| of the ratio to these samples where they lie between tail_from and 0.1",
 }
 Row = tuple[Any, Any, Any]  # value, low, high
 
@@ -126,9 +127,9 @@ def moved_local(expansion: LocalExpansion, levels: np.ndarray, seed: list[int]) 
 
 @dataclass(frozen=True)
 class Reference:
-    """Monte Carlo, against which all are held.
+    """Solved samples, with which distributions are compared.
 
-    pressure : (surfaces * nodes,) [Pa]
+    pressure : (n,) [Pa]
     surfaces : number of surfaces; central nodes of one are not independent
     levels : (levels,) [Pa] at which distributions are drawn
     """
@@ -237,10 +238,11 @@ def designed_rows(pressures: np.ndarray, probability: Row, reference: Reference)
 
 
 def mean_over_designs(values: np.ndarray, error: float = 0.0) -> Row:
-    """Mean of a number over independent designs with its 95 % interval, which a further error widens."""
+    """Mean of a number over independent designs with its 95 % interval, which an independent error widens."""
     mean = float(values.mean())
     half = float(stdtrit(len(values) - 1, 0.975)) * float(values.std(ddof=1)) / np.sqrt(len(values))
-    return mean, max(mean - half - error, 0.0), mean + half + error
+    half = float(np.hypot(half, error))
+    return mean, max(mean - half, 0.0), mean + half
 
 
 def refused_rows(levels: np.ndarray, probability: Row) -> dict[str, Row]:

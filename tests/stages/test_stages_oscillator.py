@@ -76,14 +76,14 @@ def test_paths_are_long_enough_for_every_run(method):
 
 def test_numbers_of_the_statistics_are_those_at_the_penetration_unless_the_scene_gives_them(tmp_path):
     """Mean and scatter with the expansion as control, length and shape of the solved windows."""
-    two = np.arange(6.0).reshape(2, 3)
+    two = np.arange(3.0)
     variables = {
         "percentile": store.Variable(("level",), np.array([10.0, 50.0, 90.0]), "percent", "p"),
         "combined_mean": store.Variable(("level",), np.array([0.4, 0.3, 0.2]), "1", "m"),
         "combined_std": store.Variable(("level",), np.array([0.04, 0.03, 0.02]), "1", "s"),
-        "combined_length_least_squares": store.Variable(("level",), 1e-4 * (1 + two[0]), "m", "l"),
-        "beta_a": store.Variable(("source", "level"), 2 + two, "1", "a"),
-        "beta_b": store.Variable(("source", "level"), 5 + two, "1", "b"),
+        "combined_length_least_squares": store.Variable(("level",), 1e-4 * (1 + two), "m", "l"),
+        "beta_a": store.Variable(("level",), 2 + two, "1", "a"),
+        "beta_b": store.Variable(("level",), 5 + two, "1", "b"),
     }
     store.write(tmp_path / "statistics.nc", variables, store.Key({}, "abc"))
     median = friction_numbers(scene_of({"oscillator": {}}), tmp_path / "statistics.nc")

@@ -41,13 +41,13 @@ def friction():
         ("combined_kurtosis", 0.3, 0.1),
         ("beta_distance_standardised", 0.02, 0.02),
     ):
-        ones = np.ones((2, LEVELS) if name.startswith("beta") else LEVELS)
+        ones = np.ones(LEVELS)
         table |= with_interval(name, value * ones, (value - half) * ones, (value + half) * ones)
     for name in ("misfit_exponential", "misfit_triangle", "length_one_over_e", "length_integral"):
-        table[name] = np.full((2, LEVELS), 3e-4)
+        table[name] = np.full(LEVELS, 3e-4)
     for name in ("beta_a", "beta_b", "scaled_beta_a", "scaled_beta_b"):
-        table[name] = np.full((2, LEVELS), 2.0)
-    table["beta_at_bound"] = np.zeros((2, LEVELS), dtype=np.int8)
+        table[name] = np.full(LEVELS, 2.0)
+    table["beta_at_bound"] = np.zeros(LEVELS, dtype=np.int8)
     for name in ("mean", "std", "variation"):
         table[f"combined_{name}"] = np.array([0.3, 0.2, 0.1])
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)

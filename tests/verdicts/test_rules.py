@@ -80,9 +80,9 @@ SIMPLE = [
     ("mu-correlation-250um", "friction", "combined_length_least_squares", (1,), 200e-6, 300e-6),
     ("mu-correlation-any-depth", "friction", "trend_combined_length_least_squares_change", (), -50e-6, 50e-6),
     ("mu-right-skewed", "friction", "combined_skewness", (1,), 0.0, INF),
-    ("mu-beta-2.1-5", "friction", "beta_distance_standardised", (0, 1), -INF, 0.1),
+    ("mu-beta-2.1-5", "friction", "beta_distance_standardised", (1,), -INF, 0.1),
     ("mu-beta-2.1-5", "friction", "combined_skewness", (1,), 0.5 * 0.5598020, 1.5 * 0.5598020),
-    ("mu-beta-any-depth", "friction", "beta_distance_standardised", (0, 2), -INF, 0.1),
+    ("mu-beta-any-depth", "friction", "beta_distance_standardised", (2,), -INF, 0.1),
     ("mu-beta-any-depth", "friction", "combined_skewness", (0,), 0.5 * 0.5598020, 1.5 * 0.5598020),
     ("fig5-limit-cycle", "oscillator", "cycling_share", (), 0.95, INF),
     ("fig5-reattachment-nonnormal", "oscillator", "reattachment_skewness", (), 0.1, INF),
@@ -191,7 +191,7 @@ def test_where_another_number_decides_that_one_turns():
     table = with_number(friction(), "combined_skewness", (1,), 0.1, (0.05, 0.18))
     assert judge(friction_=table)["mu-beta-2.1-5"]["turns"] == "skewness: an interval 0.0999 higher, which reaches 0.28"
     table = with_number(friction(), "combined_skewness", (1,), 0.28, (0.2, 0.36))
-    table = with_number(table, "beta_distance_standardised", (0, 1), 0.0985, (0.098, 0.099))  # near, and surely below
+    table = with_number(table, "beta_distance_standardised", (1,), 0.0985, (0.098, 0.099))  # near, and surely below
     turns = "skewness: nothing, it lies within 2% of the threshold 0.28"
     assert judge(friction_=table)["mu-beta-2.1-5"]["turns"] == turns
     both = judge(oscillator_=oscillator() | with_interval("reattachment_kurtosis", 0.3, 0.2, 0.4))

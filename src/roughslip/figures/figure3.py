@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import seaborn as sns
@@ -172,9 +173,9 @@ def _marginal(axes: Axes, result: Arrays) -> None:
     mean, std = (float(result[name][SOLVED, median]) for name in ("mean", "std"))
     edges = (result["histogram_edge"] - mean) / std
     axes.stairs(result["histogram"] * std, edges, fill=True, color="C0", alpha=0.35, label="solved contact")
-    a, b, lower, upper = (float(result[f"beta_{name}"][SOLVED, median]) for name in ("a", "b", "lower", "upper"))
+    a, b, lower, upper = (float(result[f"beta_{name}"][median]) for name in ("a", "b", "lower", "upper"))
     u = np.linspace(1e-4, 1 - 1e-4, 400)
-    label = "fitted Beta at bound" if result["beta_at_bound"][SOLVED, median] else f"fitted Beta({a:.3g}, {b:.3g})"
+    label = "fitted Beta at bound" if result["beta_at_bound"][median] else f"fitted Beta({a:.3g}, {b:.3g})"
     fitted = (lower + (upper - lower) * u - mean) / std, _beta_density(u, a, b) * std / (upper - lower)
     axes.plot(*fitted, "k-", lw=1.2, label=label)
     a, b = PAPER_BETA
@@ -189,7 +190,7 @@ def _marginal(axes: Axes, result: Arrays) -> None:
 
 def _distances(axes: Axes, result: Arrays) -> None:
     """2-Wasserstein distance of the windows from the nearest member of each family, in standard deviations."""
-    rows = {"fitted Beta": ("k", "-", "o", "beta_misfit", SOLVED)}
+    rows: dict[str, tuple[str, str, str, str, Any]] = {"fitted Beta": ("k", "-", "o", "beta_misfit", ...)}
     rows |= {str(name): (*FAMILIES[str(name)], "family_distance", row) for row, name in enumerate(result["family"])}
     for label, (colour, style, marker, name, row) in rows.items():
         look = {"color": colour, "ls": style, "marker": marker, "ms": 3.5, "lw": 1, "label": label}

@@ -103,11 +103,13 @@ class Combined:
     rows : of each statistic, as from `rows_of`
     mesh : part of the rows of mean and std that the extrapolation to cells of no size added; zero without one
     kept : by statistic, variance over that of the solved strips alone
+    control : rows of the control alone, on the other strips
     """
 
     rows: Rows
     mesh: Rows
     kept: Rows
+    control: Rows
 
     def estimates(self) -> dict[str, Estimate]:
         """Each statistic of mu, with the coefficient of variation."""
@@ -147,8 +149,9 @@ def combine(
     """
     fine, same = rows_of(*solved, weights), rows_of(*control_same, weights)
     excess = 1.0 + weights.shape[1] / weights_many.shape[1]
-    rows, kept = controlled(fine, same, rows_of(*control_many, weights_many), excess)
-    if coarse is None or factors is None:
-        return Combined(rows, {name: np.zeros_like(rows[name]) for name in ("mean", "std")}, kept)
-    final = extrapolated(rows, fine, rows_of(*coarse, weights), factors)
-    return Combined(final, {name: final[name] - rows[name] for name in ("mean", "std")}, kept)
+    control = rows_of(*control_many, weights_many)
+    rows, kept = controlled(fine, same, control, excess)
+    final = rows
+    if coarse is not None and factors is not None:
+        final = extrapolated(rows, fine, rows_of(*coarse, weights), factors)
+    return Combined(final, {name: final[name] - rows[name] for name in ("mean", "std")}, kept, control)

@@ -16,7 +16,6 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.result_tables import friction_table
 from roughslip.stages.result_tables.friction_table import SOURCES
-from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -37,12 +36,11 @@ STAGE = Stage(
 )
 
 REPLICATES = 400
-DESCRIBED = 4  # strips of the expansion that are described by themselves, a solved strip; the others are control alone
 Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, or area and force, each (..., strips, windows)
 
 
 def describe(windows: Windows, area_force: Windows, shear: float, weights: np.ndarray, job: Job) -> dict[str, Estimate]:
-    """Every statistic of one source at one penetration, by the name under which it is stored."""
+    """Every statistic of the solved windows at one penetration, by the name under which it is stored."""
     strip = job.scene.strip
     statistics = window_statistics(*windows, weights)
     estimates = {
@@ -79,14 +77,12 @@ def work(job: Job) -> None:
         windows_of["coarse"] = area_and_force(batches["solved"], "coarse_")
     residual = max(float(batch["residual"].max()) for batch in batches["solved"])
     strips, many = (windows_of[source][0].shape[1] for source in SOURCES)
-    described = {"solved": strips, "expansion": min(many, DESCRIBED * strips)}
     window_area = scene.strip.window_m * scene.strip.width_m
     least = scene.friction.least_contact_fraction * window_area
     with job.usage.core():
         generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
         weights = {
             "solved": strip_weights(strips, REPLICATES, generator),
-            "expansion": strip_weights(described["expansion"], REPLICATES, generator),
             "control": strip_weights(many - strips, REPLICATES, generator),
         }
         factors = mesh_factors(REPLICATES, generator)
@@ -98,32 +94,31 @@ def work(job: Job) -> None:
         best = [one.calibrated(mean, best[median]) for one in best]
         lags = scene.strip.window_spacing_m * np.arange(unit["solved"][0].shape[2])
         combined = friction_table.combined_estimates(best, lags, scene.strip.window_m)
-        mu = {source: (float(shear.value) * values, valid) for source, (values, valid) in unit.items()}
+        mu = float(shear.value) * unit["solved"][0], unit["solved"][1]
         table: dict[str, list[Estimate]] = {}
-        for source in SOURCES:
-            for level in range(len(percentiles)):
-                part = level, slice(described[source])
-                windows = (mu[source][0][part], mu[source][1][part])
-                pair = (windows_of[source][0][part], windows_of[source][1][part])
-                try:
-                    estimates = describe(windows, pair, float(shear.value), weights[source], job)
-                except IllPosedError as error:
-                    raise IllPosedError(f"percentile {percentiles[level]:g}, {source}: {error}") from error
-                for name, estimate in estimates.items():
-                    table.setdefault(name, []).append(estimate)
-                job.usage.progress(level + 1, len(percentiles))
+        for level, percentile in enumerate(percentiles):
+            windows, pair = ((values[level], other[level]) for values, other in (mu, windows_of["solved"]))
+            try:
+                estimates = describe(windows, pair, float(shear.value), weights["solved"], job)
+            except IllPosedError as error:
+                raise IllPosedError(f"percentile {percentile:g}: {error}") from error
+            for name, estimate in estimates.items():
+                table.setdefault(name, []).append(estimate)
+            job.usage.progress(level + 1, len(percentiles))
+        for name in friction_table.BY_SOURCE:
+            rows = (shear.value * np.exp(one.control[name]) for one in best)
+            table[name] += [Estimate.from_rows(one) for one in rows]
         law = (
-            friction_table.candidate_variables(mu["solved"], weights["solved"])
-            | friction_table.p_value_variables(mu["solved"], combined, percentiles, weights["solved"])
+            friction_table.candidate_variables(mu, weights["solved"])
+            | friction_table.p_value_variables(mu, combined, percentiles, weights["solved"])
             | friction_table.fit_variables(combined["mean"], percentiles)
-            | friction_table.white_variables(scene, strips, mu["solved"][0].shape[2])
+            | friction_table.white_variables(scene, strips, len(lags))
         )
     solved_windows, expanded = (windows_of[source][0] for source in SOURCES)
     job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size)
-    job.usage.skip({skip_reasons.CONTROL: expanded[:, described["expansion"] :].size})
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
     variables |= friction_table.error_variables(best)
-    variables |= friction_table.distribution(mu["solved"][0][median], mu["solved"][1][median])
+    variables |= friction_table.distribution(mu[0][median], mu[1][median])
     ends, title = [shear.value, shear.low, shear.high], "shear strength that gives the mean at the median"
     variables |= store.with_interval("shear_strength", (), ends, "Pa", title)
     corrected, of_nodes = (store.join(batches["solved"], f"area_{name}").T for name in ("corrected", "of_nodes"))

@@ -33,7 +33,6 @@ from roughslip.verdicts.statements import (
 
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
 LEAST_P = 1e-16  # smallest p-value reported
-SOLVED = 0  # row of the sources of the friction statistics
 
 NO_STAGE = "the scene does not run this stage"
 NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"
@@ -151,17 +150,13 @@ def _window(friction: Arrays) -> float:
 
 
 def _exponential(friction: Arrays) -> Finding:
-    exponential, triangle = (
-        friction[f"misfit_{name}"][SOLVED, _median(friction)] for name in ("exponential", "triangle")
-    )
+    exponential, triangle = (friction[f"misfit_{name}"][_median(friction)] for name in ("exponential", "triangle"))
     note = f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
     return _judged(_at_median(friction, "misfit_difference"), note, high=0.0)
 
 
 def _length(friction: Arrays) -> Finding:
-    one_over_e, integral = (
-        1e6 * friction[f"length_{name}"][SOLVED, _median(friction)] for name in ("one_over_e", "integral")
-    )
+    one_over_e, integral = (1e6 * friction[f"length_{name}"][_median(friction)] for name in ("one_over_e", "integral"))
     length = _at_median(friction, "length_least_squares")
     shorter = 1e6 * _window(friction) * PAPER_LENGTH / length[0]
     note = (
@@ -196,7 +191,7 @@ def _leptokurtic(friction: Arrays) -> Finding:
 
 def _like_beta(friction: Arrays, level: int, note: str) -> Finding:
     """Whether windows at a level have the shape of the paper's Beta; by the distance alone the normal would pass."""
-    distance = _number(friction, "beta_distance_standardised", SOLVED, level)
+    distance = _number(friction, "beta_distance_standardised", level)
     skewness = _number(friction, "combined_skewness", level)
     return replace(_judged(distance, note, high=VISIBLE), other=_judged(skewness, "skewness", *SKEWNESS_RANGE))
 
@@ -204,10 +199,9 @@ def _like_beta(friction: Arrays, level: int, note: str) -> Finding:
 def _beta(friction: Arrays) -> Finding:
     median, skewness = _median(friction), _at_median(friction, "skewness")
     fitted, scaled = (
-        ", ".join(f"{friction[f'{name}_{shape}'][SOLVED, median]:.3g}" for shape in "ab")
-        for name in ("beta", "scaled_beta")
+        ", ".join(f"{friction[f'{name}_{shape}'][median]:.3g}" for shape in "ab") for name in ("beta", "scaled_beta")
     )
-    at_bound = friction["beta_at_bound"][SOLVED, median]
+    at_bound = friction["beta_at_bound"][median]
     undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
     note = (
         f"Kolmogorov distance; skewness {_shown(skewness)}; fitted Beta({fitted}){undetermined}, after scaling by the "
@@ -227,7 +221,7 @@ def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
 def _beta_at_any_depth(friction: Arrays) -> Finding:
     levels = [_like_beta(friction, level, "") for level in range(len(friction["percentile"]))]
     follows = [one.holds(one.interval) for one in levels]
-    farthest = int(np.argmax(friction["beta_distance_standardised_high"][SOLVED]))
+    farthest = int(np.argmax(friction["beta_distance_standardised_high"]))
     skewness = friction["combined_skewness"]
     note = (
         f"Kolmogorov distance at percentile {friction['percentile'][farthest]:g}, of the largest upper end; "

@@ -56,8 +56,8 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
         "mean": result["combined_mean"],
         "standard_deviation": result["combined_std"],
         "correlation_length_m": result["combined_length_least_squares"],
-        "beta_a": result["beta_a"][0],
-        "beta_b": result["beta_b"][0],
+        "beta_a": result["beta_a"],
+        "beta_b": result["beta_b"],
     }
     levels = result["percentile"]
     return FrictionNumbers(**{name: between(levels, values, percentile) for name, values in columns.items()})

@@ -19,10 +19,9 @@ STANDARD = np.linspace(-2.5, 3.5, 25)  # standardised mu at which the distributi
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
 QUANTILES = 1000
-COMBINED_TRENDS = ("mean", "std", "variation", "length_least_squares")
+BY_SOURCE = ("mean", "std")  # also given of the expansion alone
+TRENDS = ("mean", "std", "variation", "length_least_squares")  # of which the change with penetration is stored too
 GAINS = ("mean", "std")  # for which the ratio of solves at equal standard error is given
-# Statistics of which the change with penetration is stored too.
-TRENDS = ("mean", "std", "variation", "length_least_squares", "beta_distance_standardised")
 TITLES = {
     "mean": "mean friction coefficient",
     "std": "standard deviation of the friction coefficient",
@@ -114,7 +113,7 @@ def table_variables(
 ) -> dict[str, store.Variable]:
     """Every statistic with its interval, and how those of TRENDS change with penetration where there are two levels.
 
-    table : by name the estimates of all levels of the first source, then of the second
+    table : by name the estimates of the solved windows of all levels, then of the expansion for names in BY_SOURCE
     combined : by name those of all levels from all strips
     percentiles : (levels,) [%]; strip : the section of the scene
     """
@@ -126,15 +125,16 @@ def table_variables(
         "quantile": store.Variable(("quantile",), PERCENTS, "percent", "probability of the quantiles"),
     }
     for name, estimates in table.items():
-        variables |= stored(name, ("source", "level", *extra.get(name, ())), estimates)
+        sources = ("source",) if name in BY_SOURCE else ()
+        variables |= stored(name, (*sources, "level", *extra.get(name, ())), estimates)
     for name, estimates in combined.items():
         variables |= stored(f"combined_{name}", ("level", *extra.get(name, ())), estimates)
     if levels > 1:
-        variables |= trend_variables(table, combined, percentiles)
+        variables |= trend_variables(combined, percentiles)
     shapes = np.stack([variables["beta_a"].values, variables["beta_b"].values])
     at_bound = np.any((shapes < 1.001 * SHAPES[0]) | (shapes > 0.999 * SHAPES[1]), axis=0)
     title = f"whether a shape of the Beta lies at the end of its range, {SHAPES[0]:g} to {SHAPES[1]:g}"
-    variables["beta_at_bound"] = store.Variable(("source", "level"), at_bound.astype(np.int8), "1", title)
+    variables["beta_at_bound"] = store.Variable(("level",), at_bound.astype(np.int8), "1", title)
     lags = strip.window_spacing_m * np.arange(len(table["autocorrelation"][0].value))
     variables["lag"] = store.Variable(("lag",), lags, "m", "distance of two windows")
     variables["triangle"] = store.Variable(
@@ -153,17 +153,10 @@ def error_variables(combined: list[Combined]) -> dict[str, store.Variable]:
     return variables
 
 
-def trend_variables(
-    table: dict[str, list[Estimate]], combined: dict[str, list[Estimate]], percentiles: np.ndarray
-) -> dict[str, store.Variable]:
-    """Slope over penetration, and last less first level, of TRENDS by source and of the combined moments."""
-    levels = len(percentiles)
+def trend_variables(combined: dict[str, list[Estimate]], percentiles: np.ndarray) -> dict[str, store.Variable]:
+    """Slope over penetration, and last less first level, of TRENDS from all strips."""
     variables: dict[str, store.Variable] = {}
     for name in TRENDS:
-        trends = [trend_of(percentiles, table[name][row : row + levels]) for row in (0, levels)]
-        variables |= stored(f"trend_{name}_slope", ("source",), [each.slope for each in trends])
-        variables |= stored(f"trend_{name}_change", ("source",), [each.change for each in trends])
-    for name in COMBINED_TRENDS:
         one = trend_of(percentiles, combined[name])
         variables |= stored(f"trend_combined_{name}_slope", (), [one.slope])
         variables |= stored(f"trend_combined_{name}_change", (), [one.change])
@@ -199,11 +192,11 @@ def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> st
     names = [name + suffix for name in columns for suffix in ("", "_low", "_high")]
     titles = [f"{name}_m" if "length" in name else name for name in names]
     header = ",".join(["percentile", *titles, "beta_at_bound"])
-    at_bound = np.asarray(variables["beta_at_bound"].values)[0]
+    at_bound = np.asarray(variables["beta_at_bound"].values)
     rows = []
     for level, percentile in enumerate(percentiles):
         values = [np.asarray(variables[name].values) for name in names]
-        cells = [value[level] if value.ndim == 1 else value[0, level] for value in values]
+        cells = [value[level] for value in values]
         rows.append(",".join([f"{percentile:g}", *(f"{cell:.6g}" for cell in cells), str(int(at_bound[level]))]))
     return "\n".join([header, *rows]) + "\n"
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import scipy.linalg
 from scipy.special import ndtr
 
 from roughslip.chaos.hermite import hermite_basis, multi_indices
@@ -16,6 +17,7 @@ from roughslip.chaos.regression import (
     expected,
     least_squares,
     log_likelihood,
+    orthonormal,
 )
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 
@@ -107,6 +109,22 @@ def test_only_ratios_of_weights_count(factor):
     np.testing.assert_allclose(scaled.coefficients, fit.coefficients, rtol=1e-12)
     assert scaled.leave_one_out == pytest.approx(fit.leave_one_out, rel=1e-12)
     assert scaled.effective_samples == pytest.approx(fit.effective_samples, rel=1e-12)
+
+
+@pytest.mark.parametrize(("condition", "by_cholesky"), [(90.0, True), (110.0, False), (1e7, False)])
+def test_factors_are_orthonormal_and_give_the_columns_again(condition, by_cholesky, monkeypatch):
+    """Singular values from 1 to 1 / condition. By Cholesky Q'Q errs by some ten times 1e-16 condition^2."""
+    rng = np.random.default_rng(3)
+    left, right = (np.linalg.qr(rng.standard_normal(shape))[0] for shape in ((300, 12), (12, 12)))
+    columns = (left * np.geomspace(1.0, 1.0 / condition, 12)) @ right
+    reflected = []
+    by_reflections = scipy.linalg.qr
+    monkeypatch.setattr(scipy.linalg, "qr", lambda *a, **k: reflected.append(1) or by_reflections(*a, **k))
+    q, r = orthonormal(columns)
+    assert bool(reflected) != by_cholesky
+    np.testing.assert_allclose(q.T @ q, np.eye(12), rtol=0, atol=1e-15 * (condition**2 if by_cholesky else 10))
+    np.testing.assert_allclose(q @ r, columns, rtol=0, atol=1e-15 * 10)
+    assert not np.any(np.tril(r, -1))
 
 
 @pytest.mark.parametrize("cosine", [0.0, 0.6, 1 - 1e-10])

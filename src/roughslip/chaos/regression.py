@@ -12,6 +12,7 @@ from roughslip.chaos.left_out import numbered, solve_definite
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.validation import finite
 
+CHOLESKY_CONDITION = 100.0  # of columns that are factorised by Cholesky, with an error of 1e-12
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
 LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding error
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean
@@ -120,7 +121,7 @@ def factorised(basis: np.ndarray) -> Factor:
     norms = np.linalg.norm(basis, axis=0)
     if not np.all(norms > 0):
         raise IllPosedError(f"a term of the basis vanishes on every sample: {REMEDY}")
-    q, r = scipy.linalg.qr(basis / norms, mode="economic", check_finite=False)
+    q, r = orthonormal(basis / norms)
     singular = scipy.linalg.svdvals(r, check_finite=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     if condition > WORST_CONDITION:
@@ -129,6 +130,19 @@ def factorised(basis: np.ndarray) -> Factor:
     if np.min(freedom) < LEAST_FREEDOM:
         raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {REMEDY}")
     return Factor(q, r, norms, condition, freedom)
+
+
+def orthonormal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """QR factors (K, P), (P, P) of columns : (K, P); by Cholesky where that is exact, in half the time.
+
+    The columns of Q are then orthonormal to 1e-16 times the squared condition number (Yamamoto et al., Electron. Trans.
+    Numer. Anal. 44 (2015) 306), so to CHOLESKY_CONDITION^2 1e-16. Others are factorised by reflections.
+    """
+    gram = columns.T @ columns
+    r, info = scipy.linalg.lapack.dpotrf(gram, clean=True)
+    if info == 0 and np.linalg.cond(r) <= CHOLESKY_CONDITION:
+        return scipy.linalg.solve_triangular(r, columns.T, trans="T", check_finite=False).T, r
+    return scipy.linalg.qr(columns, mode="economic", check_finite=False)
 
 
 def wild_coefficients(basis: np.ndarray, values: np.ndarray, weights: np.ndarray, signs: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.combination import combine, mesh_factors
+from roughslip.friction.combination import ORDERS, combine, mesh_factors
 from roughslip.friction.statistics import strip_weights
 from tests.friction.test_windows import autoregressive
 
@@ -72,24 +72,26 @@ def test_a_control_that_does_not_scatter_between_strips_is_refused() -> None:
         combine(solved, alike, many, weights, weights_many)
 
 
-@pytest.mark.parametrize(("order", "within"), [(1.05, True), (math.log2(2.5), True), (1.9, True), (0.5, False)])
-def test_an_error_of_the_mesh_is_taken_off_and_its_order_stands_in_the_interval(order: float, within: bool) -> None:
-    """Cells h read all of mu too high by the factor 1.01, cells 2h by 1.01^(2^p).
-
-    For 2^p = 2.5 the middle factor, 2/3, gives the truth. Without scatter between meshes the interval is that of f.
+@pytest.mark.parametrize(("place", "within"), [(0.05, True), (0.5, True), (0.95, True), (1.5, False)])
+def test_an_error_of_the_mesh_is_taken_off_and_its_order_stands_in_the_interval(place: float, within: bool) -> None:
+    """Cells h read all of mu too high by the factor 1.01, cells 2h by 1.01^(2^p), f = 1 / (2^p - 1) at a place of its
+    range. The middle of the range gives the truth where that is f. Without scatter between meshes the interval is
+    that of f.
     """
     solved, same, many, weights, weights_many = sample(np.random.default_rng(18), 400)
     factors = mesh_factors(400, np.random.default_rng(19))
-    fine, coarse = ((factor * solved[0], solved[1]) for factor in (1.01, 1.01 ** (2**order)))
     truth = combine(solved, same, many, weights, weights_many)
-    found = combine(fine, same, many, weights, weights_many, coarse, factors)
     for name in ("mean", "std"):
+        high, low = (1 / (2**order - 1) for order in ORDERS[name])
+        f = low + place * (high - low)
+        fine, coarse = ((factor * solved[0], solved[1]) for factor in (1.01, 1.01 ** (1 + 1 / f)))
+        found = combine(fine, same, many, weights, weights_many, coarse, factors)
         change = found.mesh_change(name)
         assert bool(change.low <= 1 / 1.01 - 1 <= change.high) == within
-        assert change.value == pytest.approx(1.01 ** ((1 - 2**order) * 2 / 3) - 1, rel=1e-9)
-        if order == math.log2(2.5):
+        assert change.value == pytest.approx(1.01 ** (-(low + high) / 2 / f) - 1, rel=1e-9)
+        if place == 0.5:
             assert found.rows[name][0] == pytest.approx(truth.rows[name][0], abs=1e-12)
-    assert found.rows["autocorrelation"][0, 1] == pytest.approx(truth.rows["autocorrelation"][0, 1], abs=1e-9)
+        assert found.rows["autocorrelation"][0, 1] == pytest.approx(truth.rows["autocorrelation"][0, 1], abs=1e-9)
 
 
 def test_calibration_fixes_the_mean_of_the_reference_in_every_replicate() -> None:

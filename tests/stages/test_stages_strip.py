@@ -308,3 +308,30 @@ def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips
     deep = 2
     mu = [source["area"][:, deep] / source["force"][:, deep] for source in (solved, found)]
     np.testing.assert_allclose(mu[1].mean(), mu[0].mean(), rtol=0.1)
+
+
+@pytest.mark.slow
+def test_the_mesh_error_of_friction_falls_with_an_order_between_one_and_two(run):
+    """A / N of 48 rough strips at two penetrations: cells 2h over h, and of other strips h over h / 2.
+
+    With eleven cells h in a correlation length. The sides of a strip leave an error of first order, the edges of
+    contacts one of second. The order is known to the scatter between strips of both changes.
+    """
+    scene = changed(
+        CONTACT,
+        roughness={"correlation_length_m": 1.416e-5},
+        strip={"length_m": 8e-4, "margin_m": 1e-4, "window_m": 2e-4, "window_spacing_m": 2e-5, "cell_m": 1.25e-6}
+        | {"training_samples": 1},
+        numerics={"contact_area": "corrected", "extrapolate_mesh": True, "contact_tolerance": 1e-5},
+    )
+    changes, errors = [], []
+    for name, cell in (("h", 1.25e-6), ("half", 6.25e-7)):
+        found = run(contact_strip, changed(scene, strip={"cell_m": cell}), name, first=0, last=48)
+        fine, coarse = ((found[f"{mesh}area"] / found[f"{mesh}force"]).mean(axis=2) for mesh in ("", "coarse_"))
+        change = coarse / fine - 1
+        changes.append(change.mean(axis=0))
+        errors.append(change.std(axis=0) / math.sqrt(48) / changes[-1])
+    order = np.log2(np.log1p(changes[0]) / np.log1p(changes[1]))
+    assert np.all(np.abs(order - 1.5) < 0.5 + 3 * np.hypot(*errors) / math.log(2)), (order, errors)
+    assert np.all(np.hypot(*errors) < 0.25)  # or the order would not be known
+    np.testing.assert_allclose(changes[0], 0.022, atol=0.006)  # 280 strips of 2.4 mm had 0.0218 to 0.0235

@@ -26,8 +26,8 @@ from roughslip.friction.statistics import NO_SCATTER, window_statistics
 from roughslip.probability import Estimate
 
 ORDERS = {"mean": (0.9, 2.2), "std": (1.25, 2.75), "autocorrelation": (1.0, 2.0)}
-"""Least and largest order of the error of the mesh: 1 at the sides of a strip, 2 at the edges of contacts. Measured from
-cells 2h, h and h / 2, docs/decisions.md."""
+"""Least and largest order of the error of the mesh: 1 at the sides of a strip, 2 at the edges of contacts. Measured on
+three scenes, docs/decisions.md."""
 
 POSITIVE = ("mean", "std", "quantiles")
 PLAIN = ("skewness", "kurtosis", "autocorrelation")

@@ -94,17 +94,19 @@ def reaches(path: Path, s: float) -> bool:
 
 @cache
 def projections(cubic: bool) -> np.ndarray:
-    """(widths, 5, nodes) : from mu_S at the nodes -1 to n + 1 of a wide piece, its coefficients and roughness.
+    """(widths, 7, nodes) : from mu_S at the nodes -1 to n + 1 of a wide piece, its coefficients and roughness.
 
-    Rows 0 to 2 give c0, c1, c2. Rows 3 and 4 give the root mean squares of the running integrals of the Legendre
-    polynomials of degree 3 and 4 in mu_S, over the length: most of the roughness.
+    Rows 0 to 2 give c0, c1, c2. Each row from 3 on gives the root mean square, over the length, of the running integral
+    of the Legendre polynomial of that degree in mu_S. Degrees 3 to 6 make most of the roughness.
     """
-    table = np.zeros((len(WIDTHS), 5, WIDTHS[-1] + 3))
-    basis = [Legendre.basis(degree, domain=(0, 1)).convert(kind=Polynomial) for degree in range(5)]
-    rough = {degree: math.sqrt(1 / (2 * degree + 3) + 1 / (2 * degree - 1)) / (4 * degree + 2) for degree in (3, 4)}
+    table = np.zeros((len(WIDTHS), 7, WIDTHS[-1] + 3))
+    basis = [Legendre.basis(degree, domain=(0, 1)).convert(kind=Polynomial) for degree in range(7)]
+    rough = {
+        degree: math.sqrt(1 / (2 * degree + 3) + 1 / (2 * degree - 1)) / (4 * degree + 2) for degree in range(3, 7)
+    }
     for row, n in zip(table, WIDTHS, strict=True):
         for degree, legendre in enumerate(basis):
-            parts = rough[degree] * np.eye(5)[degree] if degree in rough else np.resize([*legendre.coef, 0, 0, 0, 0], 5)
+            parts = rough[degree] * np.eye(7)[degree] if degree > 2 else np.resize([*legendre.coef, *np.zeros(7)], 7)
             for k in range(n):
                 weight = (2 * degree + 1) / n * legendre(Polynomial((k / n, 1 / n)))
                 for i, (before, start, end, after) in enumerate(np.eye(4)):
@@ -122,9 +124,9 @@ def wide_piece(path: Path, first: int, level: int) -> Wide:
     The node before it and the one behind it are present. Sums are reordered, so that several nodes are taken at once.
     """
     n, table = WIDTHS[level], path.projections[level]
-    t0, t1, t2, t3, t4 = table[0], table[1], table[2], table[3], table[4]
+    t0, t1, t2, t3, t4, t5, t6 = table[0], table[1], table[2], table[3], table[4], table[5], table[6]
     nodes = path.nodes[first - path.first - 1 : first - path.first + n + 2]
-    c0, c1, c2, r3, r4, low, high = 0.0, 0.0, 0.0, 0.0, 0.0, np.inf, -np.inf
+    c0, c1, c2, r3, r4, r5, r6, low, high = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf, -np.inf
     for i in range(nodes.size):
         mu_s = nodes[i]
         c0 += t0[i] * mu_s
@@ -132,11 +134,13 @@ def wide_piece(path: Path, first: int, level: int) -> Wide:
         c2 += t2[i] * mu_s
         r3 += t3[i] * mu_s
         r4 += t4[i] * mu_s
+        r5 += t5[i] * mu_s
+        r6 += t6[i] * mu_s
         low = min(low, mu_s)
         high = max(high, mu_s)
     length = n * path.spacing
     piece = Piece(c0, c1, c2, 0.0, first * path.spacing, (first + n) * path.spacing, 1.0 / length)
-    return Wide(piece, length * math.sqrt(r3 * r3 + r4 * r4), low - (high - low) / 6.0)
+    return Wide(piece, length * math.sqrt(r3 * r3 + r4 * r4 + r5 * r5 + r6 * r6), low - (high - low) / 6.0)
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)

@@ -131,6 +131,21 @@ def test_error_of_a_step_is_estimated(sigma):
     assert np.median(ratios) > 0.1
 
 
+def test_a_step_may_begin_a_little_behind_its_node():
+    """By a hundredth of a spacing: what P takes there in place of mu_S would change X' by F late |P - mu_S| / w."""
+    p, nodes, s, w, late = coefficients(STUDY, LAW), rough_path(2), 100 * SPACING, 3.0 * V, 0.01 * SPACING
+    path = path_through(nodes, 0, SPACING, True, True)
+    first = piece_at(path, s)
+    y = completed(0.0, 0.1 * F, V - w, s, 1.0, first, p)
+    v = math.sqrt(w * w - 2.0 * y.a * late)
+    behind = completed(late / w, y.x + (V - w) * late / w, V - v, s + late, 1.0, first, p)
+    end, found = (step_over(3, start, 1.0, path, p)[0] for start in (y, behind))
+    mean = np.mean([mu_s_at(wide_piece(path, 100, 3).piece, s + t * SPACING) for t in np.linspace(0.0, 16.0, 101)])
+    effect = F * late * abs(mean - nodes[100]) / w
+    assert abs(found.u - end.u) < 0.05 * effect
+    assert abs(found.tau - end.tau) < 0.1 * effect / w
+
+
 def first_cycle(seed, tolerance, integrator="fehlberg45"):
     """The motion on a rough path from its first departure on, for the length of a cycle."""
     nodes = rough_path(seed)

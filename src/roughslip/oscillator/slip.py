@@ -226,12 +226,6 @@ def growth(ratio: float, pair: int) -> float:
     return min(LARGEST_GROWTH, max(LEAST_GROWTH, 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))))
 
 
-@compiled()
-def shorter(control: StepControl, allowed: float) -> StepControl:
-    """The control after a step that is repeated with another length."""
-    return StepControl(allowed, control.grown, control.length, control.level)
-
-
 @compiled(error_model="numpy")
 def next_control(control: StepControl, h: float, ratio: float, pair: int) -> StepControl:
     """The control after a step of length h whose error is `ratio` times the error allowed.
@@ -341,12 +335,12 @@ def slip(
         end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)  # 4
         steps += trials
         if not ratio <= 1.0:
-            control = shorter(control, h * growth(ratio, pair))
+            control = StepControl(h * growth(ratio, pair), control.grown, control.length, control.level)
             continue
         if first and sigma * (p.V - end.u) <= 0.0:  # 5
             if h < SHORTEST_SLIP:
                 return Slip(Status.NO_SLIP, y, backwards, steps, wide, 0.0, control, cuts)
-            control = shorter(control, 0.25 * h)
+            control = StepControl(0.25 * h, control.grown, control.length, control.level)
             continue
         met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 6
         if not stays_within(y, end, h, first, here, sliding, tolerance):
@@ -356,7 +350,7 @@ def slip(
             steps += trials
             ratio = error_ratio(error, length, end, p, settings.tolerance)
             if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
-                control = shorter(control, length * growth(ratio, pair))
+                control = StepControl(length * growth(ratio, pair), control.grown, control.length, control.level)
                 continue
             last, whole = last and length == h, whole and length == h
         if samples.x.size > 0:  # 7

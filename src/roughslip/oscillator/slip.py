@@ -248,6 +248,8 @@ def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, pair: int,
     Each sample is the end of a shorter step, as accurate as the step; a polynomial through its ends is not. Over many
     nodes samples follow the quadratic.
     """
+    if samples.x.size == 0:
+        return
     interval = samples.interval
     y = completed(y.tau, y.x, y.u, y.s, sliding.sigma, sliding.piece, here.p)
     for k in range(int(y.tau / interval), min(int(end.tau / interval) + 2, samples.x.size)):
@@ -324,8 +326,7 @@ def slip(
             steps, wide = steps + leap.tried, wide + leap.tried
             control = StepControl(control.allowed, 0.0, 0.0, leap.level)
             if leap.level >= 0:
-                if samples.x.size > 0:
-                    sample_slip(y, leap.end, here, Sliding(sigma, leap.piece, p), pair, samples)
+                sample_slip(y, leap.end, here, Sliding(sigma, leap.piece, p), pair, samples)
                 backwards, total, y = backwards or leap.end.u < 0.0, total + leap.error, leap.end
                 continue
         h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 3
@@ -353,8 +354,7 @@ def slip(
                 control = StepControl(length * growth(ratio, pair), control.grown, control.length, control.level)
                 continue
             last, whole = last and length == h, whole and length == h
-        if samples.x.size > 0:  # 7
-            sample_slip(y, end, here, sliding, pair, samples)
+        sample_slip(y, end, here, sliding, pair, samples)  # 7
         backwards = backwards or turns_backwards(y, end)
         total += error
         cuts += friction_is_cut(end, sigma, piece, p)

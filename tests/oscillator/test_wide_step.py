@@ -185,11 +185,11 @@ def test_no_wide_step_where_the_equation_changes():
         return wide_step(y, 3, backwards, 1.0, branch(row, cut, p), path, 1e-4, tau_end).level
 
     assert level() >= 3
-    assert level(at=0) == -1  # there is no node before the first
-    assert level(at=998) == -1  # the last node but one
-    assert level(cut=True) == -1
-    assert level(p=p._replace(advance=V)) == -1
-    assert level(path=path._replace(nodes=path.nodes - 0.3)) == -1  # friction might be negative
-    assert level(tau_end=1e-3) == -1
+    assert level(at=0) < 0  # there is no node before the first
+    assert level(at=998) < 0  # the last node but one
+    assert level(cut=True) < 0
+    assert level(p=p._replace(advance=V)) < 0
+    assert level(path=path._replace(nodes=path.nodes - 0.3)) < 0  # friction might be negative
+    assert level(tau_end=1e-3) < 0
     assert 0 <= level(w=0.9999) < 3  # X' = 0 lies within longer steps, at their start or end
     assert level(w=0.9999, backwards=True) == 3

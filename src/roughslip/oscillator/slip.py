@@ -95,7 +95,7 @@ class StepControl(NamedTuple):
 
     allowed : the longest next step
     grown, length : growth factor and length of the last step that was as long as allowed
-    level : of path.WIDTHS, for the next step over many nodes; below 0 between nodes, and where the least was refused
+    level : of path.WIDTHS, for the next step over many nodes; below 0 the nodes until then
     """
 
     allowed: float
@@ -288,7 +288,8 @@ def next_piece(
     over = z >= piece.right - slack
     if not over or (z < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings)):
         return Status.GOES_ON, control, piece, here, y
-    control = StepControl(control.allowed, control.grown, control.length, max(control.level, 0))
+    level = control.level + 1 if control.level < 0 else control.level
+    control = StepControl(control.allowed, control.grown, control.length, level)
     if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
         return Status.PATH_OVER, control, piece, here, y
     if not reaches(path, z + slack):

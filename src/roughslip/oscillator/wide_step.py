@@ -32,6 +32,7 @@ from roughslip.oscillator.switching_events import Branch
 SLOWED, QUICKENED = 0.3, 10.0  # K at the end over K at the start, outside of which no step is tried
 LONGEST = 0.5  # of tau
 NEXT_WIDER = 0.08  # of the error allowed: at twice the width it is then below it
+FAR, LONGEST_WAIT = 2.0, 30.0  # of the error allowed: how far off a refused step is, and nodes until the next is tried
 BEND, SQUARE = 0.3, 1.5  # shares of the two products in the error of tau, by the series of (1 + x)^(-3/2)
 SPARE = 3.0  # root mean squares of F e / w, by which X' may differ within the step
 
@@ -40,7 +41,7 @@ class WideStep(NamedTuple):
     """The outcome of `wide_step`.
 
     end, piece, error : state, quadratic and error [m] of the step
-    level : of the next step; below 0 where every width was refused
+    level : of the next step; where every width was refused, -1 less the number of nodes at which none is tried
     tried : number of widths tried
     """
 
@@ -116,7 +117,7 @@ def wide_step(
     """
     p, first = here.p, int(y.s / path.spacing + 0.5)
     w0 = sigma * (p.V - y.u)
-    k0, tried = 0.5 * w0 * w0, 0
+    k0, tried, wait = 0.5 * w0 * w0, 0, 0
     for at in range(level if p.advance == 0.0 and first > path.first and not here.cut else -1, -1, -1):
         h = (first + WIDTHS[at]) * path.spacing - y.s
         k = k0 - sigma * y.a * h  # roughly, at the end
@@ -131,6 +132,7 @@ def wide_step(
         end, error, deviation = step_by_distance(y, sigma, wide, path.nodes[first - path.first], beyond, p)
         tried += 1
         ratio = error_ratio(error, end.tau - y.tau, end, p, tolerance)
+        wait = int(min(ratio / FAR, LONGEST_WAIT)) if ratio > 0.0 else 0
         if ratio <= 1.0 and end.tau < tau_end and keeps_branch(y, end, deviation, backwards, sigma, here):
             return WideStep(end, wide.piece, error, min(at + (ratio < NEXT_WIDER), len(WIDTHS) - 1), tried)
-    return WideStep(y, piece_at(path, y.s), 0.0, -1, tried)
+    return WideStep(y, piece_at(path, y.s), 0.0, -1 - wait, tried)

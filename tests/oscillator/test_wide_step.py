@@ -10,6 +10,7 @@ from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
 from roughslip.oscillator.equation import Oscillator, coefficients, completed
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.path import WIDTHS, mu_s_at, path_through, piece_at, wide_piece
 from roughslip.oscillator.switching_events import branch
@@ -182,7 +183,7 @@ def test_no_wide_step_where_the_equation_changes():
 
     def level(w=3.0, at=100, p=p, row=0, cut=False, backwards=False, tau_end=9.0, path=path):
         y = completed(0.0, 0.1 * F, V - w * V, at * SPACING, 1.0, piece_at(path, (at + 0.5) * SPACING), p)
-        return wide_step(y, 3, backwards, 1.0, branch(row, cut, p), path, 1e-4, tau_end).level
+        return wide_step(y, 3, backwards, 1.0, branch(row, cut, p), path, p, 1e-4, tau_end).level
 
     assert level() >= 3
     assert level(at=0) < 0  # there is no node before the first
@@ -193,3 +194,6 @@ def test_no_wide_step_where_the_equation_changes():
     assert level(tau_end=1e-3) < 0
     assert 0 <= level(w=0.9999) < 3  # X' = 0 lies within longer steps, at their start or end
     assert level(w=0.9999, backwards=True) == 3
+    law = TableLaw((0.0, 2.8, 2.85, 2.9, 9.0), (0.4, 0.35, 0.34, 0.36, 0.4), 0.4, "linear")  # the speed is 2.844 m/s
+    assert 0 <= level(p=coefficients(STUDY, law), row=1) < 3
+    assert level(p=coefficients(STUDY, law), row=3, w=5.0) >= 3

@@ -245,17 +245,29 @@ def next_control(control: StepControl, h: float, ratio: float, pair: int) -> Ste
 def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, pair: int, samples: Samples) -> None:
     """Store X and X' of one step at the multiples of interval in (tau, tau at its end].
 
-    Each sample is the end of a shorter step, as accurate as the step; a polynomial through its ends is not. Over many
-    nodes samples follow the quadratic.
+    Each sample is the end of a shorter step, as accurate as the step; a polynomial through its ends is not.
     """
     if samples.x.size == 0:
         return
     interval = samples.interval
-    y = completed(y.tau, y.x, y.u, y.s, sliding.sigma, sliding.piece, here.p)
     for k in range(int(y.tau / interval), min(int(end.tau / interval) + 2, samples.x.size)):
         if y.tau < k * interval <= end.tau:
             at, _ = single_step(pair, y, k * interval - y.tau, sliding.sigma, sliding.piece, here.p)
             samples.x[k], samples.u[k] = at.x, at.u
+
+
+@compiled()
+def sample_wide(
+    y: State, end: State, here: Branch, sigma: float, path: Path, p: Coefficients, pair: int, samples: Samples
+) -> None:
+    """The same for a step over many nodes, from node to node."""
+    while samples.x.size > 0 and y.tau < end.tau:
+        piece = piece_at(path, y.s + SLACK * path.spacing)
+        y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
+        h = to_node(y, end.tau - y.tau, piece.right, sigma, path, p)
+        node, _ = single_step(pair, y, h, sigma, piece, here.p)
+        sample_slip(y, node, here, Sliding(sigma, piece, p), pair, samples)
+        y = node
 
 
 @compiled()
@@ -323,11 +335,11 @@ def slip(
         if status != Status.GOES_ON:
             return Slip(status, y, backwards, steps, wide, total, control, cuts)
         if control.level >= 0:  # 2
-            leap = wide_step(y, control.level, backwards, sigma, here, path, tolerance, horizon.tau)
+            leap = wide_step(y, control.level, backwards, sigma, here, path, p, tolerance, horizon.tau)
             steps, wide = steps + leap.tried, wide + leap.tried
             control = StepControl(control.allowed, 0.0, 0.0, leap.level)
             if leap.level >= 0:
-                sample_slip(y, leap.end, here, Sliding(sigma, leap.piece, p), pair, samples)
+                sample_wide(y, leap.end, here, sigma, path, p, pair, samples)
                 backwards, total, y = backwards or leap.end.u < 0.0, total + leap.error, leap.end
                 continue
         h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 3

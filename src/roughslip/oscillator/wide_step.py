@@ -40,13 +40,12 @@ SPARE = 3.0  # root mean squares of F e / w, by which X' may differ within the s
 class WideStep(NamedTuple):
     """The outcome of `wide_step`.
 
-    end, piece, error : state, quadratic and error [m] of the step
+    end, error : state and error [m] of the step
     level : of the next step; where every width was refused, -1 less the number of nodes at which none is tried
     tried : number of widths tried
     """
 
     end: State
-    piece: Piece
     error: float
     level: int
     tried: int
@@ -95,27 +94,30 @@ def step_by_distance(
 
 
 @compiled(error_model="numpy")
-def keeps_branch(y: State, end: State, deviation: float, backwards: bool, sigma: float, here: Branch) -> bool:
+def keeps_branch(
+    y: State, end: State, deviation: float, backwards: bool, sigma: float, row: int, p: Coefficients
+) -> bool:
     """Whether the speed certainly stays on the row of its law, and X' on its side of zero or `backwards` is known."""
-    p, spare = here.p, SPARE * deviation
+    spare = SPARE * deviation
     if y.a * end.a < 0.0:  # a parabola has its extreme within the step
         spare += 0.25 * (end.tau - y.tau) * min(abs(y.a), abs(end.a))
     slowest, fastest = min(y.u, end.u) - spare, max(y.u, end.u) + spare
-    low, high = row_ends(here.row, p.law)
+    low, high = row_ends(row, p.law)
     one, other = sigma * p.omega * (p.V - slowest), sigma * p.omega * (p.V - fastest)
     return low < min(one, other) and max(one, other) < high and (backwards or end.u < 0.0 or slowest > 0.0)
 
 
 @compiled(error_model="numpy")
 def wide_step(
-    y: State, level: int, backwards: bool, sigma: float, here: Branch, path: Path, tolerance: float, tau_end: float
-) -> WideStep:
+    y: State, level: int, backwards: bool, sigma: float, here: Branch, path: Path, p: Coefficients, tolerance: float,
+    tau_end: float,
+) -> WideStep:  # fmt: skip
     """Step from a state at a node over as many nodes as a level of WIDTHS has, or over fewer where that is too many.
 
     A width is refused where its error is above that of `slip`, and where friction might be cut, the branch or the
     direction of motion change, or the motion reach tau_end or the last node.
     """
-    p, first = here.p, int(y.s / path.spacing + 0.5)
+    first = int(y.s / path.spacing + 0.5)
     w0 = sigma * (p.V - y.u)
     k0, tried, wait = 0.5 * w0 * w0, 0, 0
     for at in range(level if p.advance == 0.0 and first > path.first and not here.cut else -1, -1, -1):
@@ -129,10 +131,10 @@ def wide_step(
         if p.law.least + wide.least < 0.0:
             continue
         beyond = piece_at(path, wide.piece.right + 0.5 * path.spacing)
-        end, error, deviation = step_by_distance(y, sigma, wide, path.nodes[first - path.first], beyond, p)
+        end, error, deviation = step_by_distance(y, sigma, wide, path.nodes[first - path.first], beyond, here.p)
         tried += 1
         ratio = error_ratio(error, end.tau - y.tau, end, p, tolerance)
         wait = int(min(ratio / FAR, LONGEST_WAIT)) if ratio > 0.0 else 0
-        if ratio <= 1.0 and end.tau < tau_end and keeps_branch(y, end, deviation, backwards, sigma, here):
-            return WideStep(end, wide.piece, error, min(at + (ratio < NEXT_WIDER), len(WIDTHS) - 1), tried)
-    return WideStep(y, piece_at(path, y.s), 0.0, -1 - wait, tried)
+        if ratio <= 1.0 and end.tau < tau_end and keeps_branch(y, end, deviation, backwards, sigma, here.row, p):
+            return WideStep(end, error, min(at + (ratio < NEXT_WIDER), len(WIDTHS) - 1), tried)
+    return WideStep(y, 0.0, -1 - wait, tried)

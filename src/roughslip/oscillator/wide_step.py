@@ -32,7 +32,7 @@ from roughslip.oscillator.switching_events import Branch
 SLOWED, QUICKENED = 0.3, 10.0  # K at the end over K at the start, outside of which no step is tried
 LONGEST = 0.5  # of tau
 NEXT_WIDER = 0.08  # of the error allowed: at twice the width it is then below it
-FAR, LONGEST_WAIT = 2.0, 30.0  # of the error allowed: how far off a refused step is, and nodes until the next is tried
+FAR, LONGEST_WAIT = 4.0, 30.0  # of the error allowed: how far off a refused step is, and nodes until the next is tried
 BEND, SQUARE = 0.3, 1.5  # shares of the two products in the error of tau, by the series of (1 + x)^(-3/2)
 SPARE = 3.0  # root mean squares of F e / w, by which X' may differ within the step
 

@@ -42,8 +42,8 @@ def start(x, u, sigma=1.0):
 def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, settings=None, path=NO_PATH):
     settings = settings or Settings(FEHLBERG45, 1e-9, False, True)
     since = y.tau if allowed == 0.0 else -1.0
-    control, horizon = StepControl(allowed, 0.0, 0.0), Horizon(duration, 1000)
-    return slip(y, since, control, sigma, path, p, settings, horizon, Samples(1.0, NONE, NONE))
+    control, horizon = StepControl(allowed, 0.0, 0.0, -1), Horizon(duration, 1000)
+    return slip(y, since, control, False, sigma, path, p, settings, horizon, Samples(1.0, NONE, NONE))
 
 
 @pytest.mark.parametrize("rates", [(3.0, -20.0, 50.0), (0.0, 0.0, 40.0), (2.0, 9.0, 0.0), (1.0, -0.5, 0.0)])

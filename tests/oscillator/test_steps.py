@@ -12,6 +12,7 @@ from roughslip.oscillator.equation import Oscillator, coefficients, completed, j
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.path import (
+    AHEAD,
     KeptPath,
     PathFeed,
     largest_kink,
@@ -145,17 +146,18 @@ def test_linear_pieces_are_chords():
 @pytest.mark.parametrize("size", [1, 2, 5, 13])
 def test_a_path_in_pieces_is_that_path(size):
     """As s moves on, the same cubics bit by bit, the one-sided tangent at the end too, from a few nodes at a time."""
-    nodes = np.random.default_rng(3).standard_normal(40)
+    count = 40 + AHEAD
+    nodes = np.random.default_rng(3).standard_normal(count)
     whole = path_through(nodes, 0, SPACING, True, True)
-    feed = PathFeed((nodes[k : k + size] for k in range(0, 40, size)), SPACING, "cubic")
-    for s in np.linspace(0.0, 39 * SPACING, 301):
+    feed = PathFeed((nodes[k : k + size] for k in range(0, count, size)), SPACING, "cubic")
+    for s in np.linspace(0.0, (count - 1) * SPACING, 901):
         if not reaches(feed.path, s):
             feed.advance(s)
         assert reaches(feed.path, s)
         assert piece_at(feed.path, s) == piece_at(whole, s)
-        assert feed.path.nodes.size <= 8 + 2 * size
-    assert feed.received == 40
-    assert feed.length_m == pytest.approx(39 * SPACING)
+        assert feed.path.nodes.size <= 5 + AHEAD + 2 * size
+    assert feed.received == count
+    assert feed.length_m == pytest.approx((count - 1) * SPACING)
 
 
 def test_a_kept_path_is_drawn_once():

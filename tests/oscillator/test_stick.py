@@ -24,7 +24,7 @@ from roughslip.oscillator.event_loop import (
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.motion import MotionOptions, simulate
-from roughslip.oscillator.path import path_through
+from roughslip.oscillator.path import AHEAD, path_through
 from tests.oscillator.motions import LAW, STUDY, F, V
 
 STIFFNESS = STUDY.stiffness_n_per_m
@@ -163,12 +163,12 @@ def test_lower_limit_and_a_constant_one():
 def test_nodes_at_hand_end():
     """A path that goes on elsewhere pauses where its nodes do; one that ends, too."""
     p = follower()
-    for ends, last in ((True, 8), (False, 6)):
-        path = path_of(np.zeros(9), 0.3)._replace(ends=ends)
+    for ends, last in ((True, 5 + AHEAD), (False, 6)):
+        path = path_of(np.zeros(6 + AHEAD), 0.03)._replace(ends=ends)
         side, tau, x = passage(0.0, 0.0, 100.0, path, True, p)
         assert side == PAUSED
-        assert 0.3 * (last - 1) <= tau + 1e-9
-        assert tau == pytest.approx(0.3 * round(tau / 0.3), abs=1e-12)
+        assert 0.03 * (last - 1) <= tau + 1e-9
+        assert tau == pytest.approx(0.03 * round(tau / 0.03), abs=1e-12)
         assert x == pytest.approx(V * tau, rel=1e-14)
 
 

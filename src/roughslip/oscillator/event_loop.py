@@ -15,7 +15,7 @@ from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, completed, path_coordinate
 from roughslip.oscillator.path import Path, Piece, mu_s_at, mu_s_curvature, piece_at, reaches
 from roughslip.oscillator.slip import (
-    FIRST_STEP,
+    FIRST,
     SHORTEST_SLIP,
     START,
     Horizon,
@@ -192,7 +192,7 @@ class RunState(NamedTuple):
     limit : [m] static limit of stick
     since, control : of the slip phase, arguments of `slip`
     backwards : whether X' < 0 occurred since the departure
-    steps, error : number of steps, sum of the local errors [m]
+    steps, wide, error : number of steps, of these over many nodes, sum of the local errors [m]
     cuts : steps of slip and starts of stick at which friction was cut to zero
     """
 
@@ -203,6 +203,7 @@ class RunState(NamedTuple):
     control: StepControl
     backwards: bool
     steps: int
+    wide: int
     error: float
     cuts: int
 
@@ -220,8 +221,11 @@ def _record(events: Events, kind: int, y: State, backwards: bool) -> Events:
     """Append an event; the arrays double when they are full."""
     kinds, rows, count = events.kinds, events.rows, events.filled
     if count == kinds.size:
-        kinds = np.concatenate((kinds, np.empty_like(kinds)))
-        rows = np.concatenate((rows, np.empty_like(rows)))
+        kinds, rows = np.empty(2 * count, np.int64), np.empty((2 * count, 4))
+        for k in range(count):
+            kinds[k] = events.kinds[k]
+            for i in range(4):
+                rows[k, i] = events.rows[k, i]
     kinds[count] = kind
     rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = y.tau, y.x, y.s, backwards
     return Events(kinds, rows, count + 1)
@@ -245,7 +249,7 @@ def start_on_belt(x: float, path: Path, stochastic: bool, p: Coefficients) -> tu
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = _record(events, DEPARTURE, y, False)
-    return RunState(y, sigma, limit, 0.0, START, False, 0, 0.0, 0), events
+    return RunState(y, sigma, limit, 0.0, START, False, 0, 0, 0.0, 0), events
 
 
 @compiled()
@@ -256,7 +260,7 @@ def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunS
     y = State(0.0, x, u, 0.0, 0.0, 0.0)
     y = completed(0.0, x, u, 0.0, float(sigma), piece, branch_at(y, float(sigma), piece, p).p)
     events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    return RunState(y, sigma, 0.0, -1.0, StepControl(FIRST_STEP, 0.0, 0.0), u < 0.0, 0, 0.0, 0), events
+    return RunState(y, sigma, 0.0, -1.0, FIRST, u < 0.0, 0, 0, 0.0, 0), events
 
 
 @compiled()
@@ -265,7 +269,7 @@ def continue_run(
 ) -> tuple[Status, RunState, Events]:
     """Continue a run until time, steps, the path or its present nodes are over; returns why, with state and events."""
     status, stochastic = Status.TIME_OVER, settings.stochastic
-    y, sigma, limit, since, control, backwards, steps, error, cuts = run
+    y, sigma, limit, since, control, backwards, steps, wide, error, cuts = run
     while horizon.tau - y.tau > SHORTEST_SLIP:
         if sigma == HELD:
             held = y
@@ -285,12 +289,12 @@ def continue_run(
             sigma, since, control, backwards = side, y.tau, START, False
             continue
         left = Horizon(horizon.tau, horizon.steps - steps)
-        phase = slip(y, since, control, float(sigma), path, p, settings, left, samples)
-        y, control = phase.y, phase.control
+        phase = slip(y, since, control, backwards, float(sigma), path, p, settings, left, samples)
+        y, control, backwards = phase.y, phase.control, phase.backwards
         steps += phase.steps
+        wide += phase.wide
         error += phase.error
         cuts += phase.cuts
-        backwards = backwards or phase.backwards
         if phase.status != Status.AT_BELT and phase.status != Status.NO_SLIP:
             status = phase.status
             break
@@ -311,4 +315,4 @@ def continue_run(
         sigma = side
         if phase.status == Status.NO_SLIP:  # stick lasts as long as the shortest slip, so that the run advances
             y = State(y.tau + SHORTEST_SLIP, y.x + p.V * SHORTEST_SLIP, p.V, y.s, 0.0, 0.0)
-    return status, RunState(y, sigma, limit, since, control, backwards, steps, error, cuts), events
+    return status, RunState(y, sigma, limit, since, control, backwards, steps, wide, error, cuts), events

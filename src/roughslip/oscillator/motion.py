@@ -13,7 +13,7 @@ from roughslip.oscillator.equation import FRICTION_FOLLOWS, Oscillator, coeffici
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
-from roughslip.oscillator.runge_kutta import PAIRS, STAGES
+from roughslip.oscillator.runge_kutta import FEHLBERG45, PAIRS, STAGES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
@@ -188,7 +188,7 @@ def simulate(
         duration=2.0 * math.pi * duration_periods,
         local_error=run.error,
         steps=run.steps,
-        evaluations=STAGES[settings.pair] * run.steps,
+        evaluations=STAGES[settings.pair] * (run.steps - run.wide) + STAGES[FEHLBERG45] * run.wide,
         cuts=run.cuts,
     )
 

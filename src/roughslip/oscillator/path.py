@@ -1,22 +1,28 @@
 """The stochastic part of friction along the belt: mu_S(s) between equidistant nodes.
 
 Cubic Hermite pieces with central differences as tangents (Catmull & Rom 1974), one-sided at the two ends: continuous
-with its first derivative. Or straight lines. Without nodes mu_S = 0 on a path without end.
+with its first derivative. Or straight lines. Without nodes mu_S = 0 on a path without end. A `Wide`
+piece spans several nodes.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import Legendre, Polynomial
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import CONTRACTED
 
 INTERPOLATIONS = ("cubic", "linear")
+WIDTHS = (2, 4, 8, 16, 32, 64)  # spacings of a wide piece
+NO_PATH = "a friction path is a row of finite nodes, or several one after another, or None"
+AHEAD = 3 + WIDTHS[-1]  # nodes that a step may read beyond the one before it
 
 
 class Path(NamedTuple):
@@ -24,6 +30,7 @@ class Path(NamedTuple):
 
     ends : whether the path ends with the last of them
     steepest : largest change of mu_S from one of them to the next
+    projections : of `projections`
     """
 
     nodes: np.ndarray
@@ -32,6 +39,7 @@ class Path(NamedTuple):
     cubic: bool
     ends: bool
     steepest: float
+    projections: np.ndarray
 
 
 class Piece(NamedTuple):
@@ -44,6 +52,19 @@ class Piece(NamedTuple):
     left: float
     right: float
     per_spacing: float
+
+
+class Wide(NamedTuple):
+    """The quadratic with the same integrals over some spacings, against all quadratics, as mu_S between the nodes.
+
+    piece : the quadratic
+    rough : [m] root mean square of the running integral of mu_S - piece
+    least : a number that mu_S does not fall below
+    """
+
+    piece: Piece
+    rough: float
+    least: float
 
 
 @compiled()
@@ -66,9 +87,60 @@ def piece_at(path: Path, s: float) -> Piece:
 
 @compiled()
 def reaches(path: Path, s: float) -> bool:
-    """Whether the present nodes determine the piece that holds s, and the next piece, which a step may just enter."""
+    """Whether the present nodes determine the piece that holds s, and all that a step from there may read."""
     size = path.nodes.size
-    return path.ends or size == 0 or int(s / path.spacing) + 3 < path.first + size
+    return path.ends or size == 0 or int(s / path.spacing) + AHEAD < path.first + size
+
+
+@cache
+def projections(cubic: bool) -> np.ndarray:
+    """(widths, 7, nodes) : from mu_S at the nodes -1 to n + 1 of a wide piece, its coefficients and roughness.
+
+    Rows 0 to 2 give c0, c1, c2. Each row from 3 on gives the root mean square, over the length, of the running integral
+    of the Legendre polynomial of that degree in mu_S. Degrees 3 to 6 make most of the roughness.
+    """
+    table = np.zeros((len(WIDTHS), 7, WIDTHS[-1] + 3))
+    basis = [Legendre.basis(degree, domain=(0, 1)).convert(kind=Polynomial) for degree in range(7)]
+    rough = {
+        degree: math.sqrt(1 / (2 * degree + 3) + 1 / (2 * degree - 1)) / (4 * degree + 2) for degree in range(3, 7)
+    }
+    for row, n in zip(table, WIDTHS, strict=True):
+        for degree, legendre in enumerate(basis):
+            parts = rough[degree] * np.eye(7)[degree] if degree > 2 else np.resize([*legendre.coef, *np.zeros(7)], 7)
+            for k in range(n):
+                weight = (2 * degree + 1) / n * legendre(Polynomial((k / n, 1 / n)))
+                for i, (before, start, end, after) in enumerate(np.eye(4)):
+                    rise = end - start
+                    out, into = (0.5 * (end - before), 0.5 * (after - start)) if cubic else (rise, rise)
+                    piece = Polynomial((start, out, 3 * rise - 2 * out - into, out + into - 2 * rise))
+                    row[:, k + i] += (weight * piece).integ()(1.0) * parts
+    return table
+
+
+@compiled(error_model="numpy", fastmath={"contract", "reassoc", "nnan", "nsz"})
+def wide_piece(path: Path, first: int, level: int) -> Wide:
+    """The wide piece of WIDTHS[level] spacings from the node `first` on.
+
+    The node before it and the one behind it are present. Sums are reordered, so that several nodes are taken at once.
+    """
+    n, table = WIDTHS[level], path.projections[level]
+    t0, t1, t2, t3, t4, t5, t6 = table[0], table[1], table[2], table[3], table[4], table[5], table[6]
+    nodes = path.nodes[first - path.first - 1 : first - path.first + n + 2]
+    c0, c1, c2, r3, r4, r5, r6, low, high = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf, -np.inf
+    for i in range(nodes.size):
+        mu_s = nodes[i]
+        c0 += t0[i] * mu_s
+        c1 += t1[i] * mu_s
+        c2 += t2[i] * mu_s
+        r3 += t3[i] * mu_s
+        r4 += t4[i] * mu_s
+        r5 += t5[i] * mu_s
+        r6 += t6[i] * mu_s
+        low = min(low, mu_s)
+        high = max(high, mu_s)
+    length = n * path.spacing
+    piece = Piece(c0, c1, c2, 0.0, first * path.spacing, (first + n) * path.spacing, 1.0 / length)
+    return Wide(piece, length * math.sqrt(r3 * r3 + r4 * r4 + r5 * r5 + r6 * r6), low - (high - low) / 6.0)
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
@@ -111,8 +183,10 @@ def lowest_mu_s(piece: Piece) -> float:
 
 
 def path_through(nodes: np.ndarray, first: int, spacing: float, cubic: bool, ends: bool) -> Path:
-    """A `Path` with the steepest change of its nodes."""
-    return Path(nodes, first, spacing, cubic, ends, float(np.abs(np.diff(nodes)).max(initial=0.0)))
+    """A `Path` with the steepest change of its nodes, which is not finite where a node is not."""
+    rises = np.diff(nodes)
+    steepest = float(max(rises.max(initial=0.0), -rises.min(initial=0.0)))
+    return Path(nodes, first, spacing, cubic, ends, steepest, projections(cubic))
 
 
 class PathFeed:
@@ -145,10 +219,10 @@ class PathFeed:
 
     def advance(self, s: float) -> Path:
         """Take the nodes that the motion needs next from s [m] on, and drop those behind it."""
-        nodes, first, spacing, cubic, ends, _ = self.path
+        nodes, first, spacing, cubic, ends, *_ = self.path
         passed = max(int(s / spacing) - 2 - first, 0)
-        rows, size, first = [nodes[passed:]], nodes.size - passed, first + passed
-        while not ends and (size == 0 or int(s / spacing) + 4 >= first + size):
+        rows, size, first = [nodes[passed:]] if nodes.size > passed else [], nodes.size - passed, first + passed
+        while not ends and (size == 0 or int(s / spacing) + AHEAD + 1 >= first + size):
             piece = next(self._pieces, None)
             if piece is None:
                 ends = True
@@ -156,7 +230,10 @@ class PathFeed:
             rows.append(_checked(piece))
             size += rows[-1].size
             self.received += rows[-1].size
-        self.path = path_through(np.concatenate(rows), first, spacing, cubic, ends)
+        present = rows[0] if len(rows) == 1 else np.concatenate([nodes[:0], *rows])
+        self.path = path_through(present, first, spacing, cubic, ends)
+        if not math.isfinite(self.path.steepest):
+            raise ParameterError(NO_PATH)
         return self.path
 
 
@@ -189,6 +266,6 @@ class KeptPath:
 
 def _checked(piece: np.ndarray) -> np.ndarray:
     row = np.ascontiguousarray(piece, dtype=np.float64)
-    if row.ndim != 1 or not np.isfinite(row).all():
-        raise ParameterError("a friction path is a row of finite nodes, or several one after another, or None")
+    if row.ndim != 1:
+        raise ParameterError(NO_PATH)
     return row

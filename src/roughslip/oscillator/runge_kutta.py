@@ -55,14 +55,13 @@ def weighted(row: tuple[float, ...], values: tuple[float, ...]) -> float:
 
 @compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def stage(
-    y: State, h: float, c: float, row: tuple[float, ...], us: tuple[float, ...], accelerations: tuple[float, ...],
-    sigma: float, piece: Piece, p: Coefficients,
-) -> tuple[float, float]:  # fmt: skip
-    """X' and X'' of the stage at y.tau + c h, from those of the stages that its row of the tableau weighs.
+    y: State, h: float, c: float, rise: float, gain: float, sigma: float, piece: Piece, p: Coefficients
+) -> tuple[float, float]:
+    """X' and X'' of the stage at y.tau + c h, from those of earlier stages as a row of the tableau weighs them.
 
     The slipped distance needs no equation of its own: s + sigma (X - V tau) is constant in slip.
     """
-    x, u = y.x + h * weighted(row, us), y.u + h * weighted(row, accelerations)
+    x, u = y.x + h * rise, y.u + h * gain
     z = path_coordinate(y.tau + c * h, y.s + sigma * (p.V * (c * h) - (x - y.x)), p)
     return u, acceleration(y.tau + c * h, x, u, sigma, mu_s_at(piece, z), p)
 
@@ -73,7 +72,7 @@ def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficient
     u, a, c, rows = y.u, y.a, FEHLBERG_NODES, FEHLBERG_ROWS
 
     def next_stage(c: float, row: Any, us: Any, accelerations: Any) -> tuple[float, float]:
-        return stage(y, h, c, row, us, accelerations, sigma, piece, p)
+        return stage(y, h, c, weighted(row, us), weighted(row, accelerations), sigma, piece, p)
 
     u2, a2 = next_stage(c[1], rows[0], (u,), (a,))
     u3, a3 = next_stage(c[2], rows[1], (u, u2), (a, a2))
@@ -95,7 +94,7 @@ def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coeff
     u, a, c, rows = y.u, y.a, NODES, ROWS
 
     def next_stage(c: float, row: Any, us: Any, accelerations: Any) -> tuple[float, float]:
-        return stage(y, h, c, row, us, accelerations, sigma, piece, p)
+        return stage(y, h, c, weighted(row, us), weighted(row, accelerations), sigma, piece, p)
 
     u2, a2 = next_stage(c[1], rows[0], (u,), (a,))
     u3, a3 = next_stage(c[2], rows[1], (u, u2), (a, a2))
@@ -130,6 +129,18 @@ def step(pair: int, y: State, h: float, sigma: float, piece: Piece, p: Coefficie
     if pair == FEHLBERG45:
         return fehlberg_step(y, h, sigma, piece, p)
     return dormand_prince_step(y, h, sigma, piece, p)
+
+
+@compiled()
+def single_step(pair: int, y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
+    """The same, compiled once for callers whose time does not count."""
+    return step(pair, y, h, sigma, piece, p)
+
+
+@compiled(error_model="numpy")
+def error_ratio(error: float, h: float, end: State, p: Coefficients, tolerance: float) -> float:
+    """The error of a step h over the error allowed."""
+    return error / (h * tolerance * (p.F + max(abs(end.x), abs(end.u)))) if error != 0.0 else 0.0
 
 
 class Quintic(NamedTuple):

@@ -21,7 +21,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, completed, friction_is_cut, path_coordinate
 from roughslip.oscillator.path import Path, Piece, largest_kink, mu_s_at, piece_at, reaches
-from roughslip.oscillator.runge_kutta import ORDERS, lowest, quintic, stationary, step, value
+from roughslip.oscillator.runge_kutta import ORDERS, error_ratio, lowest, quintic, single_step, stationary, step, value
 from roughslip.oscillator.switching_events import (
     LOWER,
     NONE,
@@ -34,6 +34,7 @@ from roughslip.oscillator.switching_events import (
     may_cut,
     stays_within,
 )
+from roughslip.oscillator.wide_step import wide_step
 
 FIRST_STEP = 0.1  # of a slip phase, in units of 1/omega; a phase that ends within it moves less than the error allowed
 MOST_TRIED = 5  # trial steps until one ends at a node of the path
@@ -56,6 +57,7 @@ class Status(IntEnum):
     NODES_OVER = 5  # the motion needs more nodes of the path than are present
     NEGATIVE = 6  # friction is negative, which the settings refuse
     STEP_LOST = 7  # the next step is too short to change tau
+    GOES_ON = 8  # it does not end
 
 
 class Settings(NamedTuple):
@@ -93,22 +95,26 @@ class StepControl(NamedTuple):
 
     allowed : the longest next step
     grown, length : growth factor and length of the last step that was as long as allowed
+    level : of path.WIDTHS, for the next step over many nodes; below 0 the nodes until then
     """
 
     allowed: float
     grown: float
     length: float
+    level: int
 
 
-START = StepControl(0.0, 0.0, 0.0)
+START = StepControl(0.0, 0.0, 0.0, -1)
+FIRST = StepControl(FIRST_STEP, 0.0, 0.0, -1)
 
 
 class Slip(NamedTuple):
     """The end of a slip phase.
 
     status, y : why and where it ends
-    backwards : whether X' < 0 occurred
+    backwards : whether X' < 0 occurred, in this phase or before
     steps : number of steps, with the rejected ones and those that locate the end
+    wide : number of these that are over many nodes
     error : [m] sum of the local errors
     control : of the next step, for a phase that continues when more nodes are present
     cuts : steps that ended where friction was cut to zero
@@ -118,6 +124,7 @@ class Slip(NamedTuple):
     y: State
     backwards: bool
     steps: int
+    wide: int
     error: float
     control: StepControl
     cuts: int
@@ -169,12 +176,6 @@ def turns_backwards(y: State, end: State) -> bool:
 
 
 @compiled(error_model="numpy")
-def error_ratio(error: float, h: float, end: State, p: Coefficients, settings: Settings) -> float:
-    """The error of a step over the error allowed."""
-    return error / (h * settings.tolerance * (p.F + max(abs(end.x), abs(end.u)))) if error != 0.0 else 0.0
-
-
-@compiled(error_model="numpy")
 def node_side_matters(
     y: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, settings: Settings
 ) -> bool:  # fmt: skip
@@ -188,11 +189,14 @@ def node_side_matters(
         return False
     passed = min(rate * h, path.spacing) if rate > 0.0 else rate * h
     half = 0.5 * p.F * abs(left)
-    if error_ratio(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, settings) <= MISPLACED:
+    if (
+        error_ratio(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, settings.tolerance)
+        <= MISPLACED
+    ):
         return False  # the usual case, which does not need the next piece
     z = piece.right - left
     wrong = abs(mu_s_at(piece_at(path, piece.right + SLACK * path.spacing), z) - mu_s_at(piece, z))
-    return not error_ratio(half * wrong, passed, y, p, settings) <= MISPLACED
+    return not error_ratio(half * wrong, passed, y, p, settings.tolerance) <= MISPLACED
 
 
 @compiled(forceinline=True, error_model="numpy")
@@ -203,7 +207,7 @@ def try_step(
     taken = 0
     while True:
         end, error = step(settings.pair, y, h, sigma, piece, here.p)
-        ratio, taken = error_ratio(error, h, end, p, settings), taken + 1
+        ratio, taken = error_ratio(error, h, end, p, settings.tolerance), taken + 1
         passed = path_coordinate(end.tau, end.s, p) - piece.right
         if passed <= 0.0 or not ratio <= 1.0 or taken == MOST_TRIED:
             break
@@ -234,7 +238,7 @@ def next_control(control: StepControl, h: float, ratio: float, pair: int) -> Ste
     trend = 1.0
     if control.grown > 0.0 and grown < LARGEST_GROWTH:
         trend = min(1.0, grown / control.grown * (h / control.length))
-    return StepControl(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h)
+    return StepControl(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h, control.level)
 
 
 @compiled()
@@ -243,11 +247,27 @@ def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, pair: int,
 
     Each sample is the end of a shorter step, as accurate as the step; a polynomial through its ends is not.
     """
+    if samples.x.size == 0:
+        return
     interval = samples.interval
     for k in range(int(y.tau / interval), min(int(end.tau / interval) + 2, samples.x.size)):
         if y.tau < k * interval <= end.tau:
-            at, _ = step(pair, y, k * interval - y.tau, sliding.sigma, sliding.piece, here.p)
+            at, _ = single_step(pair, y, k * interval - y.tau, sliding.sigma, sliding.piece, here.p)
             samples.x[k], samples.u[k] = at.x, at.u
+
+
+@compiled()
+def sample_wide(
+    y: State, end: State, here: Branch, sigma: float, path: Path, p: Coefficients, pair: int, samples: Samples
+) -> None:
+    """The same for a step over many nodes, from node to node."""
+    while samples.x.size > 0 and y.tau < end.tau:
+        piece = piece_at(path, y.s + SLACK * path.spacing)
+        y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
+        h = to_node(y, end.tau - y.tau, piece.right, sigma, path, p)
+        node, _ = single_step(pair, y, h, sigma, piece, here.p)
+        sample_slip(y, node, here, Sliding(sigma, piece, p), pair, samples)
+        y = node
 
 
 @compiled()
@@ -270,74 +290,97 @@ def start_phase(
     return piece, here, completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
 
 
+@compiled(forceinline=True, error_model="numpy")
+def next_piece(
+    y: State, control: StepControl, piece: Piece, here: Branch, sigma: float, path: Path, p: Coefficients,
+    settings: Settings,
+) -> tuple[Status, StepControl, Piece, Branch, State]:  # fmt: skip
+    """The piece and the branch of the next step: those given, or the next ones where the piece is over."""
+    slack, z = SLACK * path.spacing, path_coordinate(y.tau, y.s, p)
+    over = z >= piece.right - slack
+    if not over or (z < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings)):
+        return Status.GOES_ON, control, piece, here, y
+    level = control.level + 1 if control.level < 0 else control.level
+    control = StepControl(control.allowed, control.grown, control.length, level)
+    if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
+        return Status.PATH_OVER, control, piece, here, y
+    if not reaches(path, z + slack):
+        return Status.NODES_OVER, control, piece, here, y
+    piece = piece_at(path, z + slack)
+    here = branch_on_piece(here, y, sigma, piece, p, settings.tolerance)
+    if not is_smooth_onto(path, piece, p):
+        y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
+    return Status.GOES_ON, control, piece, here, y
+
+
 @compiled(error_model="numpy")
 def slip(
-    start: State, since: float, control: StepControl, sigma: float, path: Path, p: Coefficients, settings: Settings,
-    horizon: Horizon, samples: Samples,
+    start: State, since: float, control: StepControl, backwards: bool, sigma: float, path: Path, p: Coefficients,
+    settings: Settings, horizon: Horizon, samples: Samples,
 ) -> Slip:  # fmt: skip
     """A slip phase of sign sigma that began at X' = V and tau = since, until X' = V again or another case of `Status`.
 
     A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)). Such an
     error per unit step does not grow with the number of nodes. A turn of the loop: (1) take the next piece where one is
-    over; (2) limit the step to node and time; (3) try it, shorter where the error is too large; (4) a first step that
-    is pulled back to the belt is no slip; (5) end it at the first bound of the branch; (6) accept it, and end the
-    phase or cross the bound.
+    over; (2) step over many nodes where that is accurate enough; else (3) limit the step to node and time; (4) try it,
+    shorter where the error is too large; (5) a first step that is pulled back to the belt is no slip; (6) end it at the
+    first bound of the branch; (7) accept it, and end the phase or cross the bound.
     """
-    slack, pair, tolerance = SLACK * path.spacing, settings.pair, settings.tolerance
+    pair, tolerance, total, steps, wide, cuts = settings.pair, settings.tolerance, 0.0, 0, 0, 0
     piece, here, y = start_phase(start, control, sigma, path, p)
-    control = control if control.allowed > 0.0 else StepControl(FIRST_STEP, 0.0, 0.0)
-    backwards, total, steps, cuts = False, 0.0, 0, 0
+    control = control if control.allowed > 0.0 else FIRST
     while steps < horizon.steps:
-        first, z = y.tau == since, path_coordinate(y.tau, y.s, p)
-        over = z >= piece.right - slack  # 1
-        if over and (z >= piece.right or not node_side_matters(y, control.allowed, sigma, piece, path, p, settings)):
-            if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
-                return Slip(Status.PATH_OVER, y, backwards, steps, total, control, cuts)
-            if not reaches(path, z + slack):
-                return Slip(Status.NODES_OVER, y, backwards, steps, total, control, cuts)
-            piece = piece_at(path, z + slack)
-            here = branch_on_piece(here, y, sigma, piece, p, tolerance)
-            if not is_smooth_onto(path, piece, p):
-                y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
-        h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 2
+        first = y.tau == since
+        status, control, piece, here, y = next_piece(y, control, piece, here, sigma, path, p, settings)  # 1
+        if status != Status.GOES_ON:
+            return Slip(status, y, backwards, steps, wide, total, control, cuts)
+        if control.level >= 0:  # 2
+            leap = wide_step(y, control.level, backwards, sigma, here, path, p, tolerance, horizon.tau)
+            steps, wide = steps + leap.tried, wide + leap.tried
+            control = StepControl(control.allowed, 0.0, 0.0, leap.level)
+            if leap.level >= 0:
+                sample_wide(y, leap.end, here, sigma, path, p, pair, samples)
+                backwards, total, y = backwards or leap.end.u < 0.0, total + leap.error, leap.end
+                continue
+        h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 3
         if not y.tau + h > y.tau:
-            return Slip(Status.STEP_LOST, y, backwards, steps, total, control, cuts)
+            return Slip(Status.STEP_LOST, y, backwards, steps, wide, total, control, cuts)
         last, whole = h == horizon.tau - y.tau, h == control.allowed
-        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)  # 3
+        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)  # 4
         steps += trials
         if not ratio <= 1.0:
-            control = StepControl(h * growth(ratio, pair), control.grown, control.length)
+            control = StepControl(h * growth(ratio, pair), control.grown, control.length, control.level)
             continue
-        if first and sigma * (p.V - end.u) <= 0.0:  # 4
+        if first and sigma * (p.V - end.u) <= 0.0:  # 5
             if h < SHORTEST_SLIP:
-                return Slip(Status.NO_SLIP, y, False, steps, 0.0, control, cuts)
-            control = StepControl(0.25 * h, control.grown, control.length)
+                return Slip(Status.NO_SLIP, y, backwards, steps, wide, 0.0, control, cuts)
+            control = StepControl(0.25 * h, control.grown, control.length, control.level)
             continue
-        met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 5
+        met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 6
         if not stays_within(y, end, h, first, here, sliding, tolerance):
-            found = end_at_first_bound(y, end, error, h, first, here, sliding, pair, tolerance)
-            met, end, error, length, trials = found
+            met, end, error, length, trials = end_at_first_bound(
+                y, end, error, h, first, here, sliding, pair, tolerance
+            )
             steps += trials
-            ratio = error_ratio(error, length, end, p, settings)
+            ratio = error_ratio(error, length, end, p, settings.tolerance)
             if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
-                control = StepControl(length * growth(ratio, pair), control.grown, control.length)
+                control = StepControl(length * growth(ratio, pair), control.grown, control.length, control.level)
                 continue
             last, whole = last and length == h, whole and length == h
-        if samples.x.size > 0:  # 6
-            sample_slip(y, end, here, sliding, pair, samples)
+        sample_slip(y, end, here, sliding, pair, samples)  # 7
         backwards = backwards or turns_backwards(y, end)
         total += error
         cuts += friction_is_cut(end, sigma, piece, p)
         if settings.refuse and cuts > 0:
-            return Slip(Status.NEGATIVE, end, backwards, steps, total, control, cuts)
+            return Slip(Status.NEGATIVE, end, backwards, steps, wide, total, control, cuts)
         if met == LOWER and here.row == 0:  # the lower end of the first row of a law is the belt
-            return Slip(Status.AT_BELT, end, backwards, steps, total, control, cuts)
+            return Slip(Status.AT_BELT, end, backwards, steps, wide, total, control, cuts)
         if last:
-            return Slip(Status.TIME_OVER, end, backwards, steps, total, control, cuts)
+            return Slip(Status.TIME_OVER, end, backwards, steps, wide, total, control, cuts)
         if whole:
             control = next_control(control, h, ratio, pair)
         y = end
         if met != NONE:
             y, here = cross_bound(end, met, here, sigma, piece, p)
-            control = StepControl(control.allowed, 0.0, 0.0)
-    return Slip(Status.STEPS_OVER, y, backwards, steps, total, control, cuts)
+            control = StepControl(control.allowed, 0.0, 0.0, control.level)
+    return Slip(Status.STEPS_OVER, y, backwards, steps, wide, total, control, cuts)

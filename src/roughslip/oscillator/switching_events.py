@@ -31,9 +31,9 @@ from roughslip.oscillator.runge_kutta import (
     lowest,
     quintic,
     sign_changes,
+    single_step,
     slope,
     stationary,
-    step,
     value,
 )
 
@@ -209,7 +209,7 @@ def locate_bound(
     trial = late if late < h else h * first_zero(gap_over(y, end, h, to, here, sliding))
     while taken < 100:
         h = trial
-        end, error = step(pair, y, h, sigma, piece, here.p)
+        end, error = single_step(pair, y, h, sigma, piece, here.p)
         taken += 1
         gap, rate, bend = gap_at(end, to, here, sliding)
         if gap > 0.0 and h == late:

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from roughslip.figures.style import save
-from roughslip.stages.runtime import skip_reasons
-from workflow.benchmarks import chain, chaos, contact, oscillator, plot, runner, skips, surface
+from workflow.benchmarks import chain, chaos, contact, oscillator, plot, runner, surface
 from workflow.benchmarks.runner import OURS, make_row
 from workflow.evidence.rows import fields
 
@@ -169,19 +168,3 @@ def test_chain(tmp_path, monkeypatch):
     assert [one["ours"]["units"] for one in stages] == [1000, 800, 240 * 21 * 100]  # as the scene has them
     (whole,) = benchmark["cost"]["chain"]
     assert whole["plain_seconds"] == pytest.approx(sum(one["plain"]["seconds"] for one in stages))
-
-
-@pytest.mark.slow
-def test_skips():
-    """Results stay within their tolerance, and less is computed."""
-    rows = skips.measure(True, False)["rows"]
-    check("skips", rows)
-    assert all(runner.is_met(row) for row in rows)
-    work = defaultdict(dict)
-    for row in rows:
-        work[fields(row["case"])["skip"]][row["method"]] = row["work"]
-    reasons = {*skip_reasons.OF_SOLVES, skip_reasons.BY_PERIOD} - {skip_reasons.SUMMED}
-    assert set(work) == {reason.replace(" ", "-") for reason in reasons}
-    for reason in reasons - {skip_reasons.BELOW}:
-        found = work[reason.replace(" ", "-")]
-        assert found[OURS] < found[skips.PLAIN], reason

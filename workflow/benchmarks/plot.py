@@ -1,4 +1,4 @@
-"""Draw a benchmark from its file: error against time, and what the budget and the skips show.
+"""Draw a benchmark from its file: error against time, and what the budget shows.
 
 The figure follows from the name of the file, results/benchmarks/<name>.json.
 """
@@ -218,35 +218,12 @@ def draw_chain(rows: Sequence[Row]) -> Figure:
     return canvas
 
 
-def draw_skips(rows: Sequence[Row]) -> Figure:
-    """Draw, for each skip, the ratio of times, and the difference of the results with its tolerance."""
-    canvas, (times, results) = panels(2, 1, 6.4)
-    ours = [row for row in rows if row["method"] == OURS]
-    plain = {row["case"]: row for row in rows if row["method"] != OURS}
-    places = [-place for place in range(len(ours))]
-    for place, row in zip(places, ours, strict=True):
-        everything = plain[row["case"]]
-        turns = [one / other for one, other in zip(everything["turns"], row["turns"], strict=False)]
-        times.hlines(place, min(turns), max(turns), color="C0", lw=0.8)
-        times.plot(everything["seconds"] / row["seconds"], place, "o", color="C0", ms=5)
-        results.plot(max(row["error"], FLOOR), place, "o", color="C0", ms=5)
-        results.plot(max(float(of_case(row, "tolerance")), FLOOR), place, "|", color="0.3", ms=10)
-    times.axvline(1.0, color="0.7", lw=0.6)
-    times.set(xscale="log", xlabel="time with everything computed\nover time with the skip")
-    times.set_yticks(places, [of_case(row, "skip").replace("-", " ") for row in ours], fontsize="x-small")
-    results.set(xscale="log", xlabel="difference of the results\n(bar: tolerance)", yticks=[], xlim=(FLOOR / 3, 1))
-    head(times, "a", "What it saves")
-    head(results, "b", "What it changes")
-    return canvas
-
-
 FIGURES: dict[str, Callable[[Sequence[Row]], Figure]] = {
     "surface": draw_surface,
     "contact": draw_contact,
     "chaos": draw_chaos,
     "oscillator": draw_oscillator,
     "chain": draw_chain,
-    "skips": draw_skips,
 }
 
 

@@ -22,7 +22,7 @@ from workflow.study.commands import job_name
 from workflow.study.scan_check import scan_mistakes
 
 # A scene is a target of its own name, as these are already.
-BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain", "skips")
+BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
 STRESSED = ("surface", "contact", "chaos", "friction", "oscillator", "refusals")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))

@@ -53,7 +53,7 @@ RUNS = 400
 
 
 def of_strips():
-    return friction() | {"missing_share": np.zeros((2, 3))}
+    return friction() | {"missing_share": np.zeros(3)}
 
 
 def of_runs(**changes):
@@ -201,8 +201,8 @@ def test_a_surface_that_yields_has_one_group_more():
 
 
 def test_a_lower_least_contact_drops_no_window_where_none_is_dropped():
-    missing = np.zeros((2, 3))
-    missing[0, 0] = 0.01  # at the first level, not at the median
+    missing = np.zeros(3)
+    missing[0] = 0.01  # at the first level, not at the median
     found = verdicts_on(friction_=of_strips() | {"missing_share": missing})
     assert ends(range_in(found["mu-right-skewed"], LEAST_CONTACT)) == [None, 0.0, 1e-3, None]
     assert found["mu-right-skewed"]["stands"]["new_runs"] == ()

@@ -180,7 +180,7 @@ def of_friction(tested: Mapping[str, str], friction: Arrays, scenes: Mapping[str
         if name == IN_METRES:
             found.append(range_of(WINDOW, strip["window_m"], verdict, longer(name), f"with {PROPORTION}"))
         levels = friction["percentile"] == 50.0 if name in AT_MEDIAN else slice(None)
-        enough = not np.any(friction["missing_share"][:, levels] > 0.0)
+        enough = not np.any(friction["missing_share"][levels] > 0.0)
         if enough:  # then a lower bound drops no window either
             found.append(Range(LEAST_CONTACT, least, 0.0, None, least, None, "no window has less"))
         sensitivities[name] = Sensitivity(

@@ -150,7 +150,7 @@ def test_figure3_draws_the_stored_numbers():
     for axes, name in ((mean, "mean"), (std, "std")):
         for row, label in enumerate(("solved contact", "expansion")):
             np.testing.assert_array_equal(line(axes, label), [result["percentile"], result[name][row]])
-        np.testing.assert_array_equal(line(axes, "expansion as control")[1], result[f"combined_{name}"])
+        np.testing.assert_array_equal(line(axes, "combined")[1], result[f"combined_{name}"])
         band = axes.collections[0].get_paths()[0].vertices[:, 1]
         assert (band.min(), band.max()) == (result[f"{name}_low"][0].min(), result[f"{name}_high"][0].max())
     np.testing.assert_array_equal(line(mean, "$\\mu_{fit}$"), [result["fit_percentile"], result["fit"]])
@@ -292,7 +292,7 @@ def test_every_scene_is_drawn_from_what_is_stored(count):
     figure = comparison(results)
     assert_all_is_in_its_place(figure)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == [*results, "solved contact", "expansion", "expansion as control"]
+    assert labels == [*results, "solved contact", "expansion", "combined"]
     for result in results.values():
         assert result.read == set(COMPARED)
     for axes, name in zip(figure.axes, ("mean", "std"), strict=True):

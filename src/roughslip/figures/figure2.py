@@ -45,7 +45,7 @@ def figure2(result: Arrays) -> Figure:
     probability.set_yticks(-np.arange(len(methods)), [METHODS[method][0] for method in methods])
     probability.margins(x=0.3)
     figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(methods))
-    heads(figure.axes, "distribution given contact", "low probabilities", "contact, and distance to Monte Carlo")
+    heads(figure.axes, "distribution given contact", "low probabilities", "contact, and distance to solves")
     sns.despine(figure)
     return figure
 

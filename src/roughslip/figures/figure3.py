@@ -71,7 +71,7 @@ def figure3(result: Arrays) -> Figure:
             label, colour, marker = SOURCES[source]
             look = {"color": colour, "marker": marker, "ls": "none", "ms": 4, "label": label}
             draw_curve(axes, result["percentile"], with_ends(result, name, row), look)
-        both = {"color": "0.15", "marker": "_", "ms": 7, "label": "expansion as control"}
+        both = {"color": "0.15", "marker": "_", "ms": 7, "label": "combined"}
         draw_points(axes, result["percentile"], with_ends(result, f"combined_{name}"), both)
 
     figure = _mean_and_deviation(draw)
@@ -102,7 +102,7 @@ def comparison(results: Mapping[str, Arrays]) -> Figure:
         **{scene: {"color": colour, "marker": marker} for scene, (colour, marker) in zip(results, LOOKS, strict=False)},
         "solved contact": {"marker": "o", "ls": "none"},
         "expansion": {"marker": "o", "mfc": "white", "ls": "none"},
-        "expansion as control": {"lw": 1.5},
+        "combined": {"lw": 1.5},
     }
     handles = [Line2D([], [], label=label, **{"color": "0.3", "ms": 5, **look}) for label, look in looks.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))

@@ -85,8 +85,6 @@ def controlled(rows: Rows, same: Rows, many: Rows, excess: float) -> tuple[Rows,
     """
     found, kept = {}, {}
     for name, own in rows.items():
-        if len(same[name]) != len(many[name]):
-            raise ParameterError(f"{len(same[name])} and {len(many[name])} rows: draw equally many replicates")
         deviation = own[1:] - own[1:].mean(axis=0), same[name][1:] - same[name][1:].mean(axis=0)
         shared, control = (np.mean(deviation[1] * one, axis=0) for one in deviation)
         variance = np.mean(deviation[0] ** 2, axis=0)
@@ -149,8 +147,13 @@ def combine(
 
     All replicates share one alpha, so that intervals lack its own error, a part 1 / S of the variance.
     """
+    shapes = [np.shape(mu) for mu, _ in (solved, control_same, *(() if coarse is None else (coarse,)))]
+    if len(set(shapes)) > 1 or np.shape(control_many[0])[1:] != shapes[0][1:]:
+        raise ParameterError(f"solved windows, those of the control and of the coarse mesh must match, not {shapes}")
+    if np.ndim(weights) != 2 or np.ndim(weights_many) != 2 or len(weights) != len(weights_many):
+        raise ParameterError("weights of the solved and of other strips need equally many rows: see strip_weights")
     fine, same = rows_of(*solved, weights), rows_of(*control_same, weights)
-    excess = 1.0 + weights.shape[1] / weights_many.shape[1]
+    excess = 1.0 + len(solved[0]) / len(control_many[0])
     control = rows_of(*control_many, weights_many)
     rows, kept = controlled(fine, same, control, excess)
     final = rows

@@ -162,7 +162,7 @@ def test_chain(tmp_path, monkeypatch):
         assert "sampling" in sources
         assert ({"path nodes", "integrator"} if "cycles" in name else {"mesh", "solver tolerance"}) < sources
         assert sources <= set(plot.SOURCES)
-    assert max(row["error"] for row in rows if row["method"] == "solver tolerance") < 1e-5
+    assert max(row["error"] for row in rows if row["method"] == "solver tolerance") < 1e-4  # ten times the tolerance
     stages = benchmark["cost"]["stages"]
     assert [one["stage"] for one in stages] == ["contact_square", "contact_strip", "oscillator"]
     assert [one["ours"]["units"] for one in stages] == [1000, 800, 240 * 21 * 100]  # as the scene has them

@@ -4,6 +4,9 @@ from itertools import pairwise
 
 MOST_NUMBERS = 100_000_000  # in one array of floats: 0.8 GB
 
+STRIP_SHARES = 8  # jobs, where the study finds the number of strips
+MOST_WINDOWS = 20_000_000  # of all strips and penetrations, where the study finds the number of strips: 2.5 GB
+
 VARIABLE_COUNTS = (2, 4, 6, 8, 9, 10, 12)  # of a pressure expansion, from which the best number is chosen
 FUNCTIONALS = 8  # local functionals of the heights, in the order of chaos.functionals.NAMES
 TRAINING_SPACING = 8  # columns of a strip from one training column to the next: closer columns add little information

@@ -14,6 +14,7 @@ ALWAYS = {"claims", "costs", "report"}
 SEVERAL = {"reference", "comparison", "verify"}  # of several scenes together, asked for by name
 OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
+SOLVED_STRIPS = {"strip_pilot", "contact_strip"}
 FIGURES = {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"}
 
 
@@ -45,8 +46,8 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
         ("map.points", 7, {"stick_slip_map"}),
         ("survival.points", 7, {"lifetimes"}),
         ("ensemble.duration_periods", 7, {"deterministic", "path_resolution", "oscillator", "cycles"}),
-        ("numerics.contact_tolerance", 1e-9, {"contact_square", "adaptive_training", "field_square", "contact_strip"}),
-        ("strip.samples", 99, {"expansion_strip", "friction"}),
+        ("numerics.contact_tolerance", 1e-9, {"contact_square", "adaptive_training", "field_square", *SOLVED_STRIPS}),
+        ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
         ("square.monte_carlo_samples", 999, set()),
         ("expansion.draws", 9999, {"chaos_square"}),

@@ -29,7 +29,13 @@ def run(folder: Path) -> Callable[..., store.Result]:
     def run_stage(stage: ModuleType, configuration: dict, name: str = "", **arguments: object) -> store.Result:
         stem = name or stage.__name__.rpartition(".")[2]
         output = folder / f"{stem}.nc"
-        defaults = {"scan": None, "friction": None, "output": output, "summary": folder / "summary.csv"}
+        defaults = {
+            "scan": None,
+            "friction": None,
+            "allocation": None,
+            "output": output,
+            "summary": folder / "summary.csv",
+        }
         key = store.Key(configuration, "code")
         usage = Usage(folder / f"{stem}.json", stem)
         stage.work(Job(key, Namespace(**{**defaults, **arguments}), usage))

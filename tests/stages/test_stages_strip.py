@@ -14,7 +14,7 @@ from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip
-from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene import geometry, strip_contact, strip_expansion
 from roughslip.stages.from_scene.geometry import training_columns
 from roughslip.stages.from_scene.surface_model import surface_model
 from roughslip.surface.embedding import embed
@@ -62,7 +62,7 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
                 pressure=pressure, contact=contact, signed_gap=gap, residual=0.1 * level, work=5 + level, **HOW
             )
 
-    monkeypatch.setattr(contact_strip, "sweep", sweep)
+    monkeypatch.setattr(strip_contact, "sweep", sweep)
     found = run(contact_strip, CONFIGURATION, first=1, last=5)
     assert found["area"].shape == found["force"].shape == (4, 2, COUNT)
     np.testing.assert_allclose(found["area"], 3 * WINDOW * CELL_AREA)
@@ -128,7 +128,7 @@ def linear(stored):
 def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear, monkeypatch):
     """10 columns of 3 strips for 7 terms, as a mirror along the strip forbids slope and twist; on strips not seen as
     well. What a window sums is counted node by node; this contact has no far field."""
-    monkeypatch.setattr(expansion_strip, "column_influence", lambda *_: np.zeros(NX))
+    monkeypatch.setattr(strip_expansion, "column_influence", lambda *_: np.zeros(NX))
     trial, batches = linear
     fitted = run(chaos_strip, CONFIGURATION, contact=batches)
     assert fitted["coefficients"].shape == (NY, 7, 2)
@@ -171,7 +171,7 @@ def test_strips_on_the_lattice_alone_have_the_law_of_its_columns_in_whole_strips
     """
     grid, lattice = geometry.strip_grid(scene_of(COARSE)), geometry.lattice(scene_of(COARSE))
     model = surface_model(scene_of(COARSE))
-    draw = expansion_strip._sampler(scene_of(COARSE), model, grid, lattice)
+    draw = strip_expansion.sampler(scene_of(COARSE), model, grid, lattice, 2)
     np.testing.assert_array_equal(draw(1), strip(1)[lattice.first :: 2])
     fields = np.stack([draw(number)[:12].ravel() for number in range(2, 4002)])
     x, y = lattice.grid.dx * np.arange(12), lattice.grid.dy * np.arange(NY)
@@ -196,7 +196,7 @@ def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
             forces.append(force)
             return np.full(force.shape, lift)
 
-        monkeypatch.setattr(expansion_strip, "displacement", lifted_by)
+        monkeypatch.setattr(strip_expansion, "displacement", lifted_by)
         found.append(run(expansion_strip, CONFIGURATION, expansion=expansion, first=0, last=2))
     plain, lifted = found
     for name in ("area", "force"):

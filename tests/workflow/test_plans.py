@@ -25,6 +25,7 @@ pytestmark = pytest.mark.filterwarnings("default")
 END = {"claims": 1, "costs": 1, "scene_report": 1}
 SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1}
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
+ALLOTTED = {**STRIP, "strip_pilot": 1, "strip_allocation": 1, "contact_strip": 8, "expansion_strip": 8}
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
 OSCILLATOR = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 FIELD = {"field_square": 1, "figure_field": 1}
@@ -42,6 +43,7 @@ STAGES = {
     "targets: [figure2, figure_field]": {**SQUARE, **FIELD},
     f"targets: [figure_field]\n{GROUND}": {"karhunen_loeve": 1, **FIELD, **SCAN},
     "targets: [figure3]": {**STRIP, **FIGURE3},
+    "targets: [figure3]\naccuracy: 0.1": {**ALLOTTED, **FIGURE3},
     "targets: [figure5]": {**STRIP, **OSCILLATOR},
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, **FIGURE3},
     f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP},

@@ -13,9 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, TRAINING_NODES, VARIABLE_COUNTS
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, STRIP_SHARES, TRAINING_NODES, VARIABLE_COUNTS
 from roughslip.scene import plan
-from roughslip.scene.declarations import declarations
+from roughslip.scene.declarations import Batches, declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
 from roughslip.scene.types import get
 
@@ -39,6 +39,19 @@ def needed_mb(scene: Scene, stage: str, count: int = 0) -> int:
         for product, number in declared.memory_doubles.items()
     )
     return math.ceil(declared.memory_mb + doubles * _DOUBLE_MB)
+
+
+def is_allotted(scene: Scene, batches: Batches) -> bool:
+    """Whether the jobs of a stage take shares of samples whose number the study finds."""
+    return batches.shared and get(scene, "accuracy") is not None
+
+
+def samples_of_a_share(scene: Scene, stage: str) -> int:
+    """The most samples that stand for one number of a batch: those of a share, or else one."""
+    batches = declarations()[stage].batches
+    if batches is None or not is_allotted(scene, batches):
+        return 1
+    return math.ceil(_strips(batches.totals[""])(scene, 0) / STRIP_SHARES)
 
 
 def largest_batch(scene: Scene, stage: str, count: int, available_mb: float) -> int:
@@ -144,6 +157,17 @@ def _scan_points(scene: Scene) -> int:
     return 2**23 if points is None else int(points) ** 2
 
 
+def _strips(key: str) -> Callable[[Scene, int], float]:
+    """A number of strips; where the study finds it, the most that it may find."""
+    share = 2 if key == "strip.samples" else 1
+
+    def number(scene: Scene, count: int) -> float:
+        given = get(scene, key)
+        return MOST_WINDOWS / _windows(scene) / share if given == AUTO else float(given)
+
+    return number
+
+
 def _value(key: str) -> Callable[[Scene, int], float]:
     return lambda scene, count: float(get(scene, key))
 
@@ -171,8 +195,8 @@ SIZES: dict[str, Callable[[Scene, int], float]] = {
     "columns": _of_scene(_columns),
     "levels": _of_scene(_levels),
     "windows": _of_scene(_windows),
-    "strips": _value("strip.samples"),
-    "expansion_strips": _value("strip.expansion_samples"),
+    "strips": _strips("strip.samples"),
+    "expansion_strips": _strips("strip.expansion_samples"),
     "training_strips": _value("strip.training_samples"),
     "trained_strips": lambda scene, count: min(count, scene["strip"]["training_samples"]),
     "strip_terms": lambda scene, count: terms(FUNCTIONALS, scene["expansion"]["degree"], VARIABLE_COUNTS[-1]),

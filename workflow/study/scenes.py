@@ -10,6 +10,7 @@ from typing import Any
 
 from roughslip.compilation import source_hash
 from roughslip.errors import InputError
+from roughslip.limits import STRIP_SHARES
 from roughslip.scene import plan, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
@@ -150,6 +151,7 @@ class Scenes:
         def mem_mb(wildcards: Any, attempt: int) -> int:
             count = int(wildcards.last) - int(wildcards.first) if hasattr(wildcards, "first") else 0
             name = wildcards.scene if hasattr(wildcards, "scene") else self.default[0]
+            count *= memory.samples_of_a_share(self.valid[name], stage)
             needed = memory.needed_mb(self.valid[name], stage, count) + self._beside_mb
             return max(needed, min(attempt * needed, self.memory_mb))
 
@@ -175,6 +177,8 @@ class Scenes:
         """
         declared = declarations()[stage].batches
         assert declared is not None
+        if memory.is_allotted(self.valid[name], declared):
+            return [(share, share + 1) for share in range(STRIP_SHARES)]
         count, step = (get(self.valid[name], key) for key in (declared.totals[design], declared.size))
         if count == AUTO:  # then another stage finds the number of samples
             return []
@@ -209,6 +213,11 @@ class Scenes:
     def made(self, *stages: str, below: str = "") -> Callable[[Any], list[str]]:
         """An input function: the results of these stages in the scene of the wildcards, as `results` lists them."""
         return lambda wildcards: self.results(wildcards.scene, *stages, below=below)
+
+    def training_strips(self, wildcards: Any) -> list[str]:
+        """An input function: the results that hold training strips, of the pilot or of the first batches."""
+        pilot = self.results(wildcards.scene, "strip_pilot")
+        return pilot or self.results(wildcards.scene, "contact_strip", below="strip.training_samples")
 
     def inputs(self, stage: str) -> dict[str, Callable[[Any], list[str]]]:
         """Input functions of a stage by the options of its command, for inputs that other stages make."""

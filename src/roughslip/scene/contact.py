@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any, Literal
 
+from roughslip.limits import STRIP_SHARES
+from roughslip.scene.expansion import AUTO
 from roughslip.scene.fields import Section, integer, many, number, section
-from roughslip.scene.mistakes import Mistake, Values, missing, not_together
+from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
 
 
 @section
@@ -87,8 +90,12 @@ class Strip(Section):
         number("A penetration, as square.penetration_percentile", "%", above=0, below=100),
         most=99,
     )
-    samples: int = integer(
-        "Strips that are solved; a bootstrap over strips needs at least 8", at_least=8, at_most=100_000
+    samples: int | Literal["auto"] = integer(
+        "Strips that are solved; a bootstrap over strips needs at least 8. With auto, as many as accuracy takes",
+        at_least=8,
+        at_most=100_000,
+        or_word=AUTO,
+        default=AUTO,
     )
     training_samples: int = integer(
         "Number of the first solved strips that also train the expansion", at_least=1, at_most=100_000
@@ -101,15 +108,21 @@ class Strip(Section):
         at_most=1,
         default=None,
     )
-    expansion_samples: int = integer(
-        "Strips that the expansion is evaluated on, the solved ones among them", at_least=8, at_most=1_000_000
+    expansion_samples: int | Literal["auto"] = integer(
+        "Strips that the expansion is evaluated on, the solved ones among them. With auto, as many as accuracy takes",
+        at_least=8,
+        at_most=1_000_000,
+        or_word=AUTO,
+        default=AUTO,
     )
 
 
+ALLOTTED = ("strip.samples", "strip.expansion_samples")
 MODES, SHARE = "square.modes", "square.variance_share"
 
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "square": {"modes": ("variance_share",), "variance_share": ("modes",)}
+    "": {"accuracy": ALLOTTED},
+    "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
 }
 
 
@@ -120,3 +133,19 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
         yield missing(f"give it, or {SHARE}", MODES)
     elif "modes" in square and "variance_share" in square:
         yield not_together(SHARE, square["variance_share"], MODES)
+
+
+def accuracy_mistakes(scene: Values) -> Iterator[Mistake]:
+    """Numbers of strips are found from an accuracy, and an accuracy leaves at least one of them to be found."""
+    strip, accuracy = scene["strip"], scene.get("accuracy")
+    numbers: list[Any] = [strip.get(key.partition(".")[2]) or AUTO for key in ALLOTTED]
+    solved, least = numbers[0], (strip.get("training_samples") or 0) + STRIP_SHARES
+    if AUTO in numbers and accuracy is None:
+        found = ALLOTTED[numbers.index(AUTO)]
+        yield missing(f"{found} = {AUTO} needs it", "accuracy", found)
+    elif AUTO not in numbers and accuracy is not None:
+        only = f"{AUTO} there or in {ALLOTTED[1]}"
+        yield not_together("accuracy", accuracy, ALLOTTED[0], solved, allowed=only)
+    elif accuracy is not None and solved != AUTO and solved < least:
+        allowed = f"{AUTO}, or with accuracy at least strip.training_samples and {STRIP_SHARES} more"
+        yield refused(solved, allowed, ALLOTTED[0], "accuracy")

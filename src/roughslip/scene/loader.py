@@ -79,8 +79,11 @@ class _Merged:
 
     def _merge(self, base: Values, given: Values, file: Path, path: KeyPath) -> None:
         replaces = rules.REPLACES.get(".".join(map(str, path)), {})
-        for replaced in {old for key in given for old in replaces.get(key, ())} - given.keys():
-            base.pop(replaced, None)
+        for replaced in {old for key in given for old in replaces.get(key, ())}:
+            *section, name = replaced.split(".")
+            own, inherited = (_inside(values, section) for values in (given, base))
+            if name not in own:
+                inherited.pop(name, None)
         for key, value in given.items():
             here = (*path, key)
             self._files[here] = file
@@ -90,6 +93,12 @@ class _Merged:
                 self._merge(base[key], value, file, here)
             else:
                 base[key] = value
+
+
+def _inside(values: Values, section: list[str]) -> Values:
+    """The section of that name, of at most one word; empty where there is none."""
+    found = values.get(section[0], {}) if section else values
+    return found if isinstance(found, dict) else {}
 
 
 def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
@@ -131,6 +140,9 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
         except InputError as error:
             raise InputError([*lines, *error.lines]) from None
         lines += [line(file, path, text) for path, text in misread]
+        both = values.get("accuracy")
+        if isinstance(both, int | float) and not isinstance(both, bool):
+            values["accuracy"] = {"friction_mean": both, "friction_std": both}
         documents.append(values)
         if "extends" not in values:
             break

@@ -253,8 +253,8 @@ _RULES = (
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     ),
-    *(_Rule(pair, lambda value, limit: value <= limit, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
-    _Rule(("strip.expansion_samples", "strip.samples"), lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
+    *(_Rule(pair, lambda n, most: most == AUTO or n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
+    _Rule(contact.ALLOTTED[::-1], lambda e, s: AUTO in (e, s) or e >= 2 * s, "at least twice strip.samples = {1}"),
     _Rule(
         ("ensemble.discarded_periods", "ensemble.duration_periods"),
         lambda discarded, duration: discarded < duration,
@@ -356,9 +356,10 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
 
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
-    for section, forms in (("friction", friction), ("square", contact), ("roughness", roughness)):
+    forms = {"friction": friction.mistakes, "square": contact.mistakes, "strip": contact.accuracy_mistakes}
+    for section, found_in in {**forms, "roughness": roughness.mistakes}.items():
         if isinstance(scene.get(section), dict):
-            yield from (mistake for mistake in forms.mistakes(scene) if all(map(sound, mistake.keys)))
+            yield from (mistake for mistake in found_in(scene) if all(map(sound, mistake.keys)))
     for key, other, word in _TAKEN_BY:
         value, found = given(scene, key), get(scene, other)
         if not (sound(key) and sound(other)) or found is None:
@@ -388,8 +389,7 @@ def _unmet_needs(scene: Values, sound: Callable[[str], bool]) -> Iterator[Mistak
     absent: dict[str, list[str]] = {}
     for target in scene.get("targets", []):
         for key in needs(scene, target):
-            section = key.split(".")[0]
-            lacking = key if section in scene else section
+            lacking = key if (section := key.split(".")[0]) in scene else section
             if given(scene, lacking) is None and sound(lacking) and target not in absent.setdefault(lacking, []):
                 absent[lacking].append(target)
     for key, targets in absent.items():

@@ -35,7 +35,10 @@ def scene_schema() -> dict[str, Any]:
 def text() -> str:
     """The schema as its file holds it. A file may extend another, so no key of the scene is required in it."""
     schema = {key: value for key, value in scene_schema().items() if key != "required"}
-    return json.dumps(_optional(schema), indent=2, ensure_ascii=False) + "\n"
+    optional = _optional(schema)
+    both = optional["properties"]["accuracy"]
+    optional["properties"]["accuracy"] = {"anyOf": [both["properties"]["friction_mean"], both]}  # the loader takes both
+    return json.dumps(optional, indent=2, ensure_ascii=False) + "\n"
 
 
 def _part(kind: type[Section], described: dict[str, Any]) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from roughslip.scene.fields import (
     section,
     text,
 )
-from roughslip.scene.friction import Friction
+from roughslip.scene.friction import Accuracy, Friction
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
 from roughslip.scene.roughness import Roughness
@@ -92,6 +92,7 @@ class Scene(Section):
     expansion: Expansion = group(Expansion)
     strip: Strip = group(Strip)
     friction: Friction = group(Friction)
+    accuracy: Accuracy = group(Accuracy)
     oscillator: Oscillator = group(Oscillator)
     ensemble: Ensemble = group(Ensemble)
     map: StickSlipMap = group(StickSlipMap)

@@ -23,7 +23,7 @@ STAGE = Stage(
     "numerics.contact_area strip.training_samples expansion.degree expansion.target",
     reads_if_given="strip.expansion_spacing_m",
     optional={"scan": "scan"},
-    many={"contact": "contact_strip"},
+    many={"contact": "strip_pilot contact_strip"},
     result="chaos/strip.nc",
     memory_mb=420,
     memory_doubles={

@@ -33,6 +33,8 @@ def work(job: Job) -> None:
     results = {name: store.read(path) for name, path in paths.items() if path is not None}
     scenes = {name: json.loads(result.attributes["configuration"]) for name, result in results.items()}
     scenes["claims"] = job.key.configuration
+    if "friction" in results and "strips" in results["friction"].attributes:  # found from the accuracy asked
+        scenes["friction"]["strip"]["samples"] = int(results["friction"].attributes["strips"])
     with job.usage.core():
         found = claims(*(results.get(name) for name in BRANCHES))
         verdicts = {claim["id"]: claim["verdict"] for claim in found}

@@ -1,24 +1,9 @@
-"""Stage expansion_strip: window sums of a batch of strips from the pressure expansion instead of contact solves.
-
-Strips are numbered as in contact_strip and drawn from the same streams. The first are the solved strips, for
-which the expansion is a control variate; the others are new. Area and force are what the expansion expects of them
-given its prediction (`chaos/left_out.py`), at a plane that far contacts move (`contact/far_field.py`).
-"""
-
-import math
-from collections.abc import Callable
-
-import numpy as np
+"""Stage expansion_strip: window sums of a batch of strips from the pressure expansion instead of contact solves."""
 
 from roughslip import store
-from roughslip.chaos.strip import ConditionalMeans, StripExpansion
-from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
-from roughslip.friction.bowden_tabor import window_sums
-from roughslip.grid import Grid
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
-from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.from_scene.strip_expansion import expand_strips
+from roughslip.stages.from_scene.strip_numbers import numbers_of, solved_strips
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -28,68 +13,24 @@ STAGE = Stage(
     "strip.window_m strip.window_spacing_m strip.samples expansion.degree expansion.target",
     reads_if_given="strip.expansion_spacing_m",
     inputs={"expansion": "chaos_strip"},
-    optional={"scan": "scan"},
+    optional={"scan": "scan", "allocation": "strip_allocation"},
     result="friction/expansion-{first}-{last}.nc",
-    batches=Batches(size="batches.expansion_samples", totals={"": "strip.expansion_samples"}),
+    batches=Batches(size="batches.expansion_samples", totals={"": "strip.expansion_samples"}, shared=True),
     memory_mb=420,
     memory_doubles={"cells": 150, "batch windows": 8, "levels cells": 8},
 )
 
-FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see docs/decisions.md
-
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window."""
-    scene, arguments = job.scene, job.arguments
-    grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, arguments.scan)
-    stored, target = store.read(arguments.expansion), expansion.strip_target(scene, model, grid)
-    lattice, windows = geometry.lattice(scene), geometry.windows(scene)
-    stencil = expansion.stencil(model, lattice.grid)
-    fitted = StripExpansion(stored["indices"], stored["whiten"], stored["coefficients"], stencil, target)
-    tables = (stored[name] for name in ("table_low", "table_step", "scatter", "contact", "mean_pressure"))
-    means = ConditionalMeans(target, *tables)
-    planes = model.plane_height(np.array(scene.strip.penetration_percentiles, dtype=float))
-    reach = 1 + math.floor(FAR * model.lengths_m[0] / lattice.grid.dx)
-    kernel = column_influence(elastic.influence(scene, grid), lattice.spacing, reach)
-    mean_force = lattice.spacing * stored["column_force"][:, None]
-    length, spacing = windows.length // lattice.spacing, windows.spacing // lattice.spacing
-    draw = _sampler(scene, model, grid, lattice)
-    count, levels = arguments.last - arguments.first, len(planes)
-    area, force = np.empty((2, count, levels, windows.count))
-    with job.usage.core():
-        for row, number in enumerate(range(arguments.first, arguments.last)):
-            columns = lattice.grid.cell_area * np.stack(
-                [field.sum(axis=2) for field in means.at(fitted.predicted(draw(number), lattice.middle))]
-            )
-            lifted = displacement(kernel, columns[1] - mean_force)
-            columns = at_displaced_planes(columns, planes, lifted)
-            area[row], force[row] = window_sums(columns, length, spacing)
-            job.usage.progress(row + 1, count)
-    job.usage.count(expansions=count * levels)
-    job.usage.skip({skip_reasons.SMOOTH: count * (grid.nx - lattice.grid.nx)})
+    numbers = numbers_of(job, "expansion_strips")
+    area, force = expand_strips(job, numbers, solved_strips(job))
     shape = ("sample", "level", "window")
     variables = {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),
         "force": store.Variable(shape, force, "N", "normal force on the window"),
     }
-    store.write(arguments.output, variables, job.key, {"first": arguments.first})
-
-
-def _sampler(
-    scene: Scene, model: surface_model.SurfaceModel, grid: Grid, lattice: geometry.Lattice
-) -> Callable[[int], np.ndarray]:
-    """A function that gives the field (nx, ny) [m] of a strip on the lattice by its number.
-
-    Of a solved strip these are columns of the whole field, of any other the lattice alone is drawn, of the same law.
-    """
-    whole, alone = model.sampler(grid), model.sampler(lattice.grid)
-    solved = scene.strip.samples
-
-    def draw(number: int) -> np.ndarray:
-        generator = np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])
-        return lattice.of(whole(generator)) if number < solved else alone(generator)
-
-    return draw
+    store.write(job.arguments.output, variables, job.key, {"first": numbers.start})
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Stage friction: statistics of the friction coefficient over windows, per source of pressure and penetration."""
 
 from dataclasses import fields
+from pathlib import Path
 
 import numpy as np
 
@@ -22,7 +23,8 @@ STAGE = Stage(
     name="friction",
     reads="seed roughness strip friction.mean_at_median",
     reads_if_given="friction.least_contact_fraction",
-    many={"contact": "contact_strip", "expansion": "expansion_strip"},
+    many={"contact": "strip_pilot contact_strip", "expansion": "expansion_strip"},
+    optional={"allocation": "strip_allocation"},
     result="friction/statistics.nc",
     outputs={"summary": "summary.csv"},
     runs_if="not friction.statistics",
@@ -115,7 +117,8 @@ def work(job: Job) -> None:
             | friction_table.white_variables(scene, strips, len(lags))
         )
     solved_windows, expanded = (windows_of[source][0] for source in SOURCES)
-    job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size)
+    got = reached(job.arguments.allocation, percentiles, combined)
+    job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size, **got)
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
     variables |= friction_table.error_variables(best)
     variables |= friction_table.distribution(mu[0][median], mu[1][median])
@@ -128,8 +131,21 @@ def work(job: Job) -> None:
     ]
     variables |= friction_table.stored("area_correction", ("level",), ratios)
     variables["largest_residual"] = store.Variable((), residual, "1", "largest residual of all contact solves")
-    store.write(job.arguments.output, variables, job.key)
+    store.write(job.arguments.output, variables, job.key, {"strips": strips} if job.arguments.allocation else None)
     store.write_text(job.arguments.summary, friction_table.summary(variables, percentiles))
+
+
+def reached(path: Path | None, percentiles: np.ndarray, combined: dict[str, list[Estimate]]) -> dict[str, float]:
+    """Largest relative half width by statistic, of the numbers that an accuracy was asked of. path : the allocation"""
+    widths: dict[str, float] = {}
+    if path is None:
+        return widths
+    allocation = store.read(path)
+    for percentile, statistic in zip(allocation["percentile"], allocation["statistic"], strict=True):
+        one = combined[str(statistic).removeprefix("friction_")][int(np.flatnonzero(percentiles == percentile)[0])]
+        name, width = f"{statistic}_reached", float((one.high - one.low) / 2 / one.value)
+        widths[name] = max(widths.get(name, 0.0), round(width, 5))
+    return widths
 
 
 def area_and_force(batches: list[store.Result], mesh: str = "") -> Windows:

@@ -1,0 +1,218 @@
+"""How many strips to solve, and how many to give to the cheap control, for an accuracy asked of friction.
+
+The variance of a combined statistic (`combination.py`) from n solved strips and N of the control, the solved ones among
+them, is to first order in 1 / n::
+
+    var = A / n + D / N,   A = var(g - z),   D = 2 cov(g, z) - var(z) = (2 beta - 1) var(z)
+
+- g, z: influences of a strip on the extrapolated statistic and on alpha times the control, with alpha of large N.
+- beta: regression coefficient of g on z. Without extrapolation it is 1, and D is the variance that z explains.
+
+To this adds what the order of the mesh error leaves open, evenly spread over ORDERS and the same for any number of
+strips. n and N of the least cost c_n n + c_N N follow from a table over all n. Neyman, J. R. Stat. Soc. 97 (1934) 558,
+is the case of one statistic: n / N = sqrt(A c_N / (D c_n)).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import chdtri, ndtr
+
+from roughslip.errors import IllPosedError
+from roughslip.friction.combination import ORDERS, Windows
+from roughslip.friction.statistics import require_scatter
+
+CHANCE = 0.1
+"""With this probability the pilot strips show less than the variance that is allowed for, of Gaussian influences."""
+
+PERCENTILES = (20.0, 95.0)
+"""Penetrations at which the accuracy holds. Below, a few windows that hardly touch decide."""
+
+STATISTICS = ("friction_mean", "friction_std")
+_SPREAD = (np.arange(610) * np.array([[1], [377]]) % 610 + 0.5) / 305 - 1  # Fibonacci lattice on the square of side 2
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Errors of one statistic at one penetration, relative to it.
+
+    percentile, statistic : which one
+    solved, control : A and D of one strip, as large as the pilot leaves them possible
+    mesh : half widths of the uniform distributions that the order of the mesh error leaves
+    safety : factors that `solved` and `control` hold for few pilot strips
+    """
+
+    percentile: float
+    statistic: str
+    solved: float
+    control: float
+    mesh: tuple[float, float] = (0.0, 0.0)
+    safety: tuple[float, float] = (1.0, 1.0)
+
+    def half_width(self, strips: int, many: int, *, safe: bool = True) -> float:
+        """Half width of the 95 % interval. safe : with the factors for few pilot strips, else as expected"""
+        by = (1.0, 1.0) if safe else self.safety
+        return half_width(math.sqrt(self.solved / by[0] / strips + self.control / by[1] / many), self.mesh)
+
+
+@dataclass(frozen=True)
+class Allocation:
+    """strips to solve, many of the control (the solved ones among them), and the cost [s] of both."""
+
+    strips: int
+    many: int
+    cost: float
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What may be chosen.
+
+    strips, many : least and largest number of strips to solve and of strips of the control; equal where given by hand
+    costs : [s] of a strip that is solved, and of one of the control
+    limit : [s] largest cost
+    """
+
+    strips: tuple[int, int]
+    many: tuple[int, int]
+    costs: tuple[float, float]
+    limit: float
+
+
+def half_width(sigma: float, mesh: tuple[float, float]) -> float:
+    """Of the 95 % interval of a normal variable of deviation sigma and two uniform ones of half widths `mesh`."""
+    most = sum(mesh) + 3.0 * sigma
+    if most == 0.0:
+        return 0.0
+    return float(brentq(lambda width: _outside(width, sigma, mesh), 0.0, most, xtol=1e-9 * most + 1e-15))
+
+
+def mesh_alone(one: Sources) -> float:
+    """Half width that remains with any number of strips."""
+    return half_width(0.0, one.mesh)
+
+
+def _outside(width: float, sigma: float, mesh: tuple[float, float]) -> float:
+    """Probability of such a sum outside +- width, less 5 %."""
+    offsets = mesh @ _SPREAD
+    scale = max(sigma, 1e-3 * sum(mesh), 1e-300)
+    return float(np.mean(ndtr((offsets - width) / scale) + ndtr((-offsets - width) / scale))) - 0.05
+
+
+def influences(mu: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """(S, 2) influence of each strip on the logarithms of mean and standard deviation; their mean over strips is zero.
+
+    mu, valid : (S, W) friction coefficient and bool
+    """
+    if valid.any(axis=1).sum() < 2:
+        raise IllPosedError(f"fewer than 2 of {len(mu)} pilot strips touch: raise strip.training_samples")
+    mean = float(mu[valid].mean())
+    deviation = np.where(valid, mu - mean, 0.0)
+    variance = np.sum(deviation**2) / valid.sum()
+    require_scatter(np.array([variance]), mean)
+    of_std = np.where(valid, deviation**2 - variance, 0.0).sum(axis=1) / (2.0 * variance)
+    return np.stack((deviation.sum(axis=1) / mean, of_std), axis=1) * (len(mu) / valid.sum())
+
+
+def sources(
+    percentiles: np.ndarray,
+    solved: Sequence[Windows],
+    control: Sequence[Windows],
+    coarse: Sequence[Windows] | None,
+) -> list[Sources]:
+    """Sources of error from a pilot, of mean and standard deviation in units in which the mean at the median is exact.
+
+    percentiles : (levels,) [%], 50 among them
+    solved, coarse : by level (mu, valid), each (S, W), of the pilot on cells h and 2h
+    control : by level the same of the control, (S2, W), on the pilot and then on S2 - S other strips
+    """
+    strips, many = len(solved[0][0]), len(control[0][0])
+    safety = tuple((count - 1) / chdtri(count - 1, 1.0 - CHANCE) for count in (strips, many))
+    ends = 1.0 / (2.0 ** np.array([ORDERS["mean"], ORDERS["std"]]) - 1.0)
+    middle, open_part = ends.mean(axis=1), (ends[:, 0] - ends[:, 1]) / 2
+    own, shown, changes = {}, {}, {}  # by penetration, each (strips, 2) or (2,)
+    for level, percentile in enumerate(percentiles):
+        if not PERCENTILES[0] <= percentile <= PERCENTILES[1]:
+            continue
+        fine, cheap = influences(*solved[level]), influences(*control[level])
+        same = cheap[:strips] - cheap[:strips].mean(axis=0)
+        spread, change = (same**2).sum(axis=0), np.zeros(2)
+        if not spread.all():
+            raise IllPosedError("the control does not scatter between pilot strips: give the numbers of strips")
+        shown[percentile] = (same * fine).sum(axis=0) / spread * cheap
+        if coarse is not None:
+            change = _logarithms(*solved[level]) - _logarithms(*coarse[level])
+            fine = fine + middle * (fine - influences(*coarse[level]))
+        own[percentile], changes[percentile] = fine, open_part * change
+    found = []
+    for percentile, of_both in changes.items():
+        for which, statistic in enumerate(STATISTICS):
+            if percentile == 50.0 and which == 0:
+                continue
+            g, z = (one[percentile][:, which] - one[50.0][:, 0] for one in (own, shown))
+            same = z[:strips] - z[:strips].mean()
+            beta = (same @ g) / (same @ same)
+            left = np.var(g - z[:strips], ddof=1)
+            explained = max(0.0, (2.0 * beta - 1.0) * np.var(z, ddof=1))
+            of_mean = changes[50.0][0]
+            mesh = (abs(of_both[0] - of_mean), 0.0) if which == 0 else (abs(of_both[1]), abs(of_mean))
+            errors = float(safety[0] * left), float(safety[1] * explained)
+            found.append(Sources(float(percentile), statistic, *errors, mesh, safety))
+    return found
+
+
+def allocate(errors: Sequence[Sources], asked: dict[str, float], choice: Choice) -> Allocation | None:
+    """The cheapest numbers of strips with half widths of at most `asked`; None where there are none within the limit.
+
+    errors : from `sources`; asked : largest half width by statistic
+    """
+    strips = np.arange(choice.strips[0], choice.strips[1] + 1)
+    if not strips.size:
+        return None
+    many = np.maximum(2.0 * strips, choice.many[0])
+    for one in errors:
+        variance = _variance_within(asked[one.statistic], one.mesh)
+        left = variance - one.solved / strips
+        needed = np.divide(one.control, left, out=np.full(len(strips), np.inf), where=left > 0)
+        many = np.maximum(many, np.ceil(needed))
+    cost = choice.costs[0] * strips + choice.costs[1] * many
+    cost[many > choice.many[1]] = np.inf
+    best = int(np.argmin(cost))
+    if not np.isfinite(cost[best]) or cost[best] > choice.limit:
+        return None
+    return Allocation(int(strips[best]), int(many[best]), float(cost[best]))
+
+
+def nearest(errors: Sequence[Sources], asked: dict[str, float], choice: Choice) -> dict[str, float]:
+    """The accuracies nearest to those asked that `allocate` reaches, all in the same ratio, to 1 %.
+
+    Raises IllPosedError where there is none below 100 %.
+    """
+    low, high = 1.0, 1.0 / max(asked.values())
+
+    def scaled(factor: float) -> dict[str, float]:
+        return {name: float(f"{factor * value:.3g}") for name, value in asked.items()}
+
+    if allocate(errors, scaled(high), choice) is None:
+        raise IllPosedError("no accuracy of friction below 100 % is reached: allow more windows, cost or strips")
+    while high > 1.002 * low:
+        factor = math.sqrt(low * high)
+        low, high = (low, factor) if allocate(errors, scaled(factor), choice) else (factor, high)
+    return scaled(1.005 * high)  # three digits round by at most half of 1 %
+
+
+def _variance_within(asked: float, mesh: tuple[float, float]) -> float:
+    """The largest variance of a normal variable with which the half width is as asked; -1 if the mesh alone exceeds."""
+    if _outside(asked, 0.0, mesh) >= 0.0:
+        return -1.0
+    return float(brentq(lambda sigma: _outside(asked, sigma, mesh), 0.0, asked, xtol=1e-6 * asked)) ** 2
+
+
+def _logarithms(mu: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """(2,) logarithms of mean and standard deviation."""
+    return np.log([mu[valid].mean(), mu[valid].std()])

@@ -1,0 +1,74 @@
+"""Contact of strips with the plane, at every penetration of the scene."""
+
+import numpy as np
+
+from roughslip import store
+from roughslip.contact.area import contact_shares
+from roughslip.contact.solve import sweep
+from roughslip.friction.bowden_tabor import window_sums
+from roughslip.stages.from_scene import elastic, geometry, surface_model
+from roughslip.stages.runtime.command import Job
+
+WINDOWS = {"area": ("m2", "contact area of the window"), "force": ("N", "normal force on the window")}
+COARSE = "coarse_"  # before the names of what cells of twice the edge give
+
+
+def solve_strips(job: Job, numbers: range) -> None:
+    """Write contact area and normal force of every window, and whole training columns of the first strips."""
+    scene, arguments = job.scene, job.arguments
+    grid = geometry.strip_grid(scene)
+    model = surface_model.surface_model(scene, arguments.scan)
+    sample = model.sampler(grid)
+    influence = elastic.influence(scene, grid)
+    meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]
+    planes = model.plane_height(np.array(scene.strip.penetration_percentiles)).tolist()
+    tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
+    middle = geometry.middle(scene)
+    count, levels = len(numbers), len(planes)
+    columns = geometry.training_columns(middle)
+    trained = max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
+    shape = count, levels, geometry.windows(scene).count
+    sums = {mesh + name: np.empty(shape) for mesh, _, _ in meshes for name in WINDOWS}
+    of_nodes, corrected = np.empty((2, count, levels))
+    residual, effort = np.zeros((count, levels)), np.zeros((count, levels), dtype=np.int32)
+    pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
+    skipped = elastic.empty_skip_counts()
+    with job.usage.core():
+        for row, number in enumerate(numbers):
+            heights = model.heights(sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])))
+            for mesh, on, step in meshes:
+                windows, nodes = geometry.windows(scene, step), slice(step // 2, None, step)
+                solutions = sweep(on, heights[nodes, nodes], planes, tolerance, hardness_pa=hardness)
+                for level, solution in enumerate(solutions):
+                    elastic.count_solve(skipped, solution)
+                    shares = contact_shares(solution.pressure, hardness)
+                    cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
+                    for name, values in (("area", cells), ("force", solution.pressure)):
+                        of_columns = on.grid.cell_area * values[windows.middle].sum(axis=1)
+                        sums[mesh + name][row, level] = window_sums(of_columns, windows.length, windows.spacing)
+                    residual[row, level] = max(residual[row, level], solution.residual)
+                    effort[row, level] += solution.work
+                    if mesh == COARSE:
+                        continue
+                    of_nodes[row, level] = grid.cell_area * np.count_nonzero(solution.contact[middle])
+                    corrected[row, level] = grid.cell_area * shares[middle].sum()
+                    if row < trained:
+                        pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
+            job.usage.progress(row + 1, count)
+    job.usage.count(solves=count * levels * len(meshes), convolutions=int(effort.sum()))
+    job.usage.skip(skipped)
+    dimensions, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
+    variables = {
+        "area_of_nodes": store.Variable(dimensions[:2], of_nodes, "m2", "area of the nodes in contact, all windows"),
+        "area_corrected": store.Variable(dimensions[:2], corrected, "m2", "the same, less the mesh error at edges"),
+        "residual": store.Variable(dimensions[:2], residual, "1", "largest relative residual of the complementarity"),
+        "work": store.Variable(dimensions[:2], effort, "1", "work of the solver, as its method counts it"),
+    }
+    for mesh, _, step in meshes:
+        for name, (unit, title) in WINDOWS.items():
+            on_mesh = title + (f", cells of {step} times the edge" if step > 1 else "")
+            variables[mesh + name] = store.Variable(dimensions, sums[mesh + name], unit, on_mesh)
+    if trained:
+        variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
+        variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")
+    store.write(arguments.output, variables, job.key, {"first": numbers.start})

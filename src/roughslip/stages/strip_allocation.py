@@ -1,0 +1,131 @@
+"""Stage strip_allocation: as many strips as the accuracy asked of friction takes, from the pilot strips.
+
+Costs are counted by a model, work times cells, and not by a clock, so that any machine finds the same numbers.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.friction.allocation import Allocation, Choice, Sources, allocate, mesh_alone, nearest, sources
+from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.limits import MOST_WINDOWS, STRIP_SHARES
+from roughslip.scene.declarations import Stage
+from roughslip.scene.expansion import AUTO
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.strip_contact import COARSE
+from roughslip.stages.from_scene.strip_expansion import expand_strips
+from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="strip_allocation",
+    reads="seed material roughness strip expansion.degree expansion.target accuracy",
+    reads_if_given="friction.least_contact_fraction",
+    inputs={"pilot": "strip_pilot", "expansion": "chaos_strip"},
+    optional={"scan": "scan"},
+    result="friction/allocation.nc",
+    runs_if="accuracy",
+    memory_mb=520,
+    memory_doubles={"cells": 150, "windows": 8000, "levels cells": 8},
+)
+
+OTHERS = 200  # strips of the expansion besides the pilot: its variance is then known to a tenth
+# CPU time by work, measured on resolved at eleven penetrations; another machine is faster or slower at both
+CONVOLUTION_S = 2.6e-8  # of a unit of work of the solver, by cell
+EXPANSION_S = 4.5e-7  # of a strip of the expansion, by node of its lattice
+
+
+def work(job: Job) -> None:
+    """Write the numbers of strips, what they are expected to reach, and why. Raises IllPosedError if out of reach."""
+    scene = job.scene
+    percentiles = np.array(scene.strip.penetration_percentiles, dtype=float)
+    pilot = store.read(job.arguments.pilot)
+    strips = len(pilot["area"])
+    least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
+
+    def by_level(area: np.ndarray, force: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        ratio = friction_coefficient(area.transpose(1, 0, 2), force.transpose(1, 0, 2), 1.0, least)
+        return list(zip(*ratio, strict=True))
+
+    control = by_level(*expand_strips(job, range(strips + OTHERS), strips))
+    is_extrapolated = f"{COARSE}area" in pilot
+    coarse = by_level(pilot[f"{COARSE}area"], pilot[f"{COARSE}force"]) if is_extrapolated else None
+    with job.usage.core():
+        errors = sources(percentiles, by_level(pilot["area"], pilot["force"]), control, coarse)
+        accuracy = scene.accuracy
+        asked = {"friction_mean": accuracy.friction_mean, "friction_std": accuracy.friction_std}
+        chosen = allocate(errors, asked, choice := _choice(job, pilot))
+        if chosen is None:
+            raise IllPosedError(_refusal(errors, asked, choice, scene.strip.cell_m))
+    shown = {f"{name}_asked": value for name, value in asked.items()}
+    for name in asked:
+        widths = [one.half_width(chosen.strips, chosen.many, safe=False) for one in errors if one.statistic == name]
+        shown |= {f"{name}_expected": round(max(widths, default=0.0), 5)}
+    job.usage.count(strips_chosen=chosen.strips, expansion_strips_chosen=chosen.many, **shown)
+    store.write(job.arguments.output, _variables(errors, asked, chosen), job.key)
+
+
+def _choice(job: Job, pilot: store.Result) -> Choice:
+    """Numbers of strips that may be chosen, with their costs; those given by hand are obeyed."""
+    scene = job.scene
+    grid, lattice, windows = geometry.strip_grid(scene), geometry.lattice(scene), geometry.windows(scene)
+    most = MOST_WINDOWS // (windows.count * len(scene.strip.penetration_percentiles))
+    strips, many = (
+        (low, high) if number == AUTO else (int(number), int(number))
+        for number, low, high in (
+            (scene.strip.samples, len(pilot["area"]) + STRIP_SHARES, most // 2),
+            (scene.strip.expansion_samples, 1, most),
+        )
+    )
+    cells = grid.nx * grid.ny * (5 / 8 if f"{COARSE}area" in pilot else 1)  # in the mean of both meshes
+    solve = CONVOLUTION_S * cells * float(pilot["work"].sum(axis=1).mean())
+    expand = EXPANSION_S * lattice.grid.nx * lattice.grid.ny
+    return Choice(strips, many, (solve, expand), scene.accuracy.cost_limit_cpu_s)
+
+
+def _refusal(errors: list[Sources], asked: dict[str, float], choice: Choice, cell_m: float) -> str:
+    """What cannot be reached, what is nearest, and what to do."""
+    wanted, reached = (
+        ", ".join(f"{name} {value:g}" for name, value in each.items())
+        for each in (asked, nearest(errors, asked, choice))
+    )
+    at_any_cost = allocate(errors, asked, replace(choice, limit=math.inf))
+    advice = "ask for that, widen strip.window_spacing_m, or leave the number of strips that you gave to auto"
+    if at_any_cost is not None:
+        advice = f"ask for that, or raise accuracy.cost_limit_cpu_s to {math.ceil(at_any_cost.cost)}"
+    worst = max(errors, key=lambda one: mesh_alone(one) / asked[one.statistic])
+    if mesh_alone(worst) >= asked[worst.statistic]:
+        which = f"{worst.statistic} at {worst.percentile:g} %"
+        advice = f"the mesh alone leaves {mesh_alone(worst):.2g} of {which}: take strip.cell_m = {cell_m / 2:g} or less"
+    return f"an accuracy of {wanted} is not reached; nearest are {reached}; {advice}"
+
+
+def _variables(errors: list[Sources], asked: dict[str, float], chosen: Allocation) -> dict[str, store.Variable]:
+    """The allocation, and a row for each number that it holds for; the last column says which of them decides."""
+    limits = np.array([asked[one.statistic] for one in errors])
+    bounds, expected = (
+        np.array([one.half_width(chosen.strips, chosen.many, safe=safe) for one in errors]) for safe in (True, False)
+    )
+    columns = {
+        "percentile": (np.array([one.percentile for one in errors]), "percent", "penetration"),
+        "statistic": (np.array([one.statistic for one in errors]), "1", "number that the accuracy is asked of"),
+        "asked": (limits, "1", "largest half width of the 95 % interval, relative to the number"),
+        "bound": (bounds, "1", "half width, with a margin for what the pilot does not show"),
+        "expected": (expected, "1", "half width without that margin"),
+        "mesh": (np.array([mesh_alone(one) for one in errors]), "1", "part that no number of strips reduces"),
+        "decides": ((bounds / limits == (bounds / limits).max()).astype(np.int8), "1", "whether it sets the numbers"),
+    }
+    variables = {name: store.Variable(("number",), *column) for name, column in columns.items()}
+    scalars = {
+        "strips": (chosen.strips, "1", "strips that are solved, the pilot among them"),
+        "expansion_strips": (chosen.many, "1", "strips of the expansion, the solved ones among them"),
+        "cost": (round(chosen.cost, 3), "s", "CPU time of both, by the model of cost"),
+    }
+    return variables | {name: store.Variable((), *scalar) for name, scalar in scalars.items()}
+
+
+if __name__ == "__main__":
+    execute(STAGE, work)

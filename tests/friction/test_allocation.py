@@ -1,0 +1,141 @@
+"""Numbers of strips for an accuracy asked: variances of Gaussian windows, the least cost, and refusals."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from roughslip.errors import IllPosedError
+from roughslip.friction.allocation import CHANCE, Choice, Sources, allocate, half_width, nearest, sources
+from roughslip.friction.combination import ORDERS
+
+RHO, SCATTER, WINDOWS = 0.95, 0.1, 25
+PERCENTILES = np.array([5.0, 20.0, 50.0])
+ASKED = {"friction_mean": 0.01, "friction_std": 0.03}
+FACTORS = {name: [1 / (2**order - 1) for order in ORDERS[name]] for name in ("mean", "std")}  # f at both orders
+OPEN, MIDDLE = {name: (high - low) / 2 for name, (high, low) in FACTORS.items()}, sum(FACTORS["mean"]) / 2
+WIDE = Choice((8, 10_000), (1, 1_000_000), (0.3, 0.01), 1e9)
+
+
+def truth(statistic: str, slope: float = 1.0) -> tuple[float, float]:
+    """A and D of one strip. slope : c, if the extrapolation takes the influence on log mean times c.
+
+    log std has the variance 1 / (2 W), and log mean s^2 / W, from two independent levels: its own and the median.
+    """
+    of_mean = SCATTER**2 / WINDOWS
+    left, explained = slope**2 * (1 - RHO**2) + (slope - 1) ** 2 * RHO**2, (2 * slope - 1) * RHO**2
+    if statistic == "friction_mean":
+        return 2 * of_mean * left, 2 * of_mean * explained
+    return (1 - RHO**4) / (2 * WINDOWS) + of_mean * left, RHO**4 / (2 * WINDOWS) + of_mean * explained
+
+
+def pilot(strips: int, others: int, *seed: int) -> tuple[list, list]:
+    """Levels of independent Gaussian windows 1 + 0.1 n, and a control of another mean and scale, correlation RHO."""
+    rng, solved, control = np.random.default_rng([21, *seed]), [], []
+    for _ in PERCENTILES:
+        seen, own = rng.standard_normal((strips + others, WINDOWS)), rng.standard_normal((strips, WINDOWS))
+        mu = 1.0 + SCATTER * (RHO * seen[:strips] + math.sqrt(1 - RHO**2) * own)
+        solved.append((mu, np.ones(mu.shape, bool)))
+        control.append((2.5 + 0.25 * seen, np.ones(seen.shape, bool)))
+    return solved, control
+
+
+@pytest.mark.parametrize("wider", [1.0, 1.4])
+def test_a_pilot_shows_what_gaussian_windows_leave(wider: float):
+    """Of 4000 strips a variance is known to sqrt(2 / 4000), and those of squares of 25 windows about as well.
+
+    Cells 2h show `wider` times the deviations: the extrapolation, a part f of the change, then takes some of them off.
+    """
+    solved, control = pilot(4000, 4000)
+    coarse = [(1.0 + wider * (mu - 1.0), valid) for mu, valid in solved]
+    found = sources(PERCENTILES, solved, control, coarse)
+    # below 20 % nothing is asked, and the mean at the median is exact by calibration
+    names = [(20.0, "friction_mean"), (20.0, "friction_std"), (50.0, "friction_std")]
+    assert [(one.percentile, one.statistic) for one in found] == names
+    for one in found:
+        without = one.solved / one.safety[0], one.control / one.safety[1]
+        exact = truth(one.statistic, 1.0 + MIDDLE * (1.0 - wider))
+        assert without == pytest.approx(exact, rel=5 * math.sqrt(2 / 4000))
+
+
+def test_the_order_of_the_mesh_error_is_left_open():
+    """Cells 2h read mu 3 % higher than cells h at one level, and 1 % at the median. Half the range of f stays open."""
+    solved, control = pilot(24, 200)
+    coarse = [(factor * mu, valid) for factor, (mu, valid) in zip((1.0, 1.03, 1.01), solved, strict=True)]
+    mean, std, std_median = sources(PERCENTILES, solved, control, coarse)
+    assert mean.mesh == (pytest.approx(math.log(1.03 / 1.01) * OPEN["mean"]), 0.0)
+    assert std.mesh == (pytest.approx(math.log(1.03) * OPEN["std"]), pytest.approx(math.log(1.01) * OPEN["mean"]))
+    assert std_median.mesh == tuple(pytest.approx(math.log(1.01) * OPEN[name]) for name in ("std", "mean"))
+
+
+def test_the_half_width_of_normal_and_uniform_parts():
+    """Of one uniform part 95 % of its half width; of two equal ones, a triangle, 2 w (1 - sqrt(0.05))."""
+    assert half_width(0.02, (0.0, 0.0)) == pytest.approx(0.02 * 1.959964, rel=1e-6)
+    assert half_width(0.0, (0.01, 0.0)) == pytest.approx(0.0095, rel=1e-3)
+    assert half_width(0.0, (0.01, 0.01)) == pytest.approx(0.02 * (1 - math.sqrt(0.05)), rel=0.01)
+    drawn = np.random.default_rng(22).standard_normal(400_000) * 0.01
+    drawn += np.random.default_rng(23).uniform(-0.02, 0.02, 400_000)
+    assert half_width(0.01, (0.02, 0.0)) == pytest.approx(np.quantile(np.abs(drawn), 0.95), rel=0.01)
+
+
+def test_one_statistic_has_the_numbers_of_neyman():
+    """n = sqrt(A / c_n) (sqrt(A c_n) + sqrt(D c_N)) / v, N likewise, and the half width is as asked."""
+    one = Sources(50.0, "friction_std", *truth("friction_std"))
+    chosen = allocate([one], ASKED, WIDE)
+    roots = [math.sqrt(part * cost) for part, cost in zip(truth("friction_std"), WIDE.costs, strict=True)]
+    n, many = (root / cost * sum(roots) / (0.03 / 1.959964) ** 2 for root, cost in zip(roots, WIDE.costs, strict=True))
+    assert (chosen.strips, chosen.many) == (pytest.approx(n, abs=1), pytest.approx(many, rel=0.03))
+    assert one.half_width(chosen.strips, chosen.many) == pytest.approx(0.03, rel=0.002)
+    assert one.half_width(chosen.strips, chosen.many) <= 0.03
+    assert chosen.cost == pytest.approx(sum(roots) ** 2 / (0.03 / 1.959964) ** 2, rel=0.005)
+
+
+def test_no_neighbour_is_cheaper_and_numbers_given_by_hand_are_kept():
+    errors = sources(PERCENTILES, *pilot(24, 200), None)
+    chosen = allocate(errors, ASKED, WIDE)
+    for strips, many in itertools.product((-1, 0, 1), (-20, -1, 0, 1, 20)):
+        n, others = chosen.strips + strips, chosen.many + many
+        enough = all(one.half_width(n, others) <= ASKED[one.statistic] for one in errors)
+        assert not enough or 0.3 * n + 0.01 * others >= chosen.cost - 1e-9
+    by_hand = allocate(errors, ASKED, Choice((2 * chosen.strips,) * 2, WIDE.many, WIDE.costs, WIDE.limit))
+    assert by_hand.strips == 2 * chosen.strips
+    assert by_hand.many >= 2 * by_hand.strips
+    by_hand = allocate(errors, ASKED, Choice(WIDE.strips, (3 * chosen.many,) * 2, WIDE.costs, WIDE.limit))
+    assert by_hand.many == 3 * chosen.many
+    assert by_hand.strips < chosen.strips
+
+
+def test_a_pilot_of_24_strips_seldom_asks_for_too_few():
+    """One statistic: the true half width at the numbers chosen exceeds what is asked with a probability of CHANCE.
+
+    200 pilots count 20 of these, +- 2.6 standard deviations, and the share is somewhat less, as D is allowed for too.
+    On average the margin costs what the quantile of chi-square says, 1.55 of the variance.
+    """
+    exact, exceeded, used = Sources(20.0, "friction_mean", *truth("friction_mean")), 0, []
+    for number in range(200):
+        errors = sources(PERCENTILES, *pilot(24, 200, number), None)[:1]
+        chosen = allocate(errors, ASKED, WIDE)
+        width = exact.half_width(chosen.strips, chosen.many)
+        exceeded += width > ASKED["friction_mean"]
+        used.append((ASKED["friction_mean"] / width) ** 2)
+    assert exceeded <= 200 * CHANCE + 2.6 * math.sqrt(200 * CHANCE * (1 - CHANCE))
+    assert 1.1 < np.mean(used) < 1.6
+
+
+def test_an_accuracy_out_of_reach_has_a_nearest_one():
+    errors, half = sources(PERCENTILES, *pilot(24, 200), None), {name: value / 2 for name, value in ASKED.items()}
+    full = allocate(errors, half, WIDE)
+    short = Choice(WIDE.strips, WIDE.many, WIDE.costs, full.cost / 4)
+    assert allocate(errors, half, short) is None
+    near = nearest(errors, half, short)
+    assert allocate(errors, near, short) is not None
+    assert allocate(errors, {name: 0.98 * value for name, value in near.items()}, short) is None
+    # a quarter of the cost doubles the half width
+    assert near["friction_std"] == pytest.approx(ASKED["friction_std"], rel=0.03)
+    assert near["friction_mean"] / near["friction_std"] == pytest.approx(1 / 3, rel=0.01)
+    rough = [Sources(20.0, "friction_mean", 1e-4, 1e-4, (0.04, 0.0))]  # of the mesh alone 0.038
+    assert allocate(rough, ASKED, WIDE) is None
+    assert nearest(rough, ASKED, WIDE)["friction_mean"] == pytest.approx(0.038, rel=0.02)
+    with pytest.raises(IllPosedError, match="below 100 %"):
+        nearest(errors, ASKED, Choice(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))

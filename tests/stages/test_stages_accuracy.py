@@ -1,0 +1,88 @@
+"""The stages that find how many strips an accuracy takes, and the shares that compute these."""
+
+import re
+
+import numpy as np
+import pytest
+
+from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.limits import STRIP_SHARES
+from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, strip_allocation, strip_pilot
+from tests.stages.scenes import CONTACT, changed
+
+ASKED = {"friction_mean": 0.05, "friction_std": 0.08}
+PILOT = 12
+SCENE = changed(
+    CONTACT,
+    strip={
+        "length_m": 8e-4,
+        "window_m": 2e-4,
+        "penetration_percentiles": [50.0, 70.0, 90.0],
+        "expansion_spacing_m": 1e-5,
+    },
+    expansion={"target": "squared_pressure", "degree": 1},
+    friction={"mean_at_median": 0.3, "least_contact_fraction": 0.001},
+    accuracy=ASKED,
+)
+SCENE["strip"] |= {"training_samples": PILOT, "samples": "auto", "expansion_samples": "auto"}
+
+
+@pytest.fixture(scope="module")
+def allotted(run):
+    """Paths of the pilot, of the expansion and of the allocation."""
+    pilot = run(strip_pilot, SCENE).path
+    expansion = run(chaos_strip, SCENE, contact=[pilot]).path
+    return pilot, expansion, run(strip_allocation, SCENE, pilot=pilot, expansion=expansion).path
+
+
+def test_pilot_and_shares_are_the_strips_of_one_batch_and_reach_what_is_asked(run, allotted):
+    """Bit for bit, each strip once.
+
+    Half widths of some 50 strips and 200 replicates are themselves known to 11 %, 1 / sqrt(2 x 50) and quantiles
+    together. So the largest of three lies below 1.3 times what is asked.
+    """
+    pilot, expansion, allocation = allotted
+    chosen = store.read(allocation)
+    strips, many = int(chosen["strips"]), int(chosen["expansion_strips"])
+    assert strips >= PILOT + STRIP_SHARES
+    assert many >= 2 * strips
+    assert np.all(chosen["expected"] < chosen["bound"])
+    assert np.all(chosen["bound"] <= chosen["asked"])
+    parts = {contact_strip: [pilot], expansion_strip: []}
+    for stage, paths in parts.items():
+        for share in range(STRIP_SHARES):
+            place = {"first": share, "last": share + 1, "allocation": allocation, "expansion": expansion}
+            paths.append(run(stage, SCENE, f"{stage.STAGE.name}-{share}", **place).path)
+    by_hand = changed(SCENE, strip={"samples": strips, "expansion_samples": many})
+    for stage, count in ((contact_strip, strips), (expansion_strip, many)):
+        whole = run(stage, by_hand, f"{stage.STAGE.name}-whole", first=0, last=count, expansion=expansion)
+        for name in ("area", "force"):
+            np.testing.assert_array_equal(store.join(store.read_all(parts[stage]), name), whole[name])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction, "REPLICATES", 200)
+        found = run(
+            friction, SCENE, contact=parts[contact_strip], expansion=parts[expansion_strip], allocation=allocation
+        )
+    assert found.attributes["strips"] == strips
+    for name, asked in ASKED.items():
+        statistic = f"combined_{name.removeprefix('friction_')}"
+        width = (found[f"{statistic}_high"] - found[f"{statistic}_low"]) / 2 / found[statistic]
+        assert run.did[f"{name}_reached"] == pytest.approx(width.max(), abs=1e-5)
+        assert width.max() < 1.3 * asked
+
+
+def test_an_accuracy_above_the_cost_limit_is_refused_with_the_nearest_one(run, allotted):
+    """What the message names as nearest is then reached."""
+    pilot, expansion, allocation = allotted
+    limit = float(store.read(allocation)["cost"]) / 2
+    scene = changed(SCENE, accuracy={"cost_limit_cpu_s": limit})
+    with pytest.raises(IllPosedError, match=r"nearest are .* or raise accuracy.cost_limit_cpu_s to") as caught:
+        run(strip_allocation, scene, "refused", pilot=pilot, expansion=expansion)
+    near = dict(re.findall(r"(friction_\w+) ([0-9.]+)", str(caught.value).partition("nearest are")[2]))
+    scene = changed(scene, accuracy={name: float(value) for name, value in near.items()})
+    assert run(strip_allocation, scene, "nearest", pilot=pilot, expansion=expansion)["cost"] <= limit
+    assert all(ASKED[name] < float(value) < 2 * ASKED[name] for name, value in near.items())
+    by_hand = changed(SCENE, strip={"samples": PILOT + STRIP_SHARES})
+    with pytest.raises(IllPosedError, match="or leave the number of strips that you gave to auto"):
+        run(strip_allocation, by_hand, "refused", pilot=pilot, expansion=expansion)

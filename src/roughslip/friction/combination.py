@@ -56,8 +56,8 @@ def rows_of(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Rows:
     mu, valid : (S, W) friction coefficient and bool
     weights : (1 + R, S) counts from `strip_weights`
     """
-    found = vars(window_statistics(mu, valid, weights))
-    found["autocorrelation"] = autocorrelation(mu, valid, mu.shape[1], weights)
+    curve = {"autocorrelation": autocorrelation(mu, valid, mu.shape[1], weights)}
+    found = vars(window_statistics(mu, valid, weights)) | curve
     return {name: np.log(found[name].rows) for name in POSITIVE} | {name: found[name].rows for name in PLAIN}
 
 

@@ -80,7 +80,7 @@ def test_the_half_width_of_normal_and_uniform_parts():
 
 
 def test_one_statistic_has_the_numbers_of_neyman():
-    """n = sqrt(A / c_n) (sqrt(A c_n) + sqrt(D c_N)) / v, N likewise, and the half width is as asked."""
+    """n = sqrt(A / c_n) (sqrt(A c_n) + sqrt(D c_N)) / v, N in the same way, and the half width is as asked."""
     one = Sources(50.0, "friction_std", *truth("friction_std"))
     chosen = allocate([one], ASKED, WIDE)
     roots = [math.sqrt(part * cost) for part, cost in zip(truth("friction_std"), WIDE.costs, strict=True)]

@@ -16,7 +16,7 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.area import contact_shares
 from roughslip.contact.solve import sweep
-from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
+from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of
@@ -43,10 +43,8 @@ def solve_windows(
         of_strip = np.empty((2, len(planes), lie.count))
         solutions = sweep(influence, model.heights(field), planes, tolerance, hardness_pa=hardness)
         for level, solution in enumerate(solutions):
-            pressure = solution.pressure[lie.middle]
-            cells = contact_shares(solution.pressure, hardness)[lie.middle] if corrected else pressure > 0
-            columns = np.stack([cells.sum(axis=1), pressure.sum(axis=1)])
-            of_strip[:, level] = grid.cell_area * window_sums(columns, lie.length, lie.spacing)
+            cells = contact_shares(solution.pressure, hardness) if corrected else solution.contact
+            of_strip[:, level] = [grid.cell_area * lie.sums(field) for field in (cells, solution.pressure)]
         found.append(of_strip)
     area, force = np.stack(found, axis=1)
     return area, force

@@ -8,9 +8,9 @@ them, is to first order in 1 / n::
 - g, z: influences of a strip on the extrapolated statistic and on alpha times the control, with alpha of large N.
 - beta: regression coefficient of g on z. Without extrapolation it is 1, and D is the variance that z explains.
 
-The order of the mesh error adds an even spread over those of ORDERS, the same for any number of strips. n and N of
-the least cost c_n n + c_N N follow from a table over all n. For one statistic they are those of Neyman (J. R. Stat.
-Soc. 97 (1934) 558), n / N = sqrt(A c_N / (D c_n)).
+The order of the mesh error adds an even spread over those of ORDERS, the same for any number of strips. A table over
+all n gives n and N of the least cost c_n n + c_N N. For one statistic n / N = sqrt(A c_N / (D c_n)), as in Neyman,
+J. Roy. Stat. Soc. 97 (1934) 558.
 """
 
 from __future__ import annotations

@@ -109,7 +109,7 @@ def fits_of(found: dict[str, Expansion]) -> dict[str, Fit]:
 
 
 def work(job: Job) -> None:
-    """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with Monte Carlo."""
+    """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with the solved samples."""
     batches, seed = store.read_all(job.arguments.contact), job.scene.seed
     asked, drawing = job.scene.expansion, [seed, geometry.STREAM_DRAWS]
     nodes = samples_of(batches, "monte_carlo", "pressure")
@@ -213,7 +213,7 @@ def table(
     one, truth = ("method",), pressure["monte_carlo"]
     distance = [kolmogorov_distance(pressure[m], truth) if m in pressure else np.nan for m in METHODS]
     means = np.array([pressure[method].mean() if method in pressure else np.nan for method in METHODS])
-    least = "least of the low probabilities that Monte Carlo determines"
+    least = "least of the low probabilities that the solved samples determine"
     variables = {
         "method": store.Variable(one, np.array(METHODS), "1", "how the distribution was found"),
         "pressure": store.Variable(("pressure",), reference.levels, "Pa", "contact pressure at the centre"),

@@ -14,7 +14,7 @@ STAGE = Stage(
     result="figure3.nc",
     target="figure3",
     caption="Figure 3. Friction coefficient of the test surface against penetration, from solved contact, from "
-    "the expansion, and from solved contact with the expansion as control variate. The curve through "
+    "the expansion, and from both combined, with the expansion as control variate. The curve through "
     "the last is mu_fit.",
     memory_mb=320,
 )

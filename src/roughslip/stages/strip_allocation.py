@@ -32,7 +32,7 @@ STAGE = Stage(
     memory_doubles={"cells": 150, "windows": 8000, "levels cells": 8},
 )
 
-OTHERS = 200  # strips of the expansion besides the pilot: its variance is then known to a tenth
+OTHERS = 200  # strips of the expansion that are not of the pilot: its variance is then known to a tenth
 # CPU time by work, measured on resolved at eleven penetrations; another machine is faster or slower at both
 CONVOLUTION_S = 2.6e-8  # of a unit of work of the solver, by cell
 EXPANSION_S = 4.5e-7  # of a strip of the expansion, by node of its lattice

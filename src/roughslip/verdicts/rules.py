@@ -123,7 +123,7 @@ def _equation_8(square: Arrays) -> Finding:
 
 def _tail(square: Arrays) -> Finding:
     ours = _shown(_of_method(square, "tail_error", "roughslip"))
-    note = f"largest |log10| of the ratio to Monte Carlo; that of the expansion of all samples {ours}"
+    note = f"largest |log10| of the ratio to the solved samples; that of the expansion of all samples {ours}"
     return _judged(_of_method(square, "tail_error", "equation_8"), note, high=float(np.log10(FACTOR)))
 
 

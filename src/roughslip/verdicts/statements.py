@@ -73,7 +73,7 @@ _LIKE_BETA = (
 RULES = {
     "fig2-mcs-lhs": _COINCIDE,
     "fig2-pc-lhs": _COINCIDE,
-    "fig2-pc-tail": f"where Monte Carlo lies between 0.001, or the least that its samples resolve, and 0.1, eq. (8) is "
+    "fig2-pc-tail": f"where the solved samples lie between 0.001, or the least that they resolve, and 0.1, eq. (8) is "
     f"within a factor of {FACTOR:g} of it: the interval of the largest |log10| of their ratio lies below "
     f"{np.log10(FACTOR):.3f}",
     "fig2-variants-agree": _COINCIDE,

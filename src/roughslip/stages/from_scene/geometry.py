@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
 from roughslip.limits import TRAINING_SPACING
 from roughslip.scene.types import Scene
@@ -34,10 +35,13 @@ def strip_grid(scene: Scene) -> Grid:
     return Grid(round(length / cell), round(strip.width_m / cell), cell, cell)
 
 
-def middle(scene: Scene) -> slice:
-    """Columns of the strip on which windows lie: the ends of a contact carry more pressure, so they are left out."""
-    strip = scene.strip
-    margin, length = round(strip.margin_m / strip.cell_m), round(strip.length_m / strip.cell_m)
+def middle(scene: Scene, step: int = 1) -> slice:
+    """Columns of the strip on which windows lie: the ends of a contact carry more pressure, so they are left out.
+
+    step : edge of the columns over that of the cells of the scene
+    """
+    strip, cell = scene.strip, step * scene.strip.cell_m
+    margin, length = round(strip.margin_m / cell), round(strip.length_m / cell)
     return slice(margin, margin + length)
 
 
@@ -90,14 +94,16 @@ class Windows:
         """Number of windows on a strip."""
         return (self.middle.stop - self.middle.start - self.length) // self.spacing + 1
 
+    def sums(self, field: np.ndarray) -> np.ndarray:
+        """Sum (count,) of a field (nx, ny) of the whole strip over each window."""
+        return window_sums(field[self.middle].sum(axis=1), self.length, self.spacing)
+
 
 def windows(scene: Scene, step: int = 1) -> Windows:
     """Where the windows of a strip lie, on its cells or on cells of `step` times the edge."""
     strip, cell = scene.strip, step * scene.strip.cell_m
-    margin, within, length, spacing = (
-        round(size / cell) for size in (strip.margin_m, strip.length_m, strip.window_m, strip.window_spacing_m)
-    )
-    return Windows(slice(margin, margin + within), length, spacing)
+    length, spacing = (round(size / cell) for size in (strip.window_m, strip.window_spacing_m))
+    return Windows(middle(scene, step), length, spacing)
 
 
 def training_columns(middle: slice) -> np.ndarray:

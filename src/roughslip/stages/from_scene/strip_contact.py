@@ -5,7 +5,6 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.area import contact_shares
 from roughslip.contact.solve import sweep
-from roughslip.friction.bowden_tabor import window_sums
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.runtime.command import Job
 
@@ -21,13 +20,14 @@ def solve_strips(job: Job, numbers: range) -> None:
     sample = model.sampler(grid)
     influence = elastic.influence(scene, grid)
     meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]
+    windows = [geometry.windows(scene, step) for _, _, step in meshes]
     planes = model.plane_height(np.array(scene.strip.penetration_percentiles)).tolist()
     tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
     middle = geometry.middle(scene)
     count, levels = len(numbers), len(planes)
     columns = geometry.training_columns(middle)
     trained = max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
-    shape = count, levels, geometry.windows(scene).count
+    shape = count, levels, windows[0].count
     sums = {mesh + name: np.empty(shape) for mesh, _, _ in meshes for name in WINDOWS}
     of_nodes, corrected = np.empty((2, count, levels))
     residual, effort = np.zeros((count, levels)), np.zeros((count, levels), dtype=np.int32)
@@ -36,16 +36,15 @@ def solve_strips(job: Job, numbers: range) -> None:
     with job.usage.core():
         for row, number in enumerate(numbers):
             heights = model.heights(sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])))
-            for mesh, on, step in meshes:
-                windows, nodes = geometry.windows(scene, step), slice(step // 2, None, step)
+            for (mesh, on, step), lie in zip(meshes, windows, strict=True):
+                nodes = slice(step // 2, None, step)
                 solutions = sweep(on, heights[nodes, nodes], planes, tolerance, hardness_pa=hardness)
                 for level, solution in enumerate(solutions):
                     elastic.count_solve(skipped, solution)
                     shares = contact_shares(solution.pressure, hardness)
                     cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
-                    for name, values in (("area", cells), ("force", solution.pressure)):
-                        of_columns = on.grid.cell_area * values[windows.middle].sum(axis=1)
-                        sums[mesh + name][row, level] = window_sums(of_columns, windows.length, windows.spacing)
+                    for name, field in (("area", cells), ("force", solution.pressure)):
+                        sums[mesh + name][row, level] = on.grid.cell_area * lie.sums(field)
                     residual[row, level] = max(residual[row, level], solution.residual)
                     effort[row, level] += solution.work
                     if mesh == COARSE:

@@ -52,22 +52,14 @@ TITLES = {
     "scaled_beta_upper": "sample maximum",
     "beta_distance_standardised": "Kolmogorov distance to Beta(2.1, 5), both standardised",
     "beta_distance_scaled": "Kolmogorov distance to Beta(2.1, 5) after scaling by the sample extremes",
-    "combined_mean": "mean friction coefficient, solved windows with the expansion as control",
-    "combined_std": "standard deviation, solved windows with the expansion as control",
-    "combined_variation": "coefficient of variation, solved windows with the expansion as control",
-    "combined_skewness": "skewness, solved windows with the expansion as control",
-    "combined_kurtosis": "excess kurtosis, solved windows with the expansion as control",
-    "combined_quantiles": "quantiles of the friction coefficient, solved windows with the expansion as control",
-    "combined_autocorrelation": "autocorrelation, solved windows with the expansion as control",
-    "combined_length_least_squares": "exponential length of the combined autocorrelation, lags to three windows",
-    "combined_misfit_difference": "mean square distance of the combined autocorrelation from its exponential less that "
-    "from the triangle",
     "mesh_change_of_mean": "relative change of the combined mean by the extrapolation to cells of no size",
     "mesh_change_of_std": "relative change of the combined standard deviation by that extrapolation",
     "combined_mean_gain": "solved strips alone that give the mean as well, for each that was solved",
     "combined_std_gain": "solved strips alone that give the standard deviation as well, for each that was solved",
 }
 
+
+CONTROLLED = ", solved windows with the expansion as control"
 
 Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (levels, strips, windows)
 TESTS = {
@@ -84,7 +76,9 @@ TESTS = {
 
 def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) -> dict[str, store.Variable]:
     """Value and ends of the interval of estimates, which stack along source, level, both or none."""
-    title, unit = TITLES.get(name, name.replace("_", " ")), "m" if "length_" in name else "1"
+    plain = name.removeprefix("combined_")
+    title = TITLES.get(name) or TITLES.get(plain, plain.replace("_", " ")) + (CONTROLLED if plain != name else "")
+    unit = "m" if "length_" in name else "1"
     leading: tuple[int, ...] = () if not dimensions else (-1,)
     if dimensions[:2] == ("source", "level"):
         leading = (len(SOURCES), -1)

@@ -24,6 +24,7 @@ from roughslip.scene.loader import scene_names
 from roughslip.stages.runtime.usage import PARENT
 from workflow.keys import key_files
 from workflow.recovery import earlier_runs, start
+from workflow.study.closing import closing_lines
 from workflow.study.commands import log, outputs, run
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes
@@ -59,6 +60,12 @@ if workflow.is_main_process and "memory_mb" not in config and "mem_mb" not in wo
 onstart:
     if workflow.non_local_exec:
         earlier_runs.mark_slurm(start.STATE)
+
+
+onsuccess:
+    if workflow.is_main_process:
+        made = [file for job in workflow.dag.jobs for file in job.output]
+        print("".join(f"{line}\n" for line in closing_lines(made)), end="", file=sys.stderr)
 
 
 wildcard_constraints:

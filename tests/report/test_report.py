@@ -287,3 +287,12 @@ def test_inputs_that_no_verdict_depends_on_are_written_once():
     with_one_more = [*ALL, sensitive() | {"stands": sensitive()["stands"] | {"any_value": []}}]
     assert legend(with_one_more, "mine").startswith("Notes end in")
     assert "any Young's modulus" in sensitivity_line(CYCLE, with_one_more)
+
+
+def test_warnings_stand_above_the_figures():
+    """Kept costs without warnings can be shown too, and have no empty box."""
+    content = parsed(scene(costs=[cost(), cost(stage="all", warnings=["slope of <0.7>", "few strips"])]))
+    text = " ".join(content.text)
+    assert text.index("A scan of my own") < text.index("slope of <0.7>") < text.index("few strips")
+    assert text.index("few strips") < text.index("Pressure.")
+    assert "Warnings" not in " ".join(parsed(scene()).text)

@@ -79,13 +79,15 @@ def spend(cpu_seconds: float) -> None:
         pass
 
 
-def test_record_holds_costs_and_counts(tmp_path):
+def test_record_holds_costs_counts_and_warnings(tmp_path, capsys):
     path = tmp_path / "usage.json"
     with Usage(path, "contact") as usage:
         usage.count(solves=3, convolutions=40)
         usage.count(solves=2)
         usage.skip({"solves: no contact": np.int64(1), "nodes: below the plane": 0})
         usage.skip({"solves: no contact": 2})
+        for text in ("few strips", "long waves", "few strips"):
+            usage.warn(text)
         with usage.core():
             spend(0.05)
         spend(0.05)
@@ -95,6 +97,8 @@ def test_record_holds_costs_and_counts(tmp_path):
     assert (record["stage"], record["jobs"]) == ("contact", 1)
     assert record["did"] == {"convolutions": 40, "solves": 5}
     assert record["skipped"] == {"nodes: below the plane": 0, "solves: no contact": 3}
+    assert record["warnings"] == ["few strips", "long waves"]  # each once, and in the log
+    assert capsys.readouterr().err.splitlines() == ["contact: warning: few strips", "contact: warning: long waves"]
     assert 0.1 <= record["core_cpu_seconds"] < 0.15  # the two blocks, without the time between them
     assert record["cpu_seconds"] == pytest.approx(time.process_time(), abs=0.1)
     assert [file.name for file in tmp_path.iterdir()] == ["usage.json"]
@@ -185,7 +189,8 @@ def environment() -> dict[str, str]:
 
 def record(stage, cpu, core, peak, **did):
     numbers = {"cpu_seconds": cpu, "wall_seconds": 2 * cpu, "core_cpu_seconds": core, "peak_memory_mib": peak}
-    return {"stage": stage, "jobs": 1, **numbers, "did": did, "skipped": {"solves: no contact": did.get("solves", 0)}}
+    skipped = {"solves: no contact": did.get("solves", 0)}
+    return {"stage": stage, "jobs": 1, **numbers, "did": did, "skipped": skipped, "warnings": []}
 
 
 def test_costs_add_up_and_memory_is_that_of_the_largest_job():
@@ -196,7 +201,8 @@ def test_costs_add_up_and_memory_is_that_of_the_largest_job():
         record("contact", 10.0, 9.0, 300.0, solves=3, convolutions=40),
         record("contact", 20.0, 18.0, 250.0, solves=4),
     ]
-    contact, friction, everything = total(jobs, {"spacing": "given", "design": "not asked for"})
+    jobs[1]["warnings"], jobs[2]["warnings"] = ["b", "c"], ["a", "b"]
+    contact, friction, everything = total(jobs, {"spacing": "given", "design": "not asked for"}, ["of the scene"])
     assert contact == {
         "stage": "contact",
         "jobs": 2,
@@ -207,7 +213,9 @@ def test_costs_add_up_and_memory_is_that_of_the_largest_job():
         "peak_memory_mib": 300.0,
         "did": {"convolutions": 40, "solves": 7},
         "skipped": {"solves: no contact": 7},
+        "warnings": ["b", "c", "a"],
     }
+    assert everything["warnings"] == ["of the scene", "contact: b", "contact: c", "contact: a"]
     assert (friction["core_share"], friction["peak_memory_mib"]) == (0.0, None)
     assert friction["skipped"] == {"solves: no contact": 0}
     assert (everything["stage"], everything["jobs"], everything["core_share"]) == ("all", 3, 0.9)

@@ -26,6 +26,7 @@ def recover(scenes: Scenes) -> list[str]:
     lines += found
     if not is_alone:
         return lines
+    lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
     lines += snakemake_metadata.remove_damaged(STATE)
     if not key_files.is_dry_run():
         earlier_runs.refuse_queued_jobs(STATE)

@@ -11,7 +11,7 @@ from typing import Any
 from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.limits import STRIP_SHARES
-from roughslip.scene import plan, strict_yaml
+from roughslip.scene import plan, plausibility, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load, scene_names
@@ -118,7 +118,7 @@ class Scenes:
         for stage in (*self.stages(name), *plan.stages_of_several_scenes()):
             part = plan.slice_for(self.valid[name], stage)
             if stage == "costs":
-                part["not_needed"] = plan.skip_reasons(self.valid[name])
+                part |= {"not_needed": plan.skip_reasons(self.valid[name]), "warnings": self.warnings(name)}
             if stage == "report":
                 part["captions"] = plan.captions()
             write_key(
@@ -240,6 +240,10 @@ class Scenes:
             return []
         file = self.root / "config" / "scenes" / f"{name}.yaml"
         return scan_mistakes(file, Path(self.scan_file(name)), self.valid[name], checked)
+
+    def warnings(self, name: str) -> list[str]:
+        """What is implausible in the scene, before anything is solved."""
+        return plausibility.warnings(self.valid[name])
 
     def products(self, name: str) -> list[str]:
         """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""

@@ -93,6 +93,11 @@ class SceneReport:
         """Caption of a figure, with the representation of its surface."""
         return " ".join((self.captions[figure], *self.surfaces.get(figure, ())))
 
+    @property
+    def warnings(self) -> Sequence[str]:
+        """On the scene and of its stages; the last row of the costs holds them."""
+        return self.costs[-1].get("warnings", ()) if self.costs else ()
+
 
 def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: Evidence | None = None) -> str:
     """The page as HTML, with its pictures inside.

@@ -1,7 +1,7 @@
-"""Stage costs: what every stage of the scene cost, did and left out, summed over its jobs; which did not run."""
+"""Stage costs: what every stage of the scene cost, did, left out and warned of; which did not run."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from roughslip import store
@@ -17,17 +17,21 @@ STAGE = Stage(
 )
 
 
-def total(records: list[dict[str, Any]], not_needed: Mapping[str, str]) -> list[dict[str, Any]]:
+def total(
+    records: list[dict[str, Any]], not_needed: Mapping[str, str], warnings: Sequence[str] = ()
+) -> list[dict[str, Any]]:
     """A row a stage, in the order of their names, and a last row for the whole scene.
 
     not_needed : stages that did not run, and why; they stand in the last row
+    warnings : on the scene itself; the last row holds them, then those of the stages, each with the stage's name
 
     Seconds and counts add up over the jobs; peak memory is that of the largest job. `core_share` is the share of the
     CPU time spent solving, fitting and integrating; the rest is start-up, imports, compilation and files.
     """
     stages = sorted({record["stage"] for record in records})
     rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
-    return [*rows, _sum("all", records) | {"not_needed": dict(sorted(not_needed.items()))}]
+    found = [*warnings, *(f"{row['stage']}: {text}" for row in rows for text in row["warnings"])]
+    return [*rows, _sum("all", records) | {"warnings": found, "not_needed": dict(sorted(not_needed.items()))}]
 
 
 def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:
@@ -49,13 +53,15 @@ def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:
         "peak_memory_mib": max(peaks, default=None),
         "did": dict(sorted(did.items())),
         "skipped": dict(sorted(skipped.items())),
+        "warnings": list(dict.fromkeys(text for record in records for text in record["warnings"])),
     }
 
 
 def work(job: Job) -> None:
     """Write costs.json."""
     records = [store.read_json(path) for path in sorted(job.arguments.records)]
-    store.write_json(job.arguments.output, total(records, job.key.configuration["not_needed"]))
+    of_scene = job.key.configuration
+    store.write_json(job.arguments.output, total(records, of_scene["not_needed"], of_scene["warnings"]))
 
 
 if __name__ == "__main__":

@@ -28,7 +28,8 @@ class Usage:
 
     The record holds the stage, the number of jobs (1), and the wall and CPU seconds of the process from its start. The
     CPU seconds of `core` follow, and the peak memory, null where the platform gives none. Its entries `did` and
-    `skipped` are counts by name. Its entries `read` and `made` are checksums by file. A checksum of the record is last.
+    `skipped` are counts by name. Its entry `warnings` holds texts for the user. Its entries `read` and `made` are
+    checksums by file. A checksum of the record is last.
     """
 
     def __init__(self, path: str | Path, stage: str) -> None:
@@ -36,6 +37,7 @@ class Usage:
         self.stage = stage
         self.did: dict[str, float] = {}
         self.skipped: dict[str, int] = {}
+        self.warnings: list[str] = []
         self.read: dict[str, str] = {}
         self.made: dict[str, str] = {}
         self.core_cpu_seconds = 0.0
@@ -62,6 +64,7 @@ class Usage:
             "peak_memory_mib": None if peak is None else round(peak, 1),
             "did": dict(sorted(self.did.items())),
             "skipped": dict(sorted(self.skipped.items())),
+            "warnings": self.warnings,
             "read": self.read,
             "made": self.made,
         }
@@ -85,6 +88,15 @@ class Usage:
         """Add to the counts of what the job did not compute, by what it is and why: `{"solves: no contact": 3}`."""
         for name, number in counts.items():
             self.skipped[name] = self.skipped.get(name, 0) + int(number)
+
+    def warn(self, text: str) -> None:
+        """Tell the user what limits the result: in the job's log, in costs.json, on the page, at the end of the run.
+
+        text : one line: what, its number, what follows or what to do
+        """
+        if text not in self.warnings:
+            self.warnings.append(text)
+            print(f"{self.stage}: warning: {text}", file=sys.stderr, flush=True)
 
     def files(self, read: Iterable[Path], made: Iterable[Path]) -> None:
         """Take the checksums of the files that the job read and made."""

@@ -1,0 +1,23 @@
+"""What the terminal shows at the end of a run: for each scene that it made, a few lines from its results."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+MOST_WARNINGS = 5  # of a scene; the others are on its page
+
+
+def closing_lines(results: Iterable[str]) -> list[str]:
+    """Lines for each scene whose sum of costs is among the results of a run, in the order of their names."""
+    folders = sorted({Path(file).parent for file in results if Path(file).match("results/*/costs.json")})
+    return [f"{folder.name}: {text}" for folder in folders for text in _warnings(folder)]
+
+
+def _warnings(folder: Path) -> list[str]:
+    """The first warnings of a scene, and the number of those that only the page shows."""
+    found = json.loads((folder / "costs.json").read_text(encoding="utf-8"))[-1]["warnings"]
+    lines = [f"warning: {text}" for text in found[:MOST_WARNINGS]]
+    left = len(found) - len(lines)
+    return [*lines, f"and {left} more warnings in {folder / 'report.html'}"] if left else lines

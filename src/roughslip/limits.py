@@ -4,7 +4,8 @@ from itertools import pairwise
 
 MOST_NUMBERS = 100_000_000  # in one array of floats: 0.8 GB
 
-STRIP_SHARES = 8  # jobs, where the study finds the number of strips
+SHARES = 8  # jobs of a stage, where the study finds the number of its samples
+MOST_RUNS = 20_000  # at each damping ratio, where the study finds the number of runs
 MOST_WINDOWS = 20_000_000  # of all strips and penetrations, where the study finds the number of strips: 2.5 GB
 
 VARIABLE_COUNTS = (2, 4, 6, 8, 9, 10, 12)  # of a pressure expansion, from which the best number is chosen

@@ -160,12 +160,12 @@ def test_costs_where_the_platform_measures_no_memory():
 
 def test_skipped_work_stands_in_the_costs_with_its_reason():
     """Zero counts are not shown; kept costs without counts of skips can be shown too."""
-    not_needed = {"contact_strip": "given & done", "friction": "given & done", "path_resolution": "a number"}
+    not_needed = {"contact_strip": "given & done", "friction": "given & done", "ensemble_pilot": "a number"}
     content = parsed(scene(costs=[cost(), cost(stage="all", not_needed=not_needed)]))
     text = " ".join(content.text)
     assert "1,234 nodes: below <the> plane" in text
     assert "no contact" not in text
-    assert "contact_strip, friction (given & done); path_resolution (a number)." in text
+    assert "contact_strip, friction (given & done); ensemble_pilot (a number)." in text
     older = {name: value for name, value in cost().items() if name != "skipped"}
     assert "Stages that did not run" not in " ".join(parsed(scene(costs=[older])).text)
     assert "everything" not in text

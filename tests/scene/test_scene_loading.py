@@ -125,7 +125,7 @@ ensemble: {discarded_periods: 200}
 """
     base = "extends: paper\nroughness: {covariance: cubic}\nensemble: {duration_periods: 150, realisations: 2.5}\n"
     assert sorted(lines_of(mine, text, base=base)) == [
-        "scenes/base.yaml: ensemble.realisations: 2.5 is not allowed; a whole number >= 8 and <= 1000000",
+        "scenes/base.yaml: ensemble.realisations: 2.5 is not allowed; a whole number >= 8 and <= 1000000, or auto",
         f"scenes/base.yaml: roughness.covariance: 'cubic' is not allowed; one of {KINDS}",
         "scenes/mine.yaml: ensemble.discarded_periods: 200 is not allowed; less than ensemble.duration_periods = 150",
         "scenes/mine.yaml: material.young_modulus_pa: '2.1e11' is text, not a number; "

@@ -14,6 +14,7 @@ ALWAYS = {"claims", "costs", "report"}
 SEVERAL = {"reference", "comparison", "verify"}  # of several scenes together, asked for by name
 OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
+SOLVED_SQUARES = {"square_pilot", "contact_square", "adaptive_training", "field_square"}
 SOLVED_STRIPS = {"strip_pilot", "contact_strip"}
 FIGURES = {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"}
 
@@ -23,8 +24,7 @@ def test_slices_read_keys_of_the_schema_and_leave_none_out():
     read = {key for stage in declarations().values() for key in stage.keys}
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
-    # the rules turn this number of samples into jobs, and no stage reads it
-    assert {key for key in unread if not key.startswith("batches")} == {"extends", "square.monte_carlo_samples"}
+    assert {key for key in unread if not key.startswith("batches")} == {"extends"}
 
 
 def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
@@ -41,15 +41,15 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
 @pytest.mark.parametrize(
     ("key", "value", "stages"),
     [
-        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "path_resolution", "oscillator"}),
+        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "ensemble_pilot", "oscillator"}),
         ("batches.strip_samples", 7, set()),
         ("map.points", 7, {"stick_slip_map"}),
         ("survival.points", 7, {"lifetimes"}),
-        ("ensemble.duration_periods", 7, {"deterministic", "path_resolution", "oscillator", "cycles"}),
-        ("numerics.contact_tolerance", 1e-9, {"contact_square", "adaptive_training", "field_square", *SOLVED_STRIPS}),
+        ("ensemble.duration_periods", 7, {"deterministic", "ensemble_pilot", "oscillator", "cycles"}),
+        ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS}),
         ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
-        ("square.monte_carlo_samples", 999, set()),
+        ("square.monte_carlo_samples", 999, {"square_pilot"}),
         ("expansion.draws", 9999, {"chaos_square"}),
         ("description", "other", FIGURES | ALWAYS | SEVERAL),
     ],
@@ -100,10 +100,10 @@ def test_every_stage_runs_or_has_a_reason():
     paper, given = skip_reasons(shipped_scene("paper")), skip_reasons(shipped_scene("given"))
     assert paper["field_square"] == "not asked for: figure_field"
     assert paper["adaptive_training"] == "expansion.samples is given"
-    assert paper["path_resolution"] == "ensemble.nodes_per_correlation_length is given"
+    assert paper["ensemble_pilot"] == "accuracy.cycles is not given"
     assert paper["grinding"] == paper["scan"] == "roughness.scan is not given"
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
         assert square["contact_strip"] == square["friction"] == "not asked for: figure3, figure5, figure_map"
-        assert square["path_resolution"] == "not asked for: figure5"
+        assert square["ensemble_pilot"] == "not asked for: figure5"

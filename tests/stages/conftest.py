@@ -33,6 +33,7 @@ def run(folder: Path) -> Callable[..., store.Result]:
             "scan": None,
             "friction": None,
             "allocation": None,
+            "pilot": None,
             "output": output,
             "summary": folder / "summary.csv",
         }

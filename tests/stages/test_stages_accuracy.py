@@ -7,7 +7,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.limits import STRIP_SHARES
+from roughslip.limits import SHARES
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, strip_allocation, strip_pilot
 from tests.stages.scenes import CONTACT, changed
 
@@ -45,13 +45,13 @@ def test_pilot_and_shares_are_the_strips_of_one_batch_and_reach_what_is_asked(ru
     pilot, expansion, allocation = allotted
     chosen = store.read(allocation)
     strips, many = int(chosen["strips"]), int(chosen["expansion_strips"])
-    assert strips >= PILOT + STRIP_SHARES
+    assert strips >= PILOT + SHARES
     assert many >= 2 * strips
     assert np.all(chosen["expected"] < chosen["bound"])
     assert np.all(chosen["bound"] <= chosen["asked"])
     parts = {contact_strip: [pilot], expansion_strip: []}
     for stage, paths in parts.items():
-        for share in range(STRIP_SHARES):
+        for share in range(SHARES):
             place = {"first": share, "last": share + 1, "allocation": allocation, "expansion": expansion}
             paths.append(run(stage, SCENE, f"{stage.STAGE.name}-{share}", **place).path)
     by_hand = changed(SCENE, strip={"samples": strips, "expansion_samples": many})
@@ -83,6 +83,6 @@ def test_an_accuracy_above_the_cost_limit_is_refused_with_the_nearest_one(run, a
     scene = changed(scene, accuracy={name: float(value) for name, value in near.items()})
     assert run(strip_allocation, scene, "nearest", pilot=pilot, expansion=expansion)["cost"] <= limit
     assert all(ASKED[name] < float(value) < 2 * ASKED[name] for name, value in near.items())
-    by_hand = changed(SCENE, strip={"samples": PILOT + STRIP_SHARES})
+    by_hand = changed(SCENE, strip={"samples": PILOT + SHARES})
     with pytest.raises(IllPosedError, match="or leave the number of strips that you gave to auto"):
         run(strip_allocation, by_hand, "refused", pilot=pilot, expansion=expansion)

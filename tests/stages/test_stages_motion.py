@@ -5,9 +5,9 @@ import pytest
 
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
-from roughslip.errors import ConvergenceError
-from roughslip.stages import cycles, deterministic, oscillator, path_resolution
-from roughslip.stages.path_resolution import Thinned, error_bounds
+from roughslip.errors import IllPosedError
+from roughslip.stages import cycles, deterministic, ensemble_pilot, oscillator
+from roughslip.stages.ensemble_pilot import half_width, missing_scatter, runs_for
 from tests.stages.scenes import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -135,11 +135,13 @@ def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
 @pytest.mark.slow
 def test_keys_of_the_ensemble_reach_the_runs(run, stored):
     """Each changes the places of reattachment, none by more than the scatter does; nodes found are nodes given."""
-    plain, found_nodes = scattered(4e-3), stored("nodes.nc", nodes_per_correlation_length=((), 4))
+    plain, found_nodes = scattered(4e-3), stored("nodes.nc", nodes_per_correlation_length=((), 4), runs=((), 16))
 
     def places(**keys):
         scene = plain | {"ensemble": plain["ensemble"] | keys}
-        return run(oscillator, scene, "keys", first=0, last=2, path_resolution=found_nodes)["reattachment"]
+        allocation = found_nodes if "auto" in keys.values() else None  # of 16 runs the first share has two
+        last = 1 if allocation else 2
+        return run(oscillator, scene, "keys", first=0, last=last, allocation=allocation)["reattachment"]
 
     default = places()
     np.testing.assert_array_equal(default, places(process="recursion", marginal="paper", interpolation="cubic"))
@@ -186,58 +188,54 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter, capsys):
         assert found[f"deterministic_{name}"] == without_scatter[name]
 
 
-def asked(error: float, std: float = 1e-9, dampings: tuple[float, ...] = (0.1, 0.17)) -> dict:
-    auto = {"nodes_per_correlation_length": "auto", "count_error": error, "damping_ratios": list(dampings)}
-    return scattered(std) | {"ensemble": CONFIGURATION["ensemble"] | auto | {"duration_periods": 10}}
+def asked(cycles: float, std: float, dampings: tuple[float, ...] = (0.1, 0.31), **keys: object) -> dict:
+    auto = {"nodes_per_correlation_length": "auto", "realisations": "auto", "damping_ratios": list(dampings)}
+    ensemble = CONFIGURATION["ensemble"] | {"duration_periods": 20} | auto | keys
+    return scattered(std) | {"ensemble": ensemble, "accuracy": {"cycles": cycles}}
 
 
-@pytest.mark.parametrize("step", [1, 3, 7])
-@pytest.mark.parametrize("size", [1, 5, 100])
-def test_thinned_pieces_are_the_thinned_path(step, size):
-    path = np.arange(100.0)
-    pieces = [path[k : k + size] for k in range(0, 100, size)]
-    assert np.array_equal(np.concatenate(list(Thinned(pieces, step))), path[::step])
+def test_scatter_that_a_path_misses_between_its_nodes():
+    """The variance of a straight line is (2 + rho) / 3 in the mean; both miss in proportion to the spacing, cubics less."""
+    fine = {kind: np.array([missing_scatter(n, kind) for n in (32, 64)]) for kind in ("linear", "cubic")}
+    for missed in fine.values():
+        assert missed[0] / missed[1] == pytest.approx(2, abs=0.05)
+    assert fine["linear"][1] == pytest.approx((1 - np.exp(-1 / 64)) / 6, rel=0.01)
+    assert fine["cubic"][1] < 0.5 * fine["linear"][1]
 
 
-def test_bounds_of_a_known_change():
-    """Changes 1 and 3 at a damping of mean 20: 2 +- 12.7062 cycles, twice that, over the largest mean of 40."""
-    fine = np.array([[40.0, 20.0], [40.0, 20.0]])
-    lower, upper = error_bounds(fine + np.array([[0.0, 1.0], [0.0, 3.0]]), fine)
-    assert (lower, upper) == (0.0, pytest.approx(2 * (2 + 12.706204736) / 40))
-    lower, upper = error_bounds(fine - np.array([[0.0, 4.0], [0.0, 4.0]]), fine)
-    assert (lower, upper) == (pytest.approx(2 * (4 - 1.5) / 40), pytest.approx(2 * (4 + 1.5) / 40))  # 3 of 2 paths
-    assert error_bounds(np.zeros((8, 2)), np.zeros((8, 2))) == (0.0, 0.0)
-
-
-def test_bounds_cover_a_change_of_few_paths():
-    """One path in ten counts one cycle less: in most trials with eight none shows it, and still the bound covers it."""
-    rng = np.random.default_rng(1)
-    fine = np.full((8, 1), 20.0)
-    trials = [error_bounds(fine - (rng.random((8, 1)) < 0.1), fine)[1] >= 2 * 0.1 / 20 for _ in range(400)]
-    assert np.mean(trials) > 0.95
+def test_runs_that_a_half_width_takes():
+    """Student's interval of the allotted runs is as narrow as asked, and that of 3 % fewer is not."""
+    deviation, pilot = np.array([0.5, 14.0]), 24
+    runs = runs_for(deviation, pilot, 2.0)
+    assert half_width(deviation, pilot, runs) <= 2.0 < half_width(deviation, pilot, int(runs / 1.03))
+    expected = half_width(deviation, pilot, 10_000, safe=False)
+    assert expected == pytest.approx(1.96 * 14 / 100, rel=1e-3)
 
 
 @pytest.mark.slow
-def test_nodes_and_paths_that_an_error_takes(run):
-    """Without scatter the fewest nodes, and paths for the rule of three: three changes in so many of eight cycles. At a
-    damping where counts scatter eight paths do not determine an error of a fifth. Every trial is kept."""
-    found = run(path_resolution, asked(0.01))
-    assert found["nodes_per_correlation_length"] == 4
-    assert 0 < found["count_error"] <= 0.01
-    assert found["count_error"] * found["tried_paths"][-1] == pytest.approx(2 * 3 / 8)
-    found = run(path_resolution, asked(0.2, 0.05, (0.17, 0.31)), "scatter")
-    assert found["tried_error"][-1] == found["count_error"] <= 0.2
-    assert found["tried_paths"][-1] > 8
-    assert found["tried_nodes"][-1] == found["nodes_per_correlation_length"]
+def test_runs_and_nodes_keep_the_accuracy_asked(run):
+    """Without scatter the fewest of both. With scatter the interval of the runs that it finds is as asked, and half the
+    width takes about four times the runs."""
+    found = run(ensemble_pilot, asked(1.0, 1e-9))
+    assert (found["runs"], found["nodes_per_correlation_length"]) == (8, 2)
+    scattering = [run(ensemble_pilot, asked(cycles, 0.05), f"to{cycles:g}") for cycles in (2.0, 1.0)]
+    runs = [int(one["runs"]) for one in scattering]
+    assert runs[1] / runs[0] == pytest.approx(4, rel=0.3)
+    assert all(one["from_nodes"] <= 0.25 * cycles for one, cycles in zip(scattering, (2.0, 1.0), strict=True))
+    scene, path = asked(2.0, 0.05), scattering[0].path
+    shares = [
+        run(oscillator, scene, f"share{number}", first=number, last=number + 1, allocation=path) for number in range(8)
+    ]
+    counts = store.join(shares, "cycles")
+    assert len(counts) == runs[0]
+    assert 1.96 * counts.std(axis=0).max() / np.sqrt(runs[0]) + found["from_nodes"] < 2.0
 
 
-def test_an_error_that_nodes_or_paths_do_not_reach(run, monkeypatch):
-    """Too few paths; then counts that change by a tenth whenever the spacing is halved, to the most nodes."""
-    monkeypatch.setattr(path_resolution, "MOST_PATHS", 8)
-    with pytest.raises(ConvergenceError, match="8 paths determine it no closer"):
-        run(path_resolution, asked(0.001, 0.05, (0.17, 0.31)), "undecided")
-    monkeypatch.setattr(path_resolution, "MOST_NODES", 8)
-    monkeypatch.setattr(path_resolution, "error_bounds", lambda coarse, fine: (0.1, 0.1))
-    with pytest.raises(ConvergenceError, match="8 nodes are not enough") as caught:
-        run(path_resolution, asked(0.01), "few")
-    assert (caught.value.residual, caught.value.work) == (0.1, 2 * (8 + 8) * 2)  # 4 and 8 nodes, two dampings
+def test_an_accuracy_of_cycles_beyond_the_cost_is_refused_with_the_nearest_one(run):
+    scene = asked(0.5, 0.05)
+    dear = scene | {"accuracy": {"cycles": 0.5, "cost_limit_cpu_s": 0.1}}
+    with pytest.raises(IllPosedError, match=r"nearest is [0-9.]+; ask for that") as caught:
+        run(ensemble_pilot, dear)
+    nearest = float(str(caught.value).split("nearest is ")[1].split(";")[0])
+    allowed = scene | {"accuracy": {"cycles": 1.05 * nearest, "cost_limit_cpu_s": 0.1}}
+    run(ensemble_pilot, allowed)

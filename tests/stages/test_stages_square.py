@@ -9,8 +9,9 @@ from scipy.special import ndtri
 from roughslip.chaos.sampling import design as draw_design
 from roughslip.chaos.sampling import latin_hypercube, monte_carlo
 from roughslip.errors import IllPosedError, InputError
+from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
-from roughslip.stages import adaptive_training, contact_square, design, karhunen_loeve
+from roughslip.stages import adaptive_training, contact_square, design, karhunen_loeve, square_pilot
 from roughslip.stages.from_scene.geometry import (
     STREAM_EXPANSION_DESIGN,
     STREAM_LATIN_HYPERCUBE,
@@ -171,7 +172,7 @@ ADAPTIVE = changed(
 def test_solves_found_while_running_are_those_of_a_design_with_as_many_samples(run, stored):
     """Bit for bit, with the design, in the variables that stage chaos_square reads."""
     modes = run(karhunen_loeve, ADAPTIVE, "adaptive_modes").path
-    found = run(adaptive_training, changed(ADAPTIVE, expansion={"cdf_error": 0.008}), surface=modes)
+    found = run(adaptive_training, changed(ADAPTIVE, accuracy={"pressure": 0.016}), surface=modes)
     did, count = run.did, len(found["pressure"])
     assert adaptive_training.LEAST < count == did["solves"] == adaptive_training.LEAST * 2 ** (did["fits"] - 1)
     xi = draw_design("sobol", [7, STREAM_EXPANSION_DESIGN], count, 64)
@@ -184,7 +185,11 @@ def test_solves_found_while_running_are_those_of_a_design_with_as_many_samples(r
     assert {name: found.attributes[name] for name in ("first", "design")} == {"first": 0, "design": "expansion"}
     assert did["cdf_error"] == pytest.approx(found["cdf_error_scatter"] + found["cdf_error_bias"], abs=1e-6)
     assert did["cdf_error"] <= did["cdf_error_asked"] == 0.008
-    run(adaptive_training, changed(ADAPTIVE, expansion={"cdf_error": 0.2, "design": "monte_carlo"}), surface=modes)
+    run(
+        adaptive_training,
+        changed(ADAPTIVE, accuracy={"pressure": 0.4}, expansion={"design": "monte_carlo"}),
+        surface=modes,
+    )
     assert run.did["solves"] == adaptive_training.LEAST  # enough for so large an error
 
 
@@ -194,3 +199,37 @@ def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold(
     assert adaptive_training.numbers(165, 165, 16, 101) == (256, 2**14)
     assert adaptive_training.numbers(715, 715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
     assert adaptive_training.numbers(165, 165, 16, 50_000) == (256, 2**10)  # 2000
+
+
+PILOT = changed(
+    CONTACT,
+    square={"edge_m": 6e-5, "nodes": 12, "modes": 20, "penetration_percentile": 30.0, "monte_carlo_samples": 1000},
+)
+
+
+def test_errors_of_cells_and_modes_are_those_of_the_same_surfaces(run, monkeypatch):
+    """With all modes nothing is missing. With few there is an error, and its half of an accuracy
+    has to hold it: what is refused names the nearest, which is then kept."""
+    monkeypatch.setattr(square_pilot, "SURFACES", 120)
+    every = changed(PILOT, square={"modes": 144}, accuracy={"pressure": 0.4})
+    found = run(square_pilot, every, surface=run(karhunen_loeve, every, "every").path)
+    assert found["modes"] < 1.01 / 120  # rounding parts two equal samples by one step of their distribution
+    assert 0 < found["mesh"] < 0.2
+    assert found["sampling"] == pytest.approx(1.358 / np.sqrt(1000))
+    modes = run(karhunen_loeve, PILOT, "twenty").path
+    with pytest.raises(IllPosedError, match=r"nearest is [0-9.]+; ask for that") as caught:
+        run(square_pilot, changed(PILOT, accuracy={"pressure": 0.002}), surface=modes)
+    nearest = float(str(caught.value).split("nearest is ")[1].split(";")[0])
+    found = run(square_pilot, changed(PILOT, accuracy={"pressure": 1.05 * nearest}), surface=modes)
+    assert found["modes"] > 0
+    assert 2 * (found["mesh"] + found["modes"]) == pytest.approx(nearest, rel=0.05)
+
+
+def test_the_coarse_mesh_holds_the_centre():
+    """Every other node, with the centre n // 2 at half its number."""
+    for n in (6, 7, 8, 9, 64):
+        coarse = square_pilot.coarser(Grid(n, n, 1e-6, 2e-6))
+        nodes = np.arange(n)[n // 2 % 2 :: 2]
+        assert coarse.shape == (len(nodes), len(nodes))
+        assert nodes[n // 2 // 2] == n // 2
+        assert (coarse.dx, coarse.dy) == (2e-6, 4e-6)

@@ -8,13 +8,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from roughslip.contact.influence import Influence
-from roughslip.contact.solve import solve
-from roughslip.friction.recursion import recursion
-from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.motion import MotionOptions, simulate
-from workflow.benchmarks import chain
 from workflow.benchmarks.chain_budget import (
     Change,
     Friction,
@@ -24,6 +17,13 @@ from workflow.benchmarks.chain_budget import (
     rows_of_source,
     strip_sampling,
 )
+
+from roughslip.contact.influence import Influence
+from roughslip.contact.solve import solve
+from roughslip.friction.recursion import recursion
+from roughslip.oscillator.event_loop import REATTACHMENT
+from roughslip.oscillator.motion import MotionOptions, simulate
+from workflow.benchmarks import chain
 from workflow.benchmarks.chaos import load_scene
 from workflow.benchmarks.contact_problem import MODULUS, square, surface
 from workflow.benchmarks.oscillator import LAW, PROCESS, STUDY, TOLERANCES, choose_slips, exact_place, slip_by_scipy

@@ -1,11 +1,11 @@
 # The mass on the belt: Figure 5, and where stick-slip occurs.
 # In:  friction/statistics.nc unless the scene gives the statistics as numbers.
 # Out: oscillator/deterministic.nc, oscillator/ensemble-<first>-<last>.nc, oscillator/statistics.nc, oscillator/map.nc,
-#      oscillator/lifetimes.nc; oscillator/path_resolution.nc where the study finds the number of nodes of friction paths.
+#      oscillator/lifetimes.nc; oscillator/allocation.nc where an accuracy is asked.
 
 
 # Stages that take the friction statistics alone.
-for stage in ("deterministic", "path_resolution", "stick_slip_map", "lifetimes"):
+for stage in ("deterministic", "ensemble_pilot", "stick_slip_map", "lifetimes"):
 
     rule:
         name:
@@ -29,7 +29,7 @@ rule oscillator:
     input:
         key=scenes.key("oscillator"),
         friction=scenes.made("friction"),
-        path_resolution=scenes.made("path_resolution"),
+        allocation=scenes.made("ensemble_pilot"),
     output:
         **outputs("oscillator"),
     log:
@@ -44,6 +44,7 @@ rule cycles:
     input:
         key=scenes.key("cycles"),
         deterministic=scenes.made("deterministic"),
+        allocation=scenes.made("ensemble_pilot"),
         ensemble=scenes.made("oscillator"),
     output:
         **outputs("cycles"),

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, STRIP_SHARES, TRAINING_NODES, VARIABLE_COUNTS
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_RUNS, MOST_WINDOWS, SHARES, TRAINING_NODES, VARIABLE_COUNTS
 from roughslip.scene import plan
 from roughslip.scene.declarations import Batches, declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
@@ -43,7 +43,7 @@ def needed_mb(scene: Scene, stage: str, count: int = 0) -> int:
 
 def is_allotted(scene: Scene, batches: Batches) -> bool:
     """Whether the jobs of a stage take shares of samples whose number the study finds."""
-    return batches.shared and get(scene, "accuracy") is not None
+    return bool(batches.asked) and get(scene, batches.asked) is not None
 
 
 def samples_of_a_share(scene: Scene, stage: str) -> int:
@@ -51,7 +51,7 @@ def samples_of_a_share(scene: Scene, stage: str) -> int:
     batches = declarations()[stage].batches
     if batches is None or not is_allotted(scene, batches):
         return 1
-    return math.ceil(_strips(batches.totals[""])(scene, 0) / STRIP_SHARES)
+    return math.ceil(_allotted(batches.totals[""])(scene, 0) / SHARES)
 
 
 def largest_batch(scene: Scene, stage: str, count: int, available_mb: float) -> int:
@@ -157,13 +157,16 @@ def _scan_points(scene: Scene) -> int:
     return 2**23 if points is None else int(points) ** 2
 
 
-def _strips(key: str) -> Callable[[Scene, int], float]:
-    """A number of strips; where the study finds it, the most that it may find."""
-    share = 2 if key == "strip.samples" else 1
+def _allotted(key: str) -> Callable[[Scene, int], float]:
+    """A number of strips or runs; where the study finds it, the most that it may find."""
 
     def number(scene: Scene, count: int) -> float:
         given = get(scene, key)
-        return MOST_WINDOWS / _windows(scene) / share if given == AUTO else float(given)
+        if given != AUTO:
+            return float(given)
+        if key == "ensemble.realisations":
+            return MOST_RUNS
+        return MOST_WINDOWS / _windows(scene) / (2 if key == "strip.samples" else 1)
 
     return number
 
@@ -195,14 +198,14 @@ SIZES: dict[str, Callable[[Scene, int], float]] = {
     "columns": _of_scene(_columns),
     "levels": _of_scene(_levels),
     "windows": _of_scene(_windows),
-    "strips": _strips("strip.samples"),
-    "expansion_strips": _strips("strip.expansion_samples"),
+    "strips": _allotted("strip.samples"),
+    "expansion_strips": _allotted("strip.expansion_samples"),
     "training_strips": _value("strip.training_samples"),
     "trained_strips": lambda scene, count: min(count, scene["strip"]["training_samples"]),
     "strip_terms": lambda scene, count: terms(FUNCTIONALS, scene["expansion"]["degree"], VARIABLE_COUNTS[-1]),
     "path_nodes": _of_scene(_path_nodes),
     "drawn_realisations": _value("ensemble.drawn_realisations"),
-    "realisations": _value("ensemble.realisations"),
+    "realisations": _allotted("ensemble.realisations"),
     "dampings": lambda scene, count: len(scene["ensemble"]["damping_ratios"]),
     "periods": _value("ensemble.duration_periods"),
     "scan_points": _of_scene(_scan_points),

@@ -10,7 +10,7 @@ from typing import Any
 
 from roughslip.compilation import source_hash
 from roughslip.errors import InputError
-from roughslip.limits import STRIP_SHARES
+from roughslip.limits import SHARES
 from roughslip.scene import plan, plausibility, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
@@ -178,7 +178,7 @@ class Scenes:
         declared = declarations()[stage].batches
         assert declared is not None
         if memory.is_allotted(self.valid[name], declared):
-            return [(share, share + 1) for share in range(STRIP_SHARES)]
+            return [(share, share + 1) for share in range(SHARES)]
         count, step = (get(self.valid[name], key) for key in (declared.totals[design], declared.size))
         if count == AUTO:  # then another stage finds the number of samples
             return []

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Literal
+from typing import Literal
 
-from roughslip.limits import STRIP_SHARES
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.fields import Section, integer, many, number, section
-from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
+from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
 
 @section
@@ -53,7 +52,13 @@ class Square(Section):
         above=0,
         below=100,
     )
-    monte_carlo_samples: int = integer("Surfaces of the Monte Carlo reference", at_least=100, at_most=100_000_000)
+    monte_carlo_samples: int | Literal["auto"] = integer(
+        "Surfaces of the Monte Carlo reference. With auto, as many as accuracy takes",
+        at_least=100,
+        at_most=100_000_000,
+        or_word=AUTO,
+        default=AUTO,
+    )
     latin_hypercube_samples: int = integer(
         "Surfaces of the Latin hypercube designs. Each full 4000 are a design of their own, to which eqs. (8) and (9) "
         "of the paper are fitted, on the samples in contact alone; with fewer it breaks down at median penetration",
@@ -117,11 +122,9 @@ class Strip(Section):
     )
 
 
-ALLOTTED = ("strip.samples", "strip.expansion_samples")
 MODES, SHARE = "square.modes", "square.variance_share"
 
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "": {"accuracy": ALLOTTED},
     "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
 }
 
@@ -133,19 +136,3 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
         yield missing(f"give it, or {SHARE}", MODES)
     elif "modes" in square and "variance_share" in square:
         yield not_together(SHARE, square["variance_share"], MODES)
-
-
-def accuracy_mistakes(scene: Values) -> Iterator[Mistake]:
-    """Numbers of strips are found from an accuracy, and an accuracy leaves at least one of them to be found."""
-    strip, accuracy = scene["strip"], scene.get("accuracy")
-    numbers: list[Any] = [strip.get(key.partition(".")[2]) or AUTO for key in ALLOTTED]
-    solved, least = numbers[0], (strip.get("training_samples") or 0) + STRIP_SHARES
-    if AUTO in numbers and accuracy is None:
-        found = ALLOTTED[numbers.index(AUTO)]
-        yield missing(f"{found} = {AUTO} needs it", "accuracy", found)
-    elif AUTO not in numbers and accuracy is not None:
-        only = f"{AUTO} there or in {ALLOTTED[1]}"
-        yield not_together("accuracy", accuracy, ALLOTTED[0], solved, allowed=only)
-    elif accuracy is not None and solved != AUTO and solved < least:
-        allowed = f"{AUTO}, or with accuracy at least strip.training_samples and {STRIP_SHARES} more"
-        yield refused(solved, allowed, ALLOTTED[0], "accuracy")

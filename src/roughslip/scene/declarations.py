@@ -25,12 +25,12 @@ class Batches:
 
     size : scene key of the number of samples of a job
     totals : by the name of a design, the scene key of its number of samples; {"": key} for a stage without designs
-    shared : whether, where an accuracy is asked, jobs take equal shares of the samples that are then allotted
+    asked : scene key of the accuracy that finds the number of samples; jobs then take equal shares of them
     """
 
     size: str
     totals: Mapping[str, str]
-    shared: bool = False
+    asked: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

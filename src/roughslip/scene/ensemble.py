@@ -16,10 +16,13 @@ Interpolation = Literal["cubic", "linear"]
 class Ensemble(Section):
     """Runs of figure 5."""
 
-    realisations: int = integer(
-        "Realisations of the friction process for each damping ratio; fewer than 8 give no interval",
+    realisations: int | Literal["auto"] = integer(
+        "Realisations of the friction process for each damping ratio; fewer than 8 give no interval. With auto, as "
+        "many as accuracy takes",
         at_least=8,
         at_most=1_000_000,
+        or_word=AUTO,
+        default=AUTO,
     )
     duration_periods: float = number("Duration of a run in natural periods, 2 pi/omega", above=0, at_most=10000)
     discarded_periods: float = number(
@@ -45,23 +48,16 @@ class Ensemble(Section):
         default="cubic",
     )
     nodes_per_correlation_length: int | Literal["auto"] = integer(
-        "Nodes of a realisation of the friction process per correlation length; auto doubles them until the error of "
-        "the mean numbers of cycles is at most count_error",
+        "Nodes of a realisation of the friction process per correlation length; with auto, as few as accuracy allows",
         at_least=2,
         at_most=1000,
         or_word=AUTO,
+        default=AUTO,
     )
     count_by_period: bool = flag(
         "Whether the runs without scatter end with their first cycle, which all later ones repeat, and are counted by "
         "its period; not with excitation",
         default=False,
-    )
-    count_error: float = number(
-        "With nodes_per_correlation_length auto: largest error of the mean number of cycles at every damping ratio "
-        "from the spacing of the nodes, relative to the largest of these numbers",
-        at_least=0.001,
-        at_most=0.5,
-        default=None,
     )
     damping_ratios: tuple[float, ...] = many(
         "Damping ratios of figure 5 (c), strictly increasing",

@@ -6,7 +6,7 @@ import math
 from typing import Literal
 
 from roughslip.limits import FUNCTIONALS
-from roughslip.scene.fields import Section, choice, integer, number, section
+from roughslip.scene.fields import Section, choice, integer, section
 
 AUTO = "auto"  # number of samples, or of nodes per correlation length
 BEST = "best"  # number of variables, or target
@@ -46,17 +46,11 @@ class Expansion(Section):
     )
     samples: int | Literal["auto"] = integer(
         "Surfaces that the expansion of the square is fitted to, more than it has terms; auto doubles them until the "
-        "error of the distribution is at most cdf_error",
+        "error of the distribution is as accuracy asks",
         at_least=10,
         at_most=1_000_000,
         or_word=AUTO,
-    )
-    cdf_error: float = number(
-        "With samples auto: largest Kolmogorov error of the distribution of the pressure, contact or not. The "
-        "estimate from the samples keeps it in 95 of 100 studies",
-        at_least=0.0005,
-        at_most=0.2,
-        default=None,
+        default=AUTO,
     )
     design: Design | None = choice(
         "Design of the variables of these surfaces; where not given, sobol with samples auto and else latin_hypercube",

@@ -37,25 +37,6 @@ class Friction(Section):
     statistics: FrictionStatistics | None = group(FrictionStatistics)
 
 
-@section
-class Accuracy(Section):
-    """Largest half width of the 95 % interval over the number, of friction at penetrations from 20 to 95 %.
-
-    It holds few strips and, with numerics.extrapolate_mesh, the mesh. A number stands for both. The study then finds
-    strip.samples and strip.expansion_samples where they are auto.
-    """
-
-    friction_mean: float = number("Of the mean friction coefficient", above=0, at_most=0.5)
-    friction_std: float = number("Of its standard deviation", above=0, at_most=0.5)
-    cost_limit_cpu_s: float = number(
-        "CPU time of the strips, by the model of cost, above which an accuracy is refused before they are solved",
-        "s",
-        above=0,
-        at_most=1e9,
-        default=3600.0,
-    )
-
-
 SOLVED = ("mean_at_median", "least_contact_fraction")
 STATISTICS = "friction.statistics"
 

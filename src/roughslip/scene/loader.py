@@ -16,7 +16,7 @@ from typing import Any, cast
 from jsonschema import Draft202012Validator, validators
 
 from roughslip.errors import InputError
-from roughslip.scene import rules
+from roughslip.scene import accuracy, rules
 from roughslip.scene.fields import WORD
 from roughslip.scene.mistakes import Values, shown
 from roughslip.scene.schema import scene_schema
@@ -54,12 +54,20 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         lines.append(line(topmost(paths), paths[0], text))
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
-    return cast(Values, _with_floats(merged.values, schema))
+    return accuracy.settled(cast(Values, _with_floats(merged.values, schema)))
 
 
 def scene_names(scenes_folder: Path) -> list[str]:
     """Names of all scenes of a folder, sorted."""
     return sorted(file.stem for file in scenes_folder.glob("*.yaml"))
+
+
+# Keys that a key replaces, all of them dotted.
+_REPLACED = {
+    f"{section}.{key}".lstrip("."): [f"{section}.{old}".lstrip(".") for old in keys]
+    for section, replaced in rules.REPLACES.items()
+    for key, keys in replaced.items()
+}
 
 
 class _Merged:
@@ -75,15 +83,13 @@ class _Merged:
 
     def overlay(self, file: Path, given: Values) -> None:
         """Mappings merge; numbers, text and lists replace; a key drops those that it takes the place of."""
+        own = set(_keys(given))
+        for replaced in {old for key in own for old in _REPLACED.get(key, ())} - own:
+            *section, name = replaced.split(".")
+            _inside(self.values, section).pop(name, None)
         self._merge(self.values, given, file, ())
 
     def _merge(self, base: Values, given: Values, file: Path, path: KeyPath) -> None:
-        replaces = rules.REPLACES.get(".".join(map(str, path)), {})
-        for replaced in {old for key in given for old in replaces.get(key, ())}:
-            *section, name = replaced.split(".")
-            own, inherited = (_inside(values, section) for values in (given, base))
-            if name not in own:
-                inherited.pop(name, None)
         for key, value in given.items():
             here = (*path, key)
             self._files[here] = file
@@ -95,10 +101,19 @@ class _Merged:
                 base[key] = value
 
 
+def _keys(values: Values) -> Iterator[str]:
+    """Dotted keys of the sections and of what they hold."""
+    for name, value in values.items():
+        yield name
+        yield from (f"{name}.{key}" for key in _keys(value)) if isinstance(value, dict) else ()
+
+
 def _inside(values: Values, section: list[str]) -> Values:
-    """The section of that name, of at most one word; empty where there is none."""
-    found = values.get(section[0], {}) if section else values
-    return found if isinstance(found, dict) else {}
+    """The section of that name; empty where there is none."""
+    for name in section:
+        found = values.get(name)
+        values = found if isinstance(found, dict) else {}
+    return values
 
 
 def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
@@ -142,7 +157,8 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
         lines += [line(file, path, text) for path, text in misread]
         both = values.get("accuracy")
         if isinstance(both, int | float) and not isinstance(both, bool):
-            values["accuracy"] = {"friction_mean": both, "friction_std": both}
+            values["accuracy"] = accuracy.of_all(both)
+        lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.idle(values)]
         documents.append(values)
         if "extends" not in values:
             break
@@ -208,8 +224,8 @@ def _schema_mistakes(values: Values, schema: Values) -> Iterator[tuple[KeyPath, 
             for key in given:
                 if key not in part["properties"]:
                     yield (*path, key), f"unknown key; {_nearest_key(key, part, schema)}", False
-        elif isinstance(given, str) and part["type"] in ("integer", "number"):
-            yield path, f"{shown(given)} is text, not a number; {_as_number(given, part)}", True
+        elif isinstance(given, str) and (kind := _kind(part)) in ("integer", "number") and _is_numeric(given, part):
+            yield path, f"{shown(given)} is text, not a number; {_as_number(given, {**part, 'type': kind})}", True
         else:
             guess = _guess(given, part["enum"]) if isinstance(given, str) and "enum" in part else ""
             yield path, f"{shown(given)} is not allowed; {guess}{describe_allowed(part)}", True
@@ -238,6 +254,16 @@ def describe_allowed(schema: Values) -> str:
     bounds = " and ".join(f"{sign} {schema[key]:.12g}" for key, sign in signs.items() if key in schema)
     unit = re.search(r" \[[^\]-]+\]$", schema["description"])
     return f"a {'whole ' * (schema['type'] == 'integer')}number {bounds}{unit.group() if unit else ''}"
+
+
+def _kind(part: Values) -> str:
+    """The type that a part of the schema allows, the first where a word may stand in its place."""
+    return str(part["type"][0] if isinstance(part["type"], list) else part["type"])
+
+
+def _is_numeric(text: str, part: Values) -> bool:
+    """Whether a text is meant as a number: always, or with a digit where a word may stand in its place."""
+    return not isinstance(part["type"], list) or any(character.isdigit() for character in text)
 
 
 def _as_number(text: str, schema: Values) -> str:

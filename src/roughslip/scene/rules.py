@@ -16,7 +16,7 @@ from roughslip.limits import (
     TRAINING_SPACING,
     VARIABLE_COUNTS,
 )
-from roughslip.scene import contact, friction, roughness
+from roughslip.scene import accuracy, contact, friction, roughness
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, shown, strictly_increasing
@@ -25,14 +25,17 @@ from roughslip.scene.types import get
 
 # Keys that one word of another key needs, and that no other word takes: the key, the other key, the word.
 _TAKEN_BY = (
-    ("expansion.cdf_error", "expansion.samples", AUTO),
-    ("ensemble.count_error", "ensemble.nodes_per_correlation_length", AUTO),
     ("oscillator.friction_table", "oscillator.law", "table"),
     ("oscillator.correlation_time_s", "oscillator.friction_follows", "time"),
 )
 
 # In an overlay, by section: keys that a key replaces, where the overlay does not give those too.
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {**friction.REPLACES, **contact.REPLACES, **roughness.REPLACES}
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
+    **accuracy.REPLACES,
+    **friction.REPLACES,
+    **contact.REPLACES,
+    **roughness.REPLACES,
+}
 for _key, _other, _ in _TAKEN_BY:
     _section, _, _name = _other.partition(".")
     REPLACES.setdefault(_section, {})[_name] = (_key.partition(".")[2],)
@@ -48,7 +51,7 @@ FEWEST, MOST = VARIABLE_COUNTS[0], VARIABLE_COUNTS[-1]
 _MEMORY = f"{MOST_NUMBERS} (0.8 GB of memory)"
 _TERMS = ("expansion.variables", "expansion.degree")
 _CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
-_DRAWS = 10  # over the square of cdf_error: draws then add 1.36 / sqrt(10) of that error, with 95 %
+_DRAWS = 40  # over the square of accuracy.pressure: draws then add 1.36 / sqrt(10) of its half, with 95 %
 _LENGTHS = "length_m margin_m width_m window_m window_spacing_m"
 _MULTIPLES = {
     "cell_m": f"{_LENGTHS} expansion_spacing_m",
@@ -136,9 +139,9 @@ _RULES = (
         f"give tables above {_MEMORY}",
     ),
     _Rule(
-        ("expansion.draws", "expansion.cdf_error"),
-        lambda draws, error: draws * error**2 >= _DRAWS,
-        f"at least {_DRAWS} / expansion.cdf_error^2, or the draws alone err by as much as {{1}}",
+        ("expansion.draws", "accuracy.pressure", "expansion.samples", "targets"),
+        lambda draws, error, n, targets: n != AUTO or "figure2" not in targets or draws * error**2 >= _DRAWS,
+        f"at least {_DRAWS} / accuracy.pressure^2, or the draws alone err by half of {{1}}",
     ),
     *(
         _Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
@@ -254,7 +257,7 @@ _RULES = (
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     ),
     *(_Rule(pair, lambda n, most: most == AUTO or n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
-    _Rule(contact.ALLOTTED[::-1], lambda e, s: AUTO in (e, s) or e >= 2 * s, "at least twice strip.samples = {1}"),
+    _Rule(accuracy.STRIPS[::-1], lambda e, s: AUTO in (e, s) or e >= 2 * s, "at least twice strip.samples = {1}"),
     _Rule(
         ("ensemble.discarded_periods", "ensemble.duration_periods"),
         lambda discarded, duration: discarded < duration,
@@ -356,10 +359,9 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
 
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
-    forms = {"friction": friction.mistakes, "square": contact.mistakes, "strip": contact.accuracy_mistakes}
-    for section, found_in in {**forms, "roughness": roughness.mistakes}.items():
-        if isinstance(scene.get(section), dict):
-            yield from (mistake for mistake in found_in(scene) if all(map(sound, mistake.keys)))
+    sections = {"friction": friction, "square": contact, "roughness": roughness}
+    for form in (accuracy, *(one for name, one in sections.items() if isinstance(scene.get(name), dict))):
+        yield from (mistake for mistake in form.mistakes(scene) if all(map(sound, mistake.keys)))
     for key, other, word in _TAKEN_BY:
         value, found = given(scene, key), get(scene, other)
         if not (sound(key) and sound(other)) or found is None:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from typing import Any, Literal
 
+from roughslip.scene.accuracy import Accuracy
 from roughslip.scene.contact import Material, Square, Strip
 from roughslip.scene.ensemble import Ensemble, StickSlipMap, Survival
 from roughslip.scene.expansion import Expansion
@@ -27,7 +28,7 @@ from roughslip.scene.fields import (
     section,
     text,
 )
-from roughslip.scene.friction import Accuracy, Friction
+from roughslip.scene.friction import Friction
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
 from roughslip.scene.roughness import Roughness

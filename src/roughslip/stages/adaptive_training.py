@@ -11,6 +11,7 @@ from roughslip.chaos.local import LocalExpansion, Samples
 from roughslip.chaos.sampling import design
 from roughslip.chaos.selection import fit_count
 from roughslip.limits import MOST_NUMBERS, VARIABLE_COUNTS
+from roughslip.scene.accuracy import SHARE
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.square import solved, square
@@ -21,7 +22,7 @@ STAGE = Stage(
     name="adaptive_training",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
     "expansion.variables expansion.degree expansion.target expansion.samples",
-    reads_if_given="expansion.rotation expansion.cdf_error expansion.design",
+    reads_if_given="expansion.rotation accuracy.pressure expansion.design",
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="contact/training.nc",
@@ -53,7 +54,7 @@ def numbers(least: int, most: int, nodes: int, modes: int) -> tuple[int, int]:
 
 def work(job: Job) -> None:
     """Solve, fit and solve more; write what stage contact_square writes of a design, and the design."""
-    asked = job.scene.expansion
+    asked, allowed = job.scene.expansion, SHARE * job.scene.accuracy.pressure
     seed = [job.scene.seed, geometry.STREAM_EXPANSION_DESIGN]
     problem = square(job)
     nodes = geometry.training_nodes(problem.model.lengths_m, problem.grid)
@@ -77,11 +78,11 @@ def work(job: Job) -> None:
 
         least, most = numbers(*terms(candidates, asked.degree), len(nodes.x), len(problem.modes))
         drawing = [job.scene.seed, geometry.STREAM_ENRICHMENT]
-        enriched = enrich(solve, fit, asked.cdf_error, least=least, most=most, seed=drawing)
+        enriched = enrich(solve, fit, allowed, least=least, most=most, seed=drawing)
     for count, error in enriched.history:
         print(f"adaptive_training: {count} solves, estimated error of the distribution {error:.3g}", file=sys.stderr)
     reached = enriched.error
-    job.usage.count(fits=len(enriched.history), cdf_error_asked=asked.cdf_error, cdf_error=round(reached.total, 6))
+    job.usage.count(fits=len(enriched.history), cdf_error_asked=allowed, cdf_error=round(reached.total, 6))
     job.usage.skip({skip_reasons.ENOUGH_SOLVES: most - enriched.history[-1][0]})
     one = batches[0]
     variables = {

@@ -40,7 +40,7 @@ STAGE = Stage(
     name="chaos_square",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile expansion",
     inputs={"surface": "karhunen_loeve", "designs": "design"},
-    optional={"scan": "scan"},
+    optional={"scan": "scan", "pilot": "square_pilot"},
     many={"contact": "contact_square adaptive_training"},
     result="chaos/square.nc",
     memory_mb=500,
@@ -166,6 +166,9 @@ def work(job: Job) -> None:
             between = mean_over_designs(np.array([kolmogorov_distance(a[a > 0], b[b > 0]) for a, b in pairs]))
         elif len(fits) == 2:
             between = apart(pressure["equation_8"], pressure["equation_9"], moved)
+    if job.arguments.pilot is not None:
+        errors = store.read(job.arguments.pilot)
+        job.usage.count(pressure_reached=round(float(errors["mesh"] + errors["modes"] + errors["sampling"]), 5))
     job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + len(local.without), draws=asked.draws * (1 + len(fits)))
     job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, asked.degree)})
     results = table(rows, pressure, solved) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)

@@ -1,8 +1,8 @@
 """Stage contact_strip: contact of a batch of strips with the plane, at every penetration of the scene."""
 
 from roughslip.scene.declarations import Batches, Stage
+from roughslip.stages.from_scene.shares import numbers_of
 from roughslip.stages.from_scene.strip_contact import solve_strips
-from roughslip.stages.from_scene.strip_numbers import numbers_of
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -13,7 +13,7 @@ STAGE = Stage(
     "numerics.contact_area numerics.contact_tolerance numerics.extrapolate_mesh",
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="contact/strip-{first}-{last}.nc",
-    batches=Batches(size="batches.strip_samples", totals={"": "strip.samples"}, shared=True),
+    batches=Batches(size="batches.strip_samples", totals={"": "strip.samples"}, asked="accuracy.friction_mean"),
     memory_mb=420,
     memory_doubles={"cells": 190, "batch windows": 12, "trained_strips levels cells": 1},
 )

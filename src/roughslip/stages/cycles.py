@@ -16,6 +16,7 @@ STAGE = Stage(
     name="cycles",
     reads="seed oscillator.damping_ratio ensemble.duration_periods",
     inputs={"deterministic": "deterministic"},
+    optional={"allocation": "ensemble_pilot"},
     many={"ensemble": "oscillator"},
     result="oscillator/statistics.nc",
     memory_doubles={"realisations dampings": 24, "realisations periods": 32, "realisations": 800},
@@ -116,6 +117,10 @@ def work(job: Job) -> None:
     for name in ("position", "velocity", "hopf_damping", "existence_limit", "reattachment", "departure"):
         one = plain.variable(name)
         variables[f"deterministic_{name}"] = one._replace(long_name=f"{name} without scatter")
+    if job.arguments.allocation is not None:
+        half = float(np.max(counts.high - counts.low)) / 2
+        reached = half + float(store.read(job.arguments.allocation)["from_nodes"])
+        job.usage.count(cycles_reached=round(reached, 3))
     job.usage.count(events=len(place))
     store.write(job.arguments.output, variables | tests, job.key)
 

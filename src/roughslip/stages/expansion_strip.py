@@ -2,8 +2,8 @@
 
 from roughslip import store
 from roughslip.scene.declarations import Batches, Stage
+from roughslip.stages.from_scene.shares import numbers_of, solved_strips
 from roughslip.stages.from_scene.strip_expansion import expand_strips
-from roughslip.stages.from_scene.strip_numbers import numbers_of, solved_strips
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -15,7 +15,9 @@ STAGE = Stage(
     inputs={"expansion": "chaos_strip"},
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="friction/expansion-{first}-{last}.nc",
-    batches=Batches(size="batches.expansion_samples", totals={"": "strip.expansion_samples"}, shared=True),
+    batches=Batches(
+        size="batches.expansion_samples", totals={"": "strip.expansion_samples"}, asked="accuracy.friction_mean"
+    ),
     memory_mb=420,
     memory_doubles={"cells": 150, "batch windows": 8, "levels cells": 8},
 )

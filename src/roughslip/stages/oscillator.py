@@ -6,7 +6,7 @@ from roughslip import store
 from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene import geometry, mass_on_belt, shares
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -14,9 +14,9 @@ STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble numerics.oscillator_tolerance",
     reads_if_given="friction.statistics",
-    optional={"friction": "friction", "path_resolution": "path_resolution"},
+    optional={"friction": "friction", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
-    batches=Batches(size="batches.realisations", totals={"": "ensemble.realisations"}),
+    batches=Batches(size="batches.realisations", totals={"": "ensemble.realisations"}, asked="accuracy.cycles"),
     memory_mb=520,
     memory_doubles={
         "path_nodes": 10,
@@ -35,12 +35,12 @@ def work(job: Job) -> None:
     numbers = mass_on_belt.friction_numbers(scene, arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     process = mass_on_belt.friction_process(scene, numbers, arguments.friction)
-    nodes = ensemble.nodes_per_correlation_length
-    if nodes == "auto":  # then stage path_resolution found it
-        nodes = int(store.read(arguments.path_resolution)["nodes_per_correlation_length"])
+    found = {} if arguments.allocation is None else store.read(arguments.allocation)
+    nodes = int(found["nodes_per_correlation_length"]) if found else int(ensemble.nodes_per_correlation_length)
+    taken = shares.numbers_of(job, "runs")
     periods, discarded = ensemble.duration_periods, ensemble.discarded_periods
     dampings = ensemble.damping_ratios
-    count = arguments.last - arguments.first
+    count = len(taken)
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
     last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)
     cuts = np.empty((count, len(dampings)), dtype=np.int64)
@@ -49,7 +49,7 @@ def work(job: Job) -> None:
     steps = evaluations = sticks = unread = 0
     with job.usage.core():
         paths = mass_on_belt.friction_paths(scene, process, nodes)
-        for row, number in enumerate(range(arguments.first, arguments.last)):
+        for row, number in enumerate(taken):
             path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
             counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options)
             cycles[row], micro_slips[row], cuts[row] = counts.cycles, counts.micro_slips, counts.cuts
@@ -73,8 +73,8 @@ def work(job: Job) -> None:
         evaluations=evaluations,
         negative_friction_cut=int(cuts.sum()),
     )
-    kept = count * len(dampings) + len(drawn)
-    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: kept, skip_reasons.UNREAD: unread})
+    not_stored = count * len(dampings) + len(drawn)
+    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: not_stored, skip_reasons.UNREAD: unread})
     run, event = ("realisation", "damping"), ("event",)
     cut = "steps and sticks at which negative friction was cut to zero"
     variables = {
@@ -91,7 +91,7 @@ def work(job: Job) -> None:
         for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):
             values = np.array([getattr(one, name)[kept] for one in drawn])
             variables[name] = store.Variable(("drawn", "time"), values, "m", title)
-    store.write(arguments.output, variables, job.key, {"first": arguments.first})
+    store.write(arguments.output, variables, job.key, {"first": taken.start})
 
 
 if __name__ == "__main__":

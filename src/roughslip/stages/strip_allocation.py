@@ -12,7 +12,7 @@ from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import Allocation, Choice, Sources, allocate, mesh_alone, nearest, sources
 from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.limits import MOST_WINDOWS, STRIP_SHARES
+from roughslip.limits import MOST_WINDOWS, SHARES
 from roughslip.scene.declarations import Stage
 from roughslip.scene.expansion import AUTO
 from roughslip.stages.from_scene import geometry
@@ -22,12 +22,13 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="strip_allocation",
-    reads="seed material roughness strip expansion.degree expansion.target accuracy",
+    reads="seed material roughness strip expansion.degree expansion.target "
+    "accuracy.friction_mean accuracy.friction_std accuracy.cost_limit_cpu_s",
     reads_if_given="friction.least_contact_fraction",
     inputs={"pilot": "strip_pilot", "expansion": "chaos_strip"},
     optional={"scan": "scan"},
     result="friction/allocation.nc",
-    runs_if="accuracy",
+    runs_if="accuracy.friction_mean",
     memory_mb=520,
     memory_doubles={"cells": 150, "windows": 8000, "levels cells": 8},
 )
@@ -76,7 +77,7 @@ def _choice(job: Job, pilot: store.Result) -> Choice:
     strips, many = (
         (low, high) if number == AUTO else (int(number), int(number))
         for number, low, high in (
-            (scene.strip.samples, len(pilot["area"]) + STRIP_SHARES, most // 2),
+            (scene.strip.samples, len(pilot["area"]) + SHARES, most // 2),
             (scene.strip.expansion_samples, 1, most),
         )
     )

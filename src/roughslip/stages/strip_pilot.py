@@ -15,7 +15,7 @@ STAGE = Stage(
     "numerics.contact_area numerics.contact_tolerance numerics.extrapolate_mesh",
     optional={"scan": "scan"},
     result="contact/pilot.nc",
-    runs_if="accuracy",
+    runs_if="accuracy.friction_mean",
     memory_mb=420,
     memory_doubles={"cells": 190, "training_strips windows": 12, "training_strips levels cells": 1},
 )

@@ -17,6 +17,7 @@ STREAM_GRINDING, STREAM_TWINS = 8, 9
 STREAM_ENRICHMENT, STREAM_PILOT, STREAM_WHITE = 10, 11, 12
 STREAM_FIELD, STREAM_FIELD_DRAWS = 13, 14
 STREAM_MAP, STREAM_SURVIVAL = 15, 16
+STREAM_SQUARE_PILOT = 17
 APART = 0.5  # correlation lengths from the central nodes to the outer ones; of 0.5, 1 and 1.5 it has the least bias
 
 

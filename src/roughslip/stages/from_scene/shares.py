@@ -1,21 +1,21 @@
-"""Which strips a job takes: those of its batch or, where an accuracy is asked, its share of those that are allotted."""
+"""Which samples a job takes: those of its batch or its share of those that an accuracy takes."""
 
 from roughslip import store
-from roughslip.limits import STRIP_SHARES
+from roughslip.limits import SHARES
 from roughslip.stages.runtime.command import Job
 
 
 def numbers_of(job: Job, name: str, start: int = 0) -> range:
-    """Numbers of the strips of a job.
+    """Numbers of the samples of a job.
 
-    name : in the allocation, of the number of strips that all jobs of the stage take
-    start : first strip that is shared out
+    name : in the allocation, of the number of samples that all jobs of the stage take
+    start : first sample that is shared out
     """
     first, last = job.arguments.first, job.arguments.last
     if job.arguments.allocation is None:
         return range(first, last)
     count = int(store.read(job.arguments.allocation)[name]) - start
-    return range(start + count * first // STRIP_SHARES, start + count * last // STRIP_SHARES)
+    return range(start + count * first // SHARES, start + count * last // SHARES)
 
 
 def solved_strips(job: Job) -> int:

@@ -195,7 +195,8 @@ def asked(cycles: float, std: float, dampings: tuple[float, ...] = (0.1, 0.31), 
 
 
 def test_scatter_that_a_path_misses_between_its_nodes():
-    """The variance of a straight line is (2 + rho) / 3 in the mean; both miss in proportion to the spacing, cubics less."""
+    """The variance of a straight line is (2 + rho) / 3 in the mean; cubics miss less.
+    Both miss in proportion to the spacing."""
     fine = {kind: np.array([missing_scatter(n, kind) for n in (32, 64)]) for kind in ("linear", "cubic")}
     for missed in fine.values():
         assert missed[0] / missed[1] == pytest.approx(2, abs=0.05)

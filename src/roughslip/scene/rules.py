@@ -23,7 +23,7 @@ from roughslip.scene.mistakes import Mistake, Values, given, missing, not_togeth
 from roughslip.scene.plan import needs, stages_needed
 from roughslip.scene.types import get
 
-# Keys that one word of another key needs, and that no other word takes: the key, the other key, the word.
+# Keys that one word of another key takes, and no other word: the key, the other key, the word.
 _TAKEN_BY = (
     ("oscillator.friction_table", "oscillator.law", "table"),
     ("oscillator.correlation_time_s", "oscillator.friction_follows", "time"),
@@ -48,8 +48,7 @@ class _Rule(NamedTuple):
 
 
 FEWEST, MOST = VARIABLE_COUNTS[0], VARIABLE_COUNTS[-1]
-_MEMORY = f"{MOST_NUMBERS} (0.8 GB of memory)"
-_TERMS = ("expansion.variables", "expansion.degree")
+_MEMORY, _TERMS = f"{MOST_NUMBERS} (0.8 GB of memory)", ("expansion.variables", "expansion.degree")
 _CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
 _DRAWS = 40  # over the square of accuracy.pressure: draws then add 1.36 / sqrt(10) of its half, with 95 %
 _LENGTHS = "length_m margin_m width_m window_m window_spacing_m"
@@ -63,7 +62,7 @@ _AT_MOST = (
     ("roughness.fractal.shortest_wavelength_m", "roughness.fractal.longest_wavelength_m"),
     ("roughness.fractal.longest_wavelength_m", "strip.length_m"),
 )
-_EXTENDED = ("sobol", "monte_carlo")  # designs that can be extended
+_EXTENDED = ("sobol", "monte_carlo")  # designs
 _ASCENDING = (
     *("strip.penetration_percentiles", "ensemble.damping_ratios"),
     *("map.belt_velocities_m_per_s", "map.damping_ratios", "survival.scatter_factors"),

@@ -1,9 +1,9 @@
 """Stage ensemble_pilot: as many runs, and nodes of friction paths, as the accuracy asked of the mean counts takes.
 
 Few runs show how the counts scatter, and how they follow the standard deviation of friction: each path is run with
-its scatter a quarter larger, and as much smaller. Between its nodes an interpolated path scatters less than the process does, by a
-share that its covariance gives. The mean counts then err by this share times their derivative by the logarithm of the
-standard deviation. Sums over many nodes lose less of their scatter, so that this bounds the error.
+its scatter a quarter larger, and as much smaller. Between its nodes an interpolated path scatters less than the process
+does, by a share that its covariance gives. The mean counts then err by this share times their derivative by the
+logarithm of the standard deviation. Sums over many nodes lose less of their scatter, so that this bounds the error.
 
 A path that is read at half its nodes is no measure of it: near the limit of existence a motion forgets the details of
 a path within a few cycles, and then counts like another path.

@@ -133,6 +133,7 @@ def work(job: Job) -> None:
         runs_chosen=runs,
         nodes_chosen=nodes,
         cycles_asked=asked,
+        cycles_from_nodes=round(from_nodes, 3),
         cycles_expected=round(from_nodes + half_width(deviation, RUNS, runs, safe=False), 3),
     )
     title = "error of the mean counts, at most, from the nodes of the paths"

@@ -73,7 +73,7 @@ def work(job: Job) -> None:
         mesh, modes = (kolmogorov_distance(found[:, 0], found[:, other]) for other in (1, 2))
     sampling = KOLMOGOROV_95 / math.sqrt(samples)
     expected = mesh + modes + sampling
-    shown = {"pressure_asked": asked, "pressure_expected": expected, "from_cells": mesh, "from_modes": modes}
+    shown = {"pressure_asked": asked, "pressure_expected": expected, "pressure_from_cells": mesh, "pressure_from_modes": modes}
     job.usage.count(surfaces=SURFACES, **{name: round(value, 5) for name, value in shown.items()})
     if mesh + modes > (1 - SHARE) * asked:
         raise IllPosedError(

@@ -63,8 +63,10 @@ def work(job: Job) -> None:
             raise IllPosedError(_refusal(errors, asked, choice, scene.strip.cell_m))
     shown = {f"{name}_asked": value for name, value in asked.items()}
     for name in asked:
-        widths = [one.half_width(chosen.strips, chosen.many, safe=False) for one in errors if one.statistic == name]
+        of_it = [one for one in errors if one.statistic == name]
+        widths = [one.half_width(chosen.strips, chosen.many, safe=False) for one in of_it]
         shown |= {f"{name}_expected": round(max(widths, default=0.0), 5)}
+        shown |= {f"{name}_from_cells": round(max(map(mesh_alone, of_it), default=0.0), 5)}
     job.usage.count(strips_chosen=chosen.strips, expansion_strips_chosen=chosen.many, **shown)
     store.write(job.arguments.output, _variables(errors, asked, chosen), job.key)
 

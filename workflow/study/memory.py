@@ -148,7 +148,7 @@ def _path_nodes(scene: Scene) -> float:
     nodes = ensemble["nodes_per_correlation_length"]
     periods = ensemble["duration_periods"]
     way = oscillator["belt_velocity_m_per_s"] * periods * 2 * math.pi / oscillator["natural_frequency_rad_per_s"]
-    return float(min((way / length + 300) * (1000 if nodes == AUTO else nodes), 2.0**26))
+    return float(min((way / length + 300) * (64 if nodes == AUTO else nodes), 2.0**26))
 
 
 def _scan_points(scene: Scene) -> int:

@@ -97,18 +97,20 @@ def path_length(belt: Oscillator, duration_periods: float, follows: str = "slip"
     return belt.V * 2 * np.pi * duration_periods + 10 * belt.F
 
 
-def friction_process(scene: Scene, numbers: FrictionNumbers, statistics: Path | None) -> FrictionProcess:
+def friction_process(
+    scene: Scene, numbers: FrictionNumbers, statistics: Path | None, windows: int | None = None
+) -> FrictionProcess:
     """The stochastic part mu_S: the marginal that the scene names, at the mean and standard deviation of the numbers.
 
     The paper scales Beta(2.1, 5) by the least and the largest value of its sample, and these depend on its size. Here
     Beta(2.1, 5) has the mean and standard deviation of the windows. With several windows in parallel, the marginal is
-    that of the mean of as many Beta variables. Where friction follows time, the correlation length of the process is
-    the scene's correlation time.
+    that of the mean of as many Beta variables; `windows` replaces the scene's number. Where friction follows time, the
+    correlation length of the process is the scene's correlation time.
     """
     moments = numbers.mean, numbers.standard_deviation
     kind = scene.ensemble.marginal
     marginal: Marginal
-    windows = scene.oscillator.windows_in_parallel
+    windows = scene.oscillator.windows_in_parallel if windows is None else windows
     if kind == "empirical":
         if statistics is None:
             raise InputError("the quantiles of the windows need --friction")

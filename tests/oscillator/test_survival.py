@@ -17,6 +17,7 @@ from roughslip.oscillator.survival import (
     cycling_share,
     damping_band,
     falling_share,
+    is_cycling,
     mean_lifetime,
     sliding_intervals,
     spells,
@@ -160,3 +161,11 @@ def test_what_the_ensemble_does_not_hold_is_refused():
         damping_band(damping[::-1], survived, (0.5,), rng)
     with pytest.raises(ParameterError, match="must begin within"):
         cycling_share(RUN, 20)
+
+
+def test_the_mean_of_a_random_time_in_stick_slip_is_the_share():
+    """At every hundredth of a period up to LONG_SLIP before the end, of which the last spell of sliding has 4."""
+    times = np.arange(0.005, 20 - LONG_SLIP, 0.01)
+    assert np.mean([is_cycling(RUN, time) for time in times]) == pytest.approx(6 / (20 - LONG_SLIP), rel=1e-3)
+    with pytest.raises(ParameterError, match=r"must last 3 natural periods longer than the 17\.1 asked for"):
+        is_cycling(RUN, 17.1)

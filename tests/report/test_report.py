@@ -133,7 +133,7 @@ def test_what_a_user_wrote_is_text(key):
 
 def test_numbers_verdicts_and_what_has_none():
     absent = claim(ours=None, interval=None, verdict="not tested", note="the scene does not run this stage")
-    content = parsed(scene(claims=[claim(stands=CYCLE["stands"]), claim(), absent]))
+    content = parsed(scene(name="paper", claims=[claim(stands=CYCLE["stands"]), claim(), absent]))
     text = " ".join(content.text)
     assert "-0.0891" in text
     assert "-0.0942 to -0.0839" in text
@@ -141,6 +141,18 @@ def test_numbers_verdicts_and_what_has_none():
     assert "3 statements: 2 reproduced, 1 not tested." in text
     assert "None" not in text
     assert [attrs["class"] for attrs in content.all("td")].count("verdict not-tested") == 1
+
+
+def test_statements_of_the_paper_are_folded_away_where_the_scene_is_none_of_its_readings():
+    """There those on the paper's own numbers, and those that are not tested, are left out; a scene may have none."""
+    claims = [claim(), claim(id="mu-correlation-250um"), claim(id="fig2-mcs-lhs", verdict="not tested")]
+    for name, count in (("paper", 3), ("resolved", 3), ("mine", 1)):
+        content = parsed(scene(name=name, claims=claims))
+        shown = {attrs["id"] for attrs in content.all("span")}
+        assert shown == {f"{name}-{one['id']}" for one in claims[:count]}
+        summaries = [line for line in content.text if line.startswith("Statements of the paper")]
+        assert len(summaries) == (name == "mine")
+    assert "statements:" not in " ".join(parsed(scene(claims=claims[1:])).text)
 
 
 def test_the_verdict_on_a_number_at_its_threshold_says_so_in_its_cell():

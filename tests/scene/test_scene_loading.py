@@ -183,6 +183,7 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "figure_field": {"material", "roughness", "square", "expansion", "numerics"},
         "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics", "batches"},
         "figure5": {"oscillator", "ensemble", "friction", "numerics", "batches"},
+        "answer": {"oscillator", "friction", "numerics"},
         "figure_map": {"oscillator", "map", "survival", "friction", "numerics"},
     }
     for target, sections in needed.items():

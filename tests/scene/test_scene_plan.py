@@ -12,7 +12,7 @@ from tests.scene.shipped import SCAN, SCENES, SCHEMA, properties, shipped_scene
 
 ALWAYS = {"claims", "costs", "report"}
 SEVERAL = {"reference", "comparison", "verify"}  # of several scenes together, asked for by name
-OSCILLATOR = {"deterministic", "oscillator", "cycles", "figure5"}
+OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
 SOLVED_SQUARES = {"square_pilot", "contact_square", "adaptive_training", "field_square"}
 SOLVED_STRIPS = {"strip_pilot", "contact_strip"}
@@ -105,5 +105,5 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        assert square["contact_strip"] == square["friction"] == "not asked for: figure3, figure5, figure_map"
+        assert square["contact_strip"] == square["friction"] == "not asked for: answer, figure3, figure5, figure_map"
         assert square["ensemble_pilot"] == "not asked for: figure5"

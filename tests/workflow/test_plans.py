@@ -27,9 +27,10 @@ SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square":
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 ALLOTTED = {**STRIP, "strip_pilot": 1, "strip_allocation": 1, "contact_strip": 8, "expansion_strip": 8}
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
-OSCILLATOR = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
+FIGURE5 = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
+OSCILLATOR = {"answer": 1, **FIGURE5}
 FIELD = {"field_square": 1, "figure_field": 1}
-MAP = {"stick_slip_map": 1, "lifetimes": 1, "figure_map": 1}
+MAP = {"answer": 1, "stick_slip_map": 1, "lifetimes": 1, "figure_map": 1}
 SCAN = {"grinding": 1, "scan": 1, "synthetic_surfaces": 1, "figure_scan": 1}
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
 GIVEN = f"friction: {{statistics: {STATISTICS}}}"
@@ -53,6 +54,7 @@ STAGES = {
     f"targets: [figure3]\n{FOUND}": {**STRIP, **FIGURE3},
     f"targets: [figure2, figure_scan]\n{GROUND}": {**SQUARE, **SCAN},
     f"targets: [figure5]\n{GIVEN}\n{GROUND}": OSCILLATOR,
+    f"targets: [answer]\n{GIVEN}": {"answer": 1},
 }
 
 
@@ -63,7 +65,7 @@ def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
     for name, text in zip(names, STAGES, strict=True):
         project.scene(name, f"extends: tiny\ndescription: Mine\n{text}\n")
     planned = plan(project.folder, *names, "results/given/figure5.png", "results/tiny/contact/strip-0-8.nc")
-    assert planned.pop("given") == {**OSCILLATOR, "oscillator": 2}
+    assert planned.pop("given") == {**FIGURE5, "oscillator": 2}
     assert planned.pop("tiny") == {"contact_strip": 1}
     assert planned == {name: {**stages, **END} for name, stages in zip(names, STAGES.values(), strict=True)}
     assert not project.path("results").exists()
@@ -74,7 +76,8 @@ REPORT = {"scene_report": 1}
 COSTS = {"costs": 1, **REPORT}
 CLAIMS = {"claims": 1, **COSTS}
 CYCLES = {"cycles": 1, "figure5": 1, **CLAIMS}
-AFTER_FRICTION = {"deterministic": 1, "oscillator": 1, **CYCLES}
+AFTER_DAMPINGS = {"deterministic": 1, "oscillator": 1, **CYCLES}
+AFTER_FRICTION = {"answer": 1, **AFTER_DAMPINGS}
 AFTER_SQUARE = {"chaos_square": 1, "figure2": 1}
 CONTACT = {"contact_square": 3, **AFTER_SQUARE, **STRIP, **FIGURE3, **AFTER_FRICTION}
 SURFACE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
@@ -82,7 +85,7 @@ SCENE = "config/scenes/tiny.yaml"
 MARGINAL = "roughness: {marginal: {family: beta, shapes: [2.1, 5]}}\nsquare:"
 ACTS = ("\n\n\n", "\n\n_EDITED = 1\n\n\n")
 EDITS = [
-    (SCENE, "[0.17, 0.34]", "[0.17, 0.30]", AFTER_FRICTION),
+    (SCENE, "[0.17, 0.34]", "[0.17, 0.30]", AFTER_DAMPINGS),
     (SCENE, "square:", "seed: 1\nsquare:", {"design": 1, **CONTACT}),
     (SCENE, "draws: 2000", "draws: 3000", {**AFTER_SQUARE, **CLAIMS}),
     (SCENE, "realisations: 8}", "realisations: 4}", {**CYCLES, "oscillator": 2}),

@@ -59,6 +59,7 @@ rule scene_report:
         scenes=scenes.made("claims", "costs"),
         figures=lambda wildcards: scenes.figures(wildcards.scene),
         surfaces=scenes.made("karhunen_loeve", "chaos_square", "scan"),
+        answer=scenes.made("answer"),
     output:
         **outputs("report"),
     log:

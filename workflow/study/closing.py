@@ -12,7 +12,16 @@ MOST_WARNINGS = 5  # of a scene; the others are on its page
 def closing_lines(results: Iterable[str]) -> list[str]:
     """Lines for each scene whose sum of costs is among the results of a run, in the order of their names."""
     folders = sorted({Path(file).parent for file in results if Path(file).match("results/*/costs.json")})
-    return [f"{folder.name}: {text}" for folder in folders for text in _warnings(folder)]
+    return [f"{folder.name}: {text}" for folder in folders for text in (*_answer(folder), *_warnings(folder))]
+
+
+def _answer(folder: Path) -> list[str]:
+    """The three lines of the answer on stick-slip; none where the scene has none."""
+    stages = {row["stage"] for row in json.loads((folder / "costs.json").read_text(encoding="utf-8"))}
+    if "answer" not in stages:  # the folder may hold that of older targets
+        return []
+    lines: list[str] = json.loads((folder / "answer.json").read_text(encoding="utf-8"))["summary"]
+    return lines
 
 
 def _warnings(folder: Path) -> list[str]:

@@ -29,6 +29,7 @@ TOLERANCE = 1e-12  # relative, of a step
 AT_REST = 1e-9  # of the first peak: a motion that has come so close to steady sliding does not turn again
 LARGEST_DAMPING = 1e3
 MOST_EVALUATIONS = 100_000  # of a turn, which takes some thousand; a stiff one ends with a message
+RANGE_TOLERANCE = 1e-9  # of a slip phase; ends of ranges have 1e-6
 LOOPS = 3.0  # natural periods of a damped oscillator within which slip that will stick again has done so
 LOOP_PERIODS = 4.0  # the first loop of slip takes 1 / sqrt(1 - D^2) natural periods and a little
 
@@ -185,6 +186,19 @@ def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-
         slipped_distance=float(motion.slipped_distance[first]),
         local_error=motion.local_error,
     )
+
+
+def cycle_period(oscillator: Oscillator, law: FrictionLaw) -> float | None:
+    """Natural periods of the stick-slip cycle at the oscillator's own damping ratio.
+
+    Infinite where there is none, None where slip is too stiff to decide.
+    """
+    try:
+        return limit_cycle(oscillator, law, RANGE_TOLERANCE).period / (2.0 * math.pi)
+    except IllPosedError:
+        return math.inf
+    except ConvergenceError:
+        return None
 
 
 def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:

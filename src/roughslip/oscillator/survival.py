@@ -59,6 +59,17 @@ def cycling_share(motion: Motion, after_periods: float = 0.0) -> float:
     return 1.0 - float(np.sum(sliding[:, 1] - sliding[:, 0], dtype=np.float64)) / (end - after_periods)
 
 
+def is_cycling(motion: Motion, periods: float) -> bool:
+    """Whether a time [natural periods] belongs to stick-slip; of a random time, the mean is `cycling_share`.
+
+    The motion must go on for LONG_SLIP natural periods after it.
+    """
+    if not 0.0 <= periods <= motion.duration / (2.0 * math.pi) - LONG_SLIP * (1.0 - 1e-9):
+        raise ParameterError(f"the run must last {LONG_SLIP:g} natural periods longer than the {periods:.4g} asked for")
+    begin, end = sliding_intervals(motion).T
+    return not bool(np.any((begin <= periods) & (periods < end)))
+
+
 def spells(motion: Motion) -> tuple[Spells, Spells]:
     """Spells of stick-slip, and of steady sliding, in their order in time.
 

@@ -13,8 +13,12 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from roughslip.report.answer import limit_rows
 from roughslip.report.sensitivity_table import legend, sensitivity_line
 
+READINGS = ("paper", "resolved")  # scenes that read the paper
+# Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
+OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
 BUDGET = "chain"  # the benchmark that measures each source of error
 MEASURED = {
     "surface": "Surfaces: times of leading modes and exact samples; error of the covariance against time.",
@@ -78,6 +82,7 @@ class SceneReport:
     surfaces : how the surface behind a figure is represented and why, in sentences, by the name of the figure
     claims, costs : contents of claims.json and costs.json
     configuration : what the stages read of the scene
+    answer : contents of answer.json; None where no oscillator runs
     """
 
     name: str
@@ -88,6 +93,21 @@ class SceneReport:
     claims: Sequence[Mapping[str, Any]]
     costs: Sequence[Mapping[str, Any]]
     configuration: str
+    answer: Mapping[str, Any] | None = None
+
+    @property
+    def is_reading(self) -> bool:
+        """Whether the scene is one of the two readings of the paper, on which every statement appears."""
+        return self.name in READINGS
+
+    @property
+    def shown_claims(self) -> list[Mapping[str, Any]]:
+        """All statements on a reading of the paper; elsewhere those that are tested and not on the paper's numbers."""
+        return [
+            claim
+            for claim in self.claims
+            if self.is_reading or (claim["verdict"] != "not tested" and claim["id"] not in OF_ITS_NUMBERS)
+        ]
 
     def caption(self, figure: str) -> str:
         """Caption of a figure, with the representation of its surface."""
@@ -112,6 +132,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "base64": lambda content: base64.b64encode(content).decode(),
         "digits": lambda number, digits: f"{number:.{digits}g}",
         "grouped": lambda number: f"{number:,.3g}",
+        "limit_rows": limit_rows,
         "counts": _counts,
         "verdicts": lambda claims: Counter(claim["verdict"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,

@@ -1,4 +1,4 @@
-"""Sections `ensemble`, `map` and `survival` of a scene: the runs of the oscillator, of figure5 and figure_map."""
+"""Sections `ensemble`, `map`, `survival` and `answer` of a scene: the runs of the oscillator."""
 
 from __future__ import annotations
 
@@ -112,3 +112,22 @@ class Survival(Section):
         at_most=10000,
     )
     duration_periods: float = number("Duration of a run in natural periods", at_least=20, at_most=10000)
+
+
+@section
+class Answer(Section):
+    """Runs that tell whether stick-slip occurs, and where it ceases or begins: answer.json."""
+
+    realisations: int = integer(
+        "Realisations of the friction process, the same at every value; fewer than 72 do not bound a probability of "
+        "5 %",
+        at_least=72,
+        at_most=10000,
+        default=100,
+    )
+    duration_periods: float = number(
+        "Duration of a run in natural periods, of which the second half counts",
+        at_least=20,
+        at_most=10000,
+        default=40.0,
+    )

@@ -137,7 +137,7 @@ def _starts(target: str) -> list[str]:
 
 
 def _companions(name: str) -> list[str]:
-    return [stage.name for stage in declarations().values() if stage.comes_with == name]
+    return [stage.name for stage in declarations().values() if name in stage.comes_with.split()]
 
 
 @cache

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from roughslip.scene.accuracy import Accuracy
 from roughslip.scene.contact import Material, Square, Strip
-from roughslip.scene.ensemble import Ensemble, StickSlipMap, Survival
+from roughslip.scene.ensemble import Answer, Ensemble, StickSlipMap, Survival
 from roughslip.scene.expansion import Expansion
 from roughslip.scene.fields import (
     Section,
@@ -82,7 +82,8 @@ class Scene(Section):
         text(
             "A figure of the paper, or one of three others. In figure_scan, a scan is compared with surfaces sampled "
             "from its models. In figure_field, statistics of the pressure are shown at every node of the square. In "
-            "figure_map, the probability of stick-slip is shown over damping and belt velocity, with its lifetimes",
+            "figure_map, the probability of stick-slip is shown over damping and belt velocity, with its lifetimes. "
+            "answer, without a figure, is that probability and its limits; it comes with figure5 and figure_map",
             longest=40,
         ),
         unique=True,
@@ -98,6 +99,7 @@ class Scene(Section):
     ensemble: Ensemble = group(Ensemble)
     map: StickSlipMap = group(StickSlipMap)
     survival: Survival = group(Survival)
+    answer: Answer = group(Answer)
     numerics: Numerics = group(Numerics)
     batches: Batches = group(Batches)
 

@@ -15,7 +15,7 @@ from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import counts_by_period, existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.limits import counts_by_period, cycle_period, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, ensemble_counts, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
@@ -33,7 +33,6 @@ STAGE = Stage(
 )
 
 PARAMETERS = ("mass_kg", "belt_velocity_m_per_s")
-RANGE_TOLERANCE = 1e-9  # of a slip phase; ends of ranges have 1e-6
 LONGEST = 5.0  # natural periods of a cycle: then a run that cycles shows one in its closing ten
 
 LIMITS = {
@@ -104,19 +103,6 @@ def work(job: Job) -> None:
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
     store.write(job.arguments.output, variables, job.key)
-
-
-def cycle_period(oscillator: Oscillator, law: FrictionLaw) -> float | None:
-    """Natural periods of the stick-slip cycle at the oscillator's own damping ratio.
-
-    Infinite where there is none, None where slip is too stiff to decide.
-    """
-    try:
-        return limit_cycle(oscillator, law, RANGE_TOLERANCE).period / (2.0 * math.pi)
-    except IllPosedError:
-        return math.inf
-    except ConvergenceError:
-        return None
 
 
 def range_variables(belt: Oscillator, law: FrictionLaw, dampings: Sequence[float]) -> dict[str, store.Variable]:

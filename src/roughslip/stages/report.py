@@ -108,6 +108,7 @@ def read_scene(folder: Path, captions: dict[str, str]) -> SceneReport:
         figures={name: picture(folder / f"{name}.png") for name in drawn},
         captions=captions,
         surfaces=represented(folder, stages, scene_of(configuration)),
+        answer=store.read_json(folder / "answer.json") if "answer" in stages else None,
         claims=store.read_json(folder / "claims.json"),
         costs=costs,
         configuration=json.dumps(without_nulls(configuration), indent=1, sort_keys=True),

@@ -1,0 +1,185 @@
+"""Where the probability of an event crosses a level along one parameter, with the same random paths at every value.
+
+K(x) of n independent paths show the event at the value x. At the true crossing K is binomial with the level as its
+probability. So the values about the crossing of K / n at which K lies within the central 95 % of that distribution are
+a 95 % interval. Where every path changes once, its ends are order statistics of the values at which the paths change
+(H. A. David & H. N. Nagaraja, Order Statistics, 2003, 7.1). It also holds where paths change to and fro.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import bdtr, ndtri
+
+from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.probability.estimate import TAILS
+
+ACCURACY = 1e-3  # relative, of a value at which the probability crosses a level,
+COARSE = 0.02  # and where the values on both sides of it lie within its interval
+END_ACCURACY = 0.5  # of the step that holds an end of the interval, as a share of its distance from the value
+STEPS = 8  # from the start to either end of the search; a probability that crosses a level twice between is missed
+PROBES = 12  # paths that look for the step with a crossing
+Occurs = Callable[[float, range], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Where a probability crosses a level.
+
+    value : where the share of the paths does
+    low, high : ends of the 95 % interval, None where it reaches the end of the search
+    """
+
+    value: float
+    low: float | None
+    high: float | None
+
+
+def central_counts(paths: int, level: float) -> tuple[int, int]:
+    """The least and the largest count of a binomial variable within its central 95 %."""
+    below = bdtr(np.arange(paths + 1), paths, level)
+    least, largest = (int(np.searchsorted(below, tail)) for tail in TAILS)
+    return least, largest
+
+
+class LevelSearch:
+    """Counts of paths with the event along one parameter, and searches for crossings in them.
+
+    occurs : of a value and a range of path numbers, (paths,) whether the event occurs; ConvergenceError or
+        ParameterError where the value cannot be tried
+    paths : n
+    start : of the search, positive
+    low, high : its ends
+    at_start : (n,) whether the event occurs there
+    """
+
+    def __init__(self, occurs: Occurs, start: float, low: float, high: float, at_start: np.ndarray) -> None:
+        if not 0.0 < low < start < high < math.inf:
+            raise ParameterError(f"a search goes from a positive start outwards, not from {start} to {low} and {high}")
+        self._occurs, self.paths = occurs, len(at_start)
+        down, up = (np.geomspace(start, end, STEPS + 1)[1:] for end in (low, high))
+        self._grid = [*map(float, down[::-1]), start, *map(float, up)]
+        self._seen = {start: at_start}
+        self._ends = [0, len(self._grid) - 1]
+        self.trials = 0
+
+    @property
+    def searched(self) -> tuple[float, float]:
+        """The ends of the search, as far as values could be tried."""
+        return self._grid[self._ends[0]], self._grid[self._ends[1]]
+
+    def count(self, value: float, paths: int | None = None) -> int:
+        """How many of the first paths, or of all, show the event."""
+        number = self.paths if paths is None else paths
+        seen = self._seen.get(value, np.zeros(0, dtype=bool))
+        if seen.size < number:
+            self.trials += number - seen.size
+            seen = np.append(seen, self._occurs(value, range(seen.size, number)))
+            self._seen[value] = seen
+        return int(np.count_nonzero(seen[:number]))
+
+    def crossing(self, level: float, upwards: bool) -> Crossing | None:
+        """The nearest crossing of a level above or below the start; None where the search holds none.
+
+        Raises ParameterError for a level whose interval this number of paths does not bound.
+        """
+        least, largest = central_counts(self.paths, level)
+        if not 0 < least <= largest < self.paths:
+            raise ParameterError(f"{self.paths} paths do not bound a value of the probability {level:g}: take more")
+        step, target = 1 if upwards else -1, level * self.paths
+        above = self._is_above(STEPS, target)
+        at = self._first_probe(step, level, not above)
+        far = self._first(at, step, target, not above)
+        if far is None:
+            return None
+        while far - step != STEPS and self._is_above(far - step, target) != above:
+            far -= step
+        value = self._root(target, self._grid[far - step], self._grid[far])
+        inner, outer = (largest + 0.5, least - 0.5) if above else (least - 0.5, largest + 0.5)
+        ends = self._end(far - step, -step, inner, above, value), self._end(far, step, outer, not above, value)
+        low, high = ends if upwards else ends[::-1]
+        return Crossing(value, None if low is None else min(low, value), None if high is None else max(high, value))
+
+    def _first_probe(self, step: int, level: float, side: bool) -> int:
+        """The grid point outwards at which the first paths come to a side of the level, or the last one."""
+        at = STEPS
+        while self._goes_on(at, step):
+            at += step
+            if (self.count(self._grid[at], PROBES) > level * PROBES) == side:
+                break
+        return at
+
+    def _first(self, at: int, step: int, threshold: float, side: bool) -> int | None:
+        """The first grid point from `at` on whose count is on a side of the threshold."""
+        while self._is_above(at, threshold) != side:
+            if not self._goes_on(at, step):
+                return None
+            at += step
+        return at
+
+    def _goes_on(self, at: int, step: int) -> bool:
+        """Whether there is a next grid point that can be tried; if not, the search ends here."""
+        if at == self._ends[step > 0]:
+            return False
+        try:
+            self.count(self._grid[at + step], PROBES)
+        except (ConvergenceError, ParameterError):
+            self._ends[step > 0] = at
+            return False
+        return True
+
+    def _is_above(self, at: int, threshold: float) -> bool:
+        """Whether the count exceeds a threshold; of no more paths than decide it."""
+        first = self.count(self._grid[at], PROBES)
+        if first > threshold or first + self.paths - PROBES <= threshold:
+            return first > threshold
+        return self.count(self._grid[at]) > threshold
+
+    def _end(self, at: int, way: int, threshold: float, side: bool, value: float) -> float | None:
+        """The end of a value's interval: where, from a grid point on, the count comes to a side of the threshold."""
+        last = self._first(at, way, threshold, side)
+        if last is None:
+            return None
+        inside, outside = self._grid[last - way], self._grid[last]
+        while abs(math.log(outside / inside)) > max(ACCURACY, END_ACCURACY * abs(math.log(inside / value))):
+            inside, outside = self._narrowed(threshold, inside, outside)
+        return self._between(threshold, inside, outside)
+
+    def _root(self, threshold: float, a: float, b: float) -> float:
+        """The value, of two on different sides of the threshold and between, where the count comes to it."""
+        least, largest = central_counts(self.paths, threshold / self.paths)
+        while (width := abs(math.log(b / a))) > ACCURACY:
+            if width <= COARSE and all(least <= self.count(value) <= largest for value in (a, b)):
+                break
+            a, b = self._narrowed(threshold, a, b)
+        return self._between(threshold, a, b)
+
+    def _narrowed(self, threshold: float, a: float, b: float) -> tuple[float, float]:
+        """Two values nearer to each other, on the same sides of the threshold as a and b.
+
+        Values tried before serve first. A new one lies beyond the interpolated crossing, in the longer part.
+        """
+        side, before = self.count(a) > threshold, a
+        tried = [value for value, seen in self._seen.items() if seen.size == self.paths]
+        between = sorted((value for value in tried if min(a, b) < value < max(a, b)), reverse=b < a)
+        if not between:
+            between = [self._between(threshold, a, b, beyond=0.1)]
+        for value in between:
+            if (self.count(value) > threshold) != side:
+                return before, value
+            before = value
+        return before, b
+
+    def _between(self, threshold: float, a: float, b: float, beyond: float = 0.0) -> float:
+        """Where the normal score of the share of paths, linear in the logarithm of the value, is that of the threshold.
+
+        beyond : how much farther into the longer part, as a share of the way from a to b
+        """
+        counts = self.count(a), self.count(b), threshold
+        score_a, score_b, score = (float(ndtri((count + 0.5) / (self.paths + 1))) for count in counts)
+        share = (score_a - score) / (score_a - score_b)
+        return a * (b / a) ** (share + beyond if share < 0.5 else share - beyond)

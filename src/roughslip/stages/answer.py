@@ -1,0 +1,299 @@
+"""Stage answer: whether the scene's oscillator stick-slips, where that ceases or begins, how it moves, what decides."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from roughslip import store
+from roughslip.chaos.sampling import wilson_interval
+from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.friction.recursion import Recursion, recursion
+from roughslip.oscillator.cycles import NO_SCATTER, reattachment_statistics
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.limits import cycle_period, equilibrium, existence_limit, hopf_damping
+from roughslip.oscillator.motion import FrictionPath, MotionOptions, Trajectory, simulate, trajectory
+from roughslip.oscillator.survival import LONG_SLIP, is_cycling, sliding_intervals
+from roughslip.probability.level_search import LevelSearch
+from roughslip.report.answer import summary
+from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene
+from roughslip.stages.from_scene import geometry, mass_on_belt, variation
+from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
+from roughslip.stages.from_scene.variation import PARAMETERS, System
+from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.bracket import end
+
+STAGE = Stage(
+    name="answer",
+    reads="seed oscillator numerics.oscillator_tolerance",
+    reads_if_given="answer.realisations answer.duration_periods ensemble.marginal ensemble.interpolation "
+    "friction.statistics",
+    optional={"friction": "friction"},
+    result="answer.json",
+    target="answer",
+    comes_with="deterministic stick_slip_map",
+    memory_mb=600,
+)
+
+NODES = 4  # per correlation length, as in the map
+VARIED = ("damping", "belt_velocity", "mass", "stiffness", "load")
+REACH = 100.0  # factor of the scene's value, either way, up to which limits are searched
+LEAST_DAMPING, MOST_DAMPING = 1e-3, 10.0  # where the search begins without damping; as far as it always goes
+LEVELS = {"0.05": 0.05, "0.95": 0.95}
+KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; the run of a longer path, or of another, draws it again
+SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
+CLEAR = 0.5  # width of the band of chance over the distance to the limit, up to which the mean curve alone decides
+SIDES = {"below": False, "above": True}
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs of a scene on the same friction paths, each looked at at a time of its own in the second half.
+
+    times : (n,) [natural periods] spread evenly over the second half, so that their mean is the share of it
+    """
+
+    scene: Scene
+    numbers: FrictionNumbers
+    own: System
+    paths: Recursion
+    options: MotionOptions
+    times: np.ndarray
+    kept: dict[int, np.ndarray] = field(default_factory=dict)
+
+    def path(self, number: int, belt: Oscillator) -> FrictionPath:
+        """The friction path of a run, long enough for an oscillator."""
+        seed = [self.scene.seed, geometry.STREAM_ANSWER, number]
+        length = mass_on_belt.path_length(belt, self.times.max() + LONG_SLIP, self.options.friction_follows)
+        if length > KEPT_NODES * self.paths.spacing or number >= KEPT_PATHS:
+            return self.paths.realisation(seed)
+        if number not in self.kept:
+            self.kept[number] = next(iter(self.paths.realisation(seed, KEPT_NODES + 2)))
+        return self.kept[number][: int(np.ceil(length / self.paths.spacing)) + 2]
+
+    def cycles(self, belt: Oscillator, law: FrictionLaw, numbers: range, from_sliding: bool = False) -> np.ndarray:
+        """(runs,) whether the mass stick-slips at the time of each run; it begins at rest on the belt or in sliding."""
+        found = []
+        start: dict[str, Any] = {}
+        if from_sliding:
+            start = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
+        for number in numbers:
+            time = float(self.times[number])
+            path = self.path(number, belt)
+            motion = simulate(belt, law, path, self.paths.spacing, time + LONG_SLIP, self.options, **start)
+            found.append(is_cycling(motion, time))
+        return np.array(found, dtype=bool)
+
+    def of_value(self, name: str, value: float, numbers: range) -> np.ndarray:
+        """The same with one parameter at another value."""
+        changed = variation.changed(self.scene, self.numbers, {name: value})
+        return self.cycles(changed.belt, changed.law, numbers)
+
+    def trajectories(self) -> Iterator[Trajectory]:
+        """Yields all runs of the scene's own oscillator, to the end of the longest."""
+        belt, law, periods = self.own.belt, self.own.law, float(self.times.max()) + LONG_SLIP
+        for number in range(self.times.size):
+            path = self.path(number, belt)
+            yield trajectory(belt, law, path, self.paths.spacing, periods, self.options, 0.0, SAMPLES)
+
+
+def quantity(value: float | None, interval: tuple[float | None, float | None] | None, unit: str) -> dict[str, Any]:
+    """A number of answer.json; null stands for an end of the interval that reaches the end of the search."""
+    return {"value": value, "interval": None if interval is None else list(interval), "unit": unit}
+
+
+def probability(cycles: np.ndarray) -> dict[str, Any]:
+    """Of stick-slip, from independent runs."""
+    low, high = wilson_interval(int(np.count_nonzero(cycles)), cycles.size)
+    return quantity(float(np.mean(cycles)), (float(low), float(high)), "1")
+
+
+def whole_cycles(drawn: Trajectory, begin: float) -> np.ndarray:
+    """(cycles, 2) half the distance of the extremes of the displacement [m] and duration [tau] of each cycle.
+
+    begin : [natural periods] from which on they are taken
+
+    A cycle lasts from one reattachment after backward motion to the next, without steady sliding between.
+    """
+    motion = drawn.motion
+    ends = motion.time[motion.backwards & (motion.time >= 2 * np.pi * begin)]
+    slid = 2 * np.pi * sliding_intervals(motion)[:, 0]
+    rows = []
+    for start, finish in pairwise(ends):
+        if not np.any((start <= slid) & (slid < finish)):
+            first, last = np.searchsorted(drawn.time, (start, finish))
+            rows.append((0.5 * float(np.ptp(drawn.position[first:last])), finish - start))
+    return np.reshape(rows, (-1, 2))
+
+
+def cycle_statistics(cycles: Sequence[np.ndarray], omega: float, generator: np.random.Generator) -> dict[str, Any]:
+    """Amplitude [m] and frequency [Hz] of the cycles of all runs: mean and standard deviation, by resampled runs.
+
+    cycles : of each run, as `whole_cycles` gives them
+    """
+    run = np.repeat(np.arange(len(cycles)), [len(one) for one in cycles])
+    amplitude, duration = np.concatenate(cycles).T
+    found: dict[str, Any] = {}
+    for name, values, unit in (("amplitude", amplitude, "m"), ("frequency", omega / duration, "Hz")):
+        try:
+            moments = reattachment_statistics(values, run, generator)
+        except IllPosedError:  # too few runs with a cycle, or no scatter
+            alike = run.size > 0 and np.ptp(values) <= NO_SCATTER * abs(values[0])
+            found[name] = quantity(float(values[0]) if alike else None, None, unit)
+            found[f"{name}_scatter"] = quantity(0.0 if alike else None, None, unit)
+            continue
+        for key, (value, low, high) in ((name, moments.mean), (f"{name}_scatter", moments.std)):
+            found[key] = quantity(float(value), (float(low), float(high)), unit)
+    return found
+
+
+def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[dict[str, Any], int]:
+    """Where the probability of stick-slip crosses the levels along one parameter, either way, and the runs it took."""
+    parameter, own = PARAMETERS[name], PARAMETERS[name].value(runs.own)
+    start = own if own > 0.0 else LEAST_DAMPING
+    ends = {"below": start / REACH, "above": REACH * start}
+    if name == "damping":
+        ends["above"] = max(ends["above"], MOST_DAMPING)
+    search = LevelSearch(partial(runs.of_value, name), start, ends["below"], ends["above"], at_start)
+    found: dict[str, Any] = {"title": parameter.title, **quantity(own, None, parameter.unit)}
+    for side, upwards in SIDES.items():
+        found[side] = {}
+        for label, level in LEVELS.items():
+            crossing = search.crossing(level, upwards)
+            if crossing is None:
+                found[side][label] = None
+                continue
+            high = search.count(start) > level * search.paths
+            number = quantity(crossing.value, (crossing.low, crossing.high), parameter.unit)
+            found[side][label] = {**number, "change": "falls below" if high else "rises above"}
+        found[side]["without_scatter"] = quantity(without_scatter(runs, name, start, ends[side]), None, parameter.unit)
+    return found | {"searched": quantity(None, search.searched, parameter.unit)}, search.trials
+
+
+def without_scatter(runs: Runs, name: str, start: float, reach: float) -> float | None:
+    """The value at which the stick-slip cycle without scatter ceases or begins to exist, if the search holds one."""
+
+    def exists(value: float) -> bool | None:
+        changed = variation.changed(runs.scene, runs.numbers, {name: value})
+        period = cycle_period(changed.belt, changed.law)
+        return None if period is None else period < np.inf
+
+    return None if exists(start) is None else end(exists, start, reach).changes
+
+
+def smallest_change(limits: Mapping[str, Any], is_likely: bool) -> dict[str, Any] | None:
+    """The parameter with the relatively nearest limit that ends stick-slip where it is likely, else begins it."""
+    label = "0.05" if is_likely else "0.95"
+    found = []
+    for name, one in limits.items():
+        for side in SIDES:
+            if one[side][label] is not None and one["value"] > 0.0:
+                change = one[side][label]["value"] / one["value"] - 1.0
+                ends = [None if x is None else x / one["value"] - 1.0 for x in one[side][label]["interval"]]
+                found.append((abs(change), name, side, change, ends))
+    if not found:
+        return None
+    _, name, side, change, ends = min(found)
+    aim = "end" if is_likely else "begin"
+    return {"parameter": name, "side": side, "aim": aim, **quantity(change, (ends[0], ends[1]), "1")}
+
+
+def deciding(own: System, share: float, damping: Mapping[str, Any]) -> dict[str, Any]:
+    """Whether the mean curve of friction or its scatter decides.
+
+    Scatter decides where the probability lies within the levels or denies the cycle without scatter. Else the mean
+    curve decides, together with scatter where the band between the levels, in damping, is wide against the distance
+    of the scene from the existence limit.
+    """
+    try:
+        limit: float | None = existence_limit(own.belt, own.law)
+    except (IllPosedError, ConvergenceError):
+        limit = None
+    hopf, ratio = hopf_damping(own.belt, own.law), own.belt.damping_ratio
+    period = cycle_period(own.belt, own.law)
+    exists = None if period is None else period < np.inf
+    width = None
+    for side in SIDES:
+        five, ninety_five = (damping[side][label] for label in LEVELS)
+        if limit is not None and five is not None and ninety_five is not None and limit != ratio:
+            width = abs(five["value"] - ninety_five["value"]) / abs(limit - ratio)
+    is_certain = share >= LEVELS["0.95"] if exists else share <= LEVELS["0.05"]
+    by = "scatter" if exists is None or not is_certain else "mean curve"
+    if by == "mean curve" and width is not None and width > CLEAR:
+        by = "both"
+    return {
+        "by": by,
+        "cycle_exists_without_scatter": exists,
+        "existence_limit": quantity(limit, None, "1"),
+        "hopf_damping": quantity(hopf, None, "1"),
+        "band_over_distance": quantity(width, None, "1"),
+    }
+
+
+def not_given(own: System) -> str | None:
+    """Why the question has no answer in this scene."""
+    if own.belt.excitation_force_n > 0.0:
+        return "the mass is excited, and stick-slip and steady sliding are told apart only on the free oscillator"
+    return None
+
+
+def work(job: Job) -> None:
+    """Write answer.json."""
+    scene = job.scene
+    numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
+    own = variation.system(scene, numbers)
+    reason = not_given(own)
+    if reason is not None:
+        store.write_json(
+            job.arguments.output,
+            {"given": False, "reason": reason, "summary": [f"Stick-slip: no answer, because {reason}."]},
+        )
+        return
+    count, periods = scene.answer.realisations, scene.answer.duration_periods
+    times = 0.5 * periods * (1.0 + (np.arange(count) + 0.5) / count)
+    process = variation.process(scene, own, job.arguments.friction)
+    paths = recursion(process, process.correlation_length_m / NODES)
+    runs = Runs(scene, numbers, own, paths, mass_on_belt.motion_options(scene), times)
+    with job.usage.core():
+        at_start, cycles = np.empty(count, dtype=bool), []
+        for number, drawn in enumerate(runs.trajectories()):
+            at_start[number] = is_cycling(drawn.motion, float(times[number]))
+            cycles.append(whole_cycles(drawn, 0.5 * periods))
+        generator = np.random.default_rng([scene.seed, geometry.STREAM_ANSWER])
+        cycle = cycle_statistics(cycles, own.belt.natural_frequency_rad_per_s, generator)
+        from_sliding = runs.cycles(own.belt, own.law, range(count), from_sliding=True)
+        limits, trials = {}, 2 * count
+        for done, name in enumerate(VARIED, start=1):
+            limits[name], more = limits_of(name, runs, at_start)
+            trials += more
+            job.usage.progress(done, len(VARIED))
+    share = float(np.mean(at_start))
+    job.usage.count(runs=trials)
+    job.usage.skip({skip_reasons.KEPT: trials - count})
+    found = {
+        "given": True,
+        "runs": count,
+        "periods": quantity(periods, None, "1"),
+        "probability": probability(at_start),
+        "probability_from_sliding": probability(from_sliding),
+        **cycle,
+        "limits": limits,
+        "smallest_change": smallest_change(limits, share > 0.5),
+        "decides": deciding(own, share, limits["damping"]),
+        "friction_mean": quantity(numbers.mean, None, "1"),
+        "friction_deviation": quantity(numbers.standard_deviation, None, "1"),
+        "windows": quantity(own.windows, None, "1"),
+    }
+    store.write_json(job.arguments.output, found | {"summary": summary(found)})
+
+
+if __name__ == "__main__":
+    execute(STAGE, work)

@@ -35,6 +35,7 @@ ensemble:
   discarded_periods: 2
   damping_ratios: [0.17, 0.34]
   drawn_realisations: 2
+answer: {realisations: 72, duration_periods: 20}
 batches: {square_samples: 4000, strip_samples: 8, expansion_samples: 16, realisations: 8}
 """
 

@@ -16,14 +16,14 @@ MEASURE_VENV := $(if $(filter 1,$(PEERS)),$(PEERS_VENV),$(VENV))
 RUN := $(VENV)/bin/python -m
 PIP_INSTALL := pip install --quiet --disable-pip-version-check --no-input --compile --require-hashes
 
-# The package is not installed: it runs from this folder, and so does each job that Snakemake starts.
+# The package is not built: it runs from this folder, and so does each job that Snakemake starts.
 export PYTHONPATH := $(CURDIR)/src
 # One thread a process: jobs run side by side, and results do not depend on the number of cores.
 export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify schema faults fuzz cluster reference clean
+.PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify schema faults fuzz cluster reference package clean
 
 # If the home folder cannot be written to, caches of libraries go into the project.
 ifneq ($(shell test -w "$$HOME" && echo yes),yes)
@@ -81,8 +81,15 @@ reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again;
 	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input
 	$(RUN) workflow.evidence.keep
 
+package: ## build sdist and wheel in dist/; use the wheel in an environment of its own, without the study
+	rm -rf dist .cache/wheel && "$(PYTHON)" -m venv .cache/wheel
+	.cache/wheel/bin/python -m pip install --quiet --disable-pip-version-check build
+	.cache/wheel/bin/python -m build --outdir dist . > .cache/wheel/build.log || { cat .cache/wheel/build.log; false; }
+	.cache/wheel/bin/python -m pip install --quiet --disable-pip-version-check dist/*.whl
+	NUMBA_CACHE_DIR="$${NUMBA_CACHE_DIR:-$(CURDIR)/.cache/numba}" .cache/wheel/bin/python -I tests/installed.py
+
 clean: ## remove all generated files and .venv; results/reference stays
-	rm -rf $(VENV) $(PEERS_VENV) .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(PEERS_VENV) dist .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	@if [ -d results ]; then find results -mindepth 1 -maxdepth 1 ! -name reference -exec rm -rf {} +; fi
 	@find . -name .git -prune -o \( -name __pycache__ -o -name '*.egg-info' \) -type d -prune -exec rm -rf {} +
 
@@ -90,9 +97,11 @@ clean: ## remove all generated files and .venv; results/reference stays
 # Stamps are compared by content, because file times mean nothing after a copy.
 $(VENV)/run.stamp: FORCE
 	@cmp -s requirements.lock $@ || { $(call install-run,requirements.lock); }
+	@$(link-source)
 
 $(PEERS_VENV)/run.stamp: FORCE
 	@cmp -s requirements-peers.lock $@ || { $(call install-run,requirements-peers.lock); }
+	@$(link-source)
 
 $(VENV)/dev.stamp: $(VENV)/run.stamp FORCE
 	@cmp -s requirements-dev.lock $@ || { $(call install-more,requirements-dev.lock); }
@@ -103,6 +112,11 @@ $(VENV)/cluster.stamp: $(VENV)/run.stamp FORCE
 define install-run
 $(check-python) && echo "Setting up $(@D), a minute or two" && rm -rf $(@D) && "$(PYTHON)" -m venv $(@D) \
 	&& $(@D)/bin/python -m $(PIP_INSTALL) -r $1 && cp $1 $@
+endef
+
+# So that Python finds src/roughslip in the active environment too, without PYTHONPATH. Relative, so a folder can move.
+define link-source
+for folder in $(@D)/lib/python3*/site-packages; do echo ../../../../src > $$folder/roughslip.pth; done
 endef
 
 # With the pins of the run, so that neither a tool for checks nor the plug-in of a cluster changes a result.

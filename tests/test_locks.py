@@ -56,7 +56,7 @@ def test_one_version_of_each_package_on_every_python(name):
 
 def test_every_declared_dependency_is_locked_and_no_lock_has_an_address():
     declared = {
-        "requirements.lock": PROJECT["project"]["dependencies"] + EXTRAS["scans"],
+        "requirements.lock": PROJECT["project"]["dependencies"] + EXTRAS["study"] + EXTRAS["plot"] + EXTRAS["scans"],
         "requirements-cluster.lock": EXTRAS["cluster"],
         "requirements-peers.lock": EXTRAS["peers"],
         "requirements-dev.lock": PROJECT["dependency-groups"]["dev"],

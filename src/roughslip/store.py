@@ -79,13 +79,7 @@ class Result(Mapping[str, np.ndarray]):
 
     def dataset(self) -> xr.Dataset:
         """The result with named dimensions, for work of one's own."""
-        import xarray as xr
-
-        data = {
-            name: xr.Variable(v.dimensions, v.values, {"units": v.units, "long_name": v.long_name})
-            for name, v in self.variables.items()
-        }
-        return xr.Dataset(data, attrs=self.attributes)
+        return dataset(self.variables, self.attributes)
 
     def __contains__(self, name: object) -> bool:
         return name in self.variables
@@ -95,6 +89,17 @@ class Result(Mapping[str, np.ndarray]):
 
     def __len__(self) -> int:
         return len(self.variables)
+
+
+def dataset(variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """Variables and attributes as an xarray Dataset."""
+    import xarray as xr
+
+    described = {
+        name: xr.Variable(v.dimensions, v.values, {"units": v.units, "long_name": v.long_name})
+        for name, v in variables.items()
+    }
+    return xr.Dataset(described, attrs=attributes)
 
 
 def read_key(path: Path) -> Key:

@@ -15,9 +15,9 @@ from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.from_scene.expansion import candidates, directions, heights_around
 from roughslip.stages.from_scene.geometry import TRAINING_SPACING, central_nodes, training_columns, training_nodes
 from roughslip.stages.result_tables import scan_table
-from roughslip.surface.karhunen_loeve import karhunen_loeve
 from roughslip.surface.model import GaussianModel, gaussian_model
 from roughslip.surface.models import covariance_of
+from roughslip.surface.modes import karhunen_loeve
 
 # Of the paper's scene: lengths that are no whole numbers of cells in floating point.
 STRIP = {

@@ -13,7 +13,7 @@ from roughslip.contact.solve import solve
 from roughslip.grid import Grid
 from roughslip.surface import models
 from roughslip.surface.embedding import embed
-from roughslip.surface.karhunen_loeve import karhunen_loeve
+from roughslip.surface.modes import karhunen_loeve
 from workflow.benchmarks import contact_peers, contact_problem, oscillator, surface
 from workflow.benchmarks.chaos import JUDGED, MonteCarloReference, Square, describe
 from workflow.benchmarks.runner import OURS

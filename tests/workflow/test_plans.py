@@ -95,7 +95,7 @@ EDITS = [
     (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", CLAIMS),
     ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, "design": 1, **CONTACT}),
     ("src/roughslip/figures/style.py", *ACTS, {"figure2": 1, **FIGURE3, "figure5": 1, **COSTS}),
-    ("src/roughslip/surface/karhunen_loeve.py", *ACTS, SURFACE),
+    ("src/roughslip/surface/modes.py", *ACTS, SURFACE),
     ("src/roughslip/contact/solve.py", *ACTS, CONTACT),
     ("src/roughslip/scan/covariance_fit.py", *ACTS, {}),
     (SCENE, "samples: 8\n", "samples: 8  # few\n", {}),

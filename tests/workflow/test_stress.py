@@ -21,9 +21,9 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.probability import Estimate
 from roughslip.surface.embedding import embed
-from roughslip.surface.karhunen_loeve import karhunen_loeve
 from roughslip.surface.lanczos import leading_modes
 from roughslip.surface.models import covariance_of
+from roughslip.surface.modes import karhunen_loeve
 from workflow.stress import chaos, chaos_strip, contact, friction, oscillator, refusals, runner, surface, surface_fit
 from workflow.stress.runner import SEED, Verdict, verdict_of
 

@@ -31,7 +31,7 @@ from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
 from roughslip.stages.result_tables.centre_distribution import Expansion, draw
-from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
+from roughslip.surface.modes import heights, karhunen_loeve
 from workflow.benchmarks.runner import OURS, make_row, report_progress, run_command, timed
 from workflow.evidence.rows import Row, case
 from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE

@@ -22,7 +22,7 @@ from roughslip.grid import Grid
 from roughslip.surface import models
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import Embedding, embed
-from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve
+from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
 from workflow.benchmarks.runner import OURS, make_row, race, report_progress, report_rows, run_command, timed
 from workflow.evidence.rows import Row, case
 

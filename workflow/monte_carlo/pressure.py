@@ -23,8 +23,8 @@ from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.geometry import Nodes, central_nodes
-from roughslip.surface.karhunen_loeve import heights, karhunen_loeve
 from roughslip.surface.model import GaussianModel
+from roughslip.surface.modes import heights, karhunen_loeve
 from workflow.monte_carlo.command import run_command
 
 PERCENTILES = (20.0, 50.0, 80.0)

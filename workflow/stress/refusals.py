@@ -48,9 +48,9 @@ from roughslip.surface.corrected_covariance import corrected_correlation, neares
 from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves
-from roughslip.surface.karhunen_loeve import karhunen_loeve, representation
 from roughslip.surface.lanczos import leading_modes
 from roughslip.surface.models import Matern, covariance_of, self_affine
+from roughslip.surface.modes import karhunen_loeve, representation
 from workflow.evidence.rows import Row, case
 from workflow.stress import runner
 from workflow.stress.bad_input import (

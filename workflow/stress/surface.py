@@ -21,9 +21,9 @@ from roughslip.errors import IllPosedError, ParameterError, RoughslipError
 from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import IMAGE_SHARE, MOST_FOLDS, Embedding, embed
-from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve
 from roughslip.surface.lanczos import leading_modes
 from roughslip.surface.models import KINDS, covariance_of
+from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
 from workflow.evidence.rows import Row
 from workflow.stress import runner, surface_fit
 from workflow.stress.runner import Conditions, Verdict, choose, has_advice, log_uniform, verdict_of

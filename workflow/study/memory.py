@@ -92,7 +92,7 @@ def _square_modes(scene: Scene) -> int:
 
 
 def _covariance_matrix(scene: Scene) -> int:
-    """Numbers in the covariance matrix of the nodes, where surface.karhunen_loeve forms it."""
+    """Numbers in the covariance matrix of the nodes, where surface.modes forms it."""
     nodes = _nodes(scene)
     return nodes**2 if nodes <= 1024 or (nodes <= 4096 and _modes(scene) > nodes // 4) else 0
 

@@ -1,12 +1,14 @@
 """Polynomial chaos of the random contact pressure: expansions of responses in Gaussian variables.
 
-- sampling: designs of the Gaussian variables; empirical distributions and their comparison
-- functionals: variables that are linear in the heights around a node; hermite: terms and Sobol' indices
-- pressure: the smooth variable that is expanded; the paper's equations (8) and (9)
-- regression: least squares and censored; left_out: predictions of samples that a fit has not seen
-- local, selection, enrichment: the pressure at the centre of the square, in how many variables, from how many solves
-- strip: the pressure along a strip; field, single_index: the pressure at every node of the square
+- design, monte_carlo, latin_hypercube, sobol: samples of the Gaussian variables; kolmogorov_distance compares results
+- multi_indices, hermite_basis, least_squares, sobol_indices: an expansion of any response, term by term
+- pressure_target, fit_in_contact: the smooth variable that is expanded; the paper's equations (8) and (9)
+- fit_local, fit_field, fit_strip: the pressure at the centre of the square, at each of its nodes, and along a strip
 
-Import names from these modules. The package itself imports no module, because a stage that needs a design would then
-run again after every edit of an expansion.
+`__init__.pyi` lists all public names and their modules. functionals: variables linear in the heights around a node;
+left_out: predictions of samples that a fit has not seen; selection, enrichment: how many variables and solves.
 """
+
+from roughslip.public_names import public_names
+
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

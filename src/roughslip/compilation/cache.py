@@ -12,8 +12,8 @@ import contextlib
 import fcntl
 import hashlib
 import io
+import logging
 import shutil
-import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -138,7 +138,7 @@ class _Cache(caching.FunctionCache):
             if found is not None:
                 _unlock(self.cache_path)
             else:
-                _announce("compiling functions, once for this version of the code; this takes up to a minute")
+                _announce("compiling, once for this version of the code, about 40 s")
         return found
 
     def save_overload(self, sig: object, data: Any) -> None:
@@ -181,11 +181,11 @@ def _unlock(folder: str) -> None:
 
 
 def _announce(message: str) -> None:
-    """Print a message on stderr, once in a process."""
+    """Log a message, once in a process; a program without handlers of its own has it on stderr."""
     if message not in _announced:
         _announced.add(message)
         source_hash.keep()
-        print(f"roughslip: {message}", file=sys.stderr, flush=True)
+        logging.getLogger("roughslip").warning("roughslip: %s", message)
 
 
 def _remove_old_versions(folder: Path) -> None:

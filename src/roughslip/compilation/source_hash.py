@@ -57,8 +57,9 @@ def closure(module_name: str, source_root: Path, without: str = "") -> list[Path
     source_root : folder that holds the package
     without : dotted name of a subpackage that is left out, with what only it imports
 
-    Imports inside functions and under TYPE_CHECKING count; `importlib.import_module` is not seen. Raises
-    ModuleNotFoundError for a module of the package that has no file.
+    Imports inside functions and under TYPE_CHECKING count, and a public name of a package counts as the module that
+    `__init__.pyi` gives for it. `importlib.import_module` is not seen. Raises ModuleNotFoundError for a module of the
+    package that has no file.
     """
     package = module_name.partition(".")[0]
     found: dict[str, Path] = {}
@@ -77,6 +78,9 @@ def closure(module_name: str, source_root: Path, without: str = "") -> list[Path
             if target.partition(".")[0] == package:
                 wanted.append(target)
                 wanted += [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
+                public = source_root.joinpath(*target.split("."), "__init__.pyi")
+                listed = absolute_imports(public, target) if public.is_file() else []
+                wanted += [place for place, of_place in listed if {*names} & {*of_place}]
         pending += [(name, str(file)) for name in wanted]
     return sorted(found.values())
 

@@ -4,16 +4,17 @@
     solution = solve(influence, heights - plane)
 
 - solve, sweep, solve_load: pressures and gaps for a fixed plane, several planes, or a given load
+- solve_at: pressures at a few nodes, as soon as these are known
 - Influence, Material: the matrix B of a mesh, free half-space or periodic cell; elastic constants
+- contact_shares: the contact area, less the error of the mesh
 - relative_residual: how far pressures and gaps are from the conditions of contact
-- closed_forms: contact problems with known answers
-- far_field: effect of distant contacts along a strip
+- HertzSphere, SineWave and others: contact problems with known answers
 
-Numerical methods: dense_solver for few nodes, conjugate_gradients with nested meshes for many, convolution for B p.
+`__init__.pyi` lists all public names and their modules. Numerical methods: dense_solver for few nodes,
+conjugate_gradients with nested meshes for many, convolution for B p; far_field for distant contacts along a strip.
 """
 
-from roughslip.contact.influence import Influence, Material
-from roughslip.contact.kernels import relative_residual
-from roughslip.contact.solve import ContactSolution, solve, solve_load, sweep
+from roughslip.contact.solve import solve  # noqa: F401 - at once, because its module has the same name
+from roughslip.public_names import public_names
 
-__all__ = ["ContactSolution", "Influence", "Material", "relative_residual", "solve", "solve_load", "sweep"]
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import Recursion, recursion
 from roughslip.probability import Translation
@@ -167,3 +167,23 @@ def prepare(process: FrictionProcess, spacing_m: float, length_m: float, method:
     if method == "spectral":
         return spectral_representation(process, spacing_m, length_m)
     raise ParameterError(f"friction paths are drawn by one of {', '.join(METHODS)}, not {method!r}")
+
+
+def sample_path(
+    process: FrictionProcess, *, spacing_m: float, nodes: int, seed: Sequence[int], method: str = "recursion"
+) -> np.ndarray:
+    """One path at n nodes: mu_S : (nodes,) [-] at the slipped distances 0, spacing_m, ..., (nodes - 1) spacing_m.
+
+    process : marginal and correlation length
+    spacing_m, nodes : distance of the nodes [m] and their number, at least 2
+    seed : numbers, which give one path each
+    method : as of `prepare`, and its errors
+
+    By recursion, the beginning of the path without end that `prepare` gives for this seed.
+    """
+    if whole("the nodes of a friction path", nodes) < 2:
+        raise ParameterError(f"a friction path has at least 2 nodes, not {nodes}")
+    pieces, found = iter(prepare(process, spacing_m, (nodes - 1) * spacing_m, method).realisation(seed)), [np.empty(0)]
+    while sum(map(len, found)) < nodes:
+        found.append(next(pieces))
+    return np.concatenate(found)[:nodes]

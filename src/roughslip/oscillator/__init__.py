@@ -1,8 +1,17 @@
 """A mass on a moving belt with stochastic friction: stick-slip motion, its limits, and statistics of its cycles.
 
-    belt = equation.Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
-    cycles = motion.simulate(belt, friction_laws.stribeck.StribeckLaw(0.3), None, 0.0, 100.0).cycles
+    belt = Oscillator(mass_kg=1.0, natural_frequency_rad_per_s=316.0, damping_ratio=0.17,
+                      belt_velocity_m_per_s=0.948, normal_force_n=2500.0)
+    cycles = simulate(belt, StribeckLaw(0.3), duration_periods=100.0).cycles
 
-For users: equation, laws, motion, limits, grazing, cycles, survival, path. The package imports nothing by itself, so
-that a stage depends only on the modules that it names.
+- Oscillator, StribeckLaw, CoulombLaw, TableLaw: the system
+- simulate, trajectory, ensemble_counts: its motion, with or without scatter, by MotionOptions
+- limit_cycle, hopf_damping, existence_limit, grazing_response: the cycle without scatter, its limits, and their shift
+- reattachment_statistics, count_difference, cycling_share, damping_band: statistics of ensembles
+
+`__init__.pyi` lists all public names and their modules.
 """
+
+from roughslip.public_names import public_names
+
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -129,9 +129,9 @@ DEFAULTS = MotionOptions()
 def simulate(
     oscillator: Oscillator,
     law: FrictionLaw,
-    path: FrictionPath,
-    spacing_m: float,
-    duration_periods: float,
+    path: FrictionPath = None,
+    spacing_m: float = math.nan,
+    duration_periods: float = 100.0,
     options: MotionOptions = DEFAULTS,
     start_position_m: float = 0.0,
     start_velocity_m: float | None = None,
@@ -142,7 +142,7 @@ def simulate(
     oscillator, law : the system and its mean friction mu_D
     path : (nodes,) [-] stochastic part mu_S at the multiples of spacing from 0 on; or an iterable of such rows, which
         may have no end. None for mu_S = 0
-    spacing_m : [m] distance of the nodes, [s] where friction follows time (not used without a path)
+    spacing_m : [m] distance of the nodes, [s] where friction follows time; needed for a path
     duration_periods : [-] time in natural periods 2 pi / omega
     start_position_m : [m] X at tau = 0
     start_velocity_m : [m] X' at tau = 0; None for V, where the mass sticks if friction holds it
@@ -220,9 +220,9 @@ def _check_end(status: Status, run: RunState, periods: float, path: str, length:
 def trajectory(
     oscillator: Oscillator,
     law: FrictionLaw,
-    path: FrictionPath,
-    spacing_m: float,
-    duration_periods: float,
+    path: FrictionPath = None,
+    spacing_m: float = math.nan,
+    duration_periods: float = 100.0,
     options: MotionOptions = DEFAULTS,
     start_position_m: float = 0.0,
     samples_per_period: int = 400,

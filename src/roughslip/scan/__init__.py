@@ -1,12 +1,15 @@
 """Measured surfaces.
 
-read_scan, write_x3p : files of instruments, netCDF maps and matrices
-Topography, remove_form : heights on a mesh, and removal of their form
+    scan = remove_form(read_scan(Path("disc.al3d")), "plane")
+    found = scan_statistics(scan)
 
-Modules: statistics with intervals, autocorrelation and spectrum, covariance_fit, grinding for made scans.
+- read_scan, write_x3p, Topography, remove_form: files of instruments, heights on a mesh, removal of their form
+- scan_statistics, fitted_covariances, fitted_marginal: statistics with intervals, and models for the scan
+- ground_surface: the scan of a simulated ground surface
+
+`__init__.pyi` lists all public names and their modules.
 """
 
-from roughslip.scan.instrument_file import read_scan, write_x3p
-from roughslip.scan.topography import Topography, remove_form
+from roughslip.public_names import public_names
 
-__all__ = ["Topography", "read_scan", "remove_form", "write_x3p"]
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -10,7 +10,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import StationaryCovariance
-from roughslip.surface.karhunen_loeve import KarhunenLoeve, karhunen_loeve, representation
+from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve, representation
 
 STAGE = Stage(
     name="karhunen_loeve",

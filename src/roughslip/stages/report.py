@@ -11,8 +11,8 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of, without_nulls
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.surface.karhunen_loeve import representation
 from roughslip.surface.model import GaussianModel
+from roughslip.surface.modes import representation
 
 STAGE = Stage(
     name="report",

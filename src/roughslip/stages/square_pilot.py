@@ -20,7 +20,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.square import PRECISION, Square, square
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.surface.karhunen_loeve import heights
+from roughslip.surface.modes import heights
 
 STAGE = Stage(
     name="square_pilot",

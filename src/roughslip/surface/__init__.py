@@ -1,13 +1,16 @@
 """Random rough surfaces.
 
-covariance_of, MODELS : covariance models by name; Covariance, StationaryCovariance : what they have in common
-plane_height : where a rigid plane stands
+    surface = gaussian_model(covariance_of("gaussian", 1e-6, 2e-5), lengths_m=(2e-5, 2e-5))
+    heights = surface.heights(surface.sampler(grid)(np.random.default_rng(1)))
 
-Modules: embedding for exact samples, karhunen_loeve for expansions, fractal for plane waves of random phase,
-measured_covariance for tables, model for heights of any distribution.
+- covariance_of, self_affine, MODELS: covariance models; a scan's table by measured_model
+- gaussian_model, fractal_on with FractalModel: surfaces to draw on any mesh, with heights of any distribution
+- embed, karhunen_loeve, representation: exact samples, modes, and which of both to take
+- plane_height: where a rigid plane stands
+
+`__init__.pyi` lists all public names and their modules.
 """
 
-from roughslip.surface.covariance import Covariance, StationaryCovariance, plane_height
-from roughslip.surface.models import MODELS, covariance_of
+from roughslip.public_names import public_names
 
-__all__ = ["MODELS", "Covariance", "StationaryCovariance", "covariance_of", "plane_height"]
+__getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -15,8 +15,8 @@ from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.geometry import Nodes
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
-from roughslip.surface.karhunen_loeve import heights
 from roughslip.surface.model import GaussianModel
+from roughslip.surface.modes import heights
 
 PRECISION = 1e-3  # width of the bounds of a pressure over the pressure; errors are then a tenth of that
 PRESSURE = "contact pressure at nodes around the centre"

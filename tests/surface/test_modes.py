@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.surface import karhunen_loeve as kl
 from roughslip.surface import lanczos
+from roughslip.surface import modes as kl
 from roughslip.surface.models import Gaussian, covariance_of, self_affine
 
 ROTATED = {

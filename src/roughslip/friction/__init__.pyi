@@ -1,0 +1,15 @@
+from roughslip.friction.bowden_tabor import friction_coefficient as friction_coefficient
+from roughslip.friction.bowden_tabor import window_sums as window_sums
+from roughslip.friction.correlation import CorrelationFit as CorrelationFit
+from roughslip.friction.correlation import autocorrelation as autocorrelation
+from roughslip.friction.correlation import correlation_fit as correlation_fit
+from roughslip.friction.marginal import BetaFit as BetaFit
+from roughslip.friction.marginal import fit_beta as fit_beta
+from roughslip.friction.paths import prepare as prepare
+from roughslip.friction.paths import sample_path as sample_path
+from roughslip.friction.process import FrictionProcess as FrictionProcess
+from roughslip.friction.process import average_beta as average_beta
+from roughslip.friction.statistics import WindowStatistics as WindowStatistics
+from roughslip.friction.statistics import ratio_of_sums as ratio_of_sums
+from roughslip.friction.statistics import strip_weights as strip_weights
+from roughslip.friction.statistics import window_statistics as window_statistics

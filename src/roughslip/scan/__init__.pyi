@@ -1,0 +1,11 @@
+from roughslip.scan.covariance_fit import CovarianceFit as CovarianceFit
+from roughslip.scan.covariance_fit import fitted_covariances as fitted_covariances
+from roughslip.scan.grinding import Grinding as Grinding
+from roughslip.scan.grinding import ground_surface as ground_surface
+from roughslip.scan.instrument_file import read_scan as read_scan
+from roughslip.scan.instrument_file import write_x3p as write_x3p
+from roughslip.scan.statistics import ScanStatistics as ScanStatistics
+from roughslip.scan.statistics import fitted_marginal as fitted_marginal
+from roughslip.scan.statistics import scan_statistics as scan_statistics
+from roughslip.scan.topography import Topography as Topography
+from roughslip.scan.topography import remove_form as remove_form

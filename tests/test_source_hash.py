@@ -18,7 +18,7 @@ MODULES = sorted((SOURCE / "roughslip").rglob("*.py"))
 COMMANDS = [file.stem for file in MODULES if file.parent.name == "stages" and file.stem != "__init__"]
 STAGE = "pkg.stages.contact"
 
-# A stage that reaches each module in another way; `lonely` and `other` are outside its closure.
+# A stage that reaches each module in another way; `lonely`, `other` and `two` are outside its closure.
 PACKAGE = {
     "pkg/__init__.py": "",
     "pkg/errors.py": "class E(Exception): pass\n",
@@ -31,11 +31,16 @@ PACKAGE = {
     "pkg/sub/deep/__init__.py": "",
     "pkg/sub/deep/leaf.py": "import numpy\n",
     "pkg/sub/other.py": "",
+    "pkg/public/__init__.py": "",
+    "pkg/public/__init__.pyi": "from pkg.public.one import A as A\nfrom pkg.public.two import B as B\n",
+    "pkg/public/one.py": "A = 1\n",
+    "pkg/public/two.py": "B = 2\n",
     "pkg/stages/__init__.py": "",
     "pkg/stages/contact.py": (
         "from __future__ import annotations\n"
         "from typing import TYPE_CHECKING\n"
         "import pkg.sub.deep.leaf as leaf\n"
+        "from pkg.public import A\n"
         "STAGE = dict(memory_mb=260)\n"
         "if TYPE_CHECKING:\n"
         "    from pkg.types import Q\n"
@@ -45,7 +50,8 @@ PACKAGE = {
         "    return x + 1\n"
     ),
 }
-REACHED = sorted(set(PACKAGE) - {"pkg/lonely.py", "pkg/sub/other.py"})
+OUTSIDE = {"pkg/lonely.py", "pkg/sub/other.py", "pkg/public/__init__.pyi", "pkg/public/two.py"}
+REACHED = sorted(set(PACKAGE) - OUTSIDE)
 
 
 @pytest.fixture

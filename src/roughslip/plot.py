@@ -53,7 +53,8 @@ def limit_cycle(motion: Trajectory, oscillator: Oscillator, periods: float = 10.
     last = motion.time >= motion.time[-1] - 2.0 * math.pi * periods
     axes.plot(1e3 * motion.position[last], 1e3 * motion.velocity[last], color=LINE, lw=1.0)
     axes.axhline(1e3 * oscillator.V, color="0.2", lw=0.8, ls="--")
-    axes.annotate("belt", (0.99, 1e3 * oscillator.V), ("axes fraction", "data"), ha="right", va="bottom")
+    axes.text(0.99, 1e3 * oscillator.V, "belt", transform=axes.get_yaxis_transform(), ha="right", va="bottom")
+    axes.margins(y=0.1)
     axes.set(xlabel="displacement X [mm]", ylabel="velocity X' [mm]")
     return axes
 

@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import Distribution, Translation, translate
 from roughslip.surface.corrected_covariance import corrected
@@ -128,7 +129,7 @@ class FractalModel:
 
 def gaussian_model(
     covariance: StationaryCovariance,
-    lengths_m: tuple[float, float],
+    lengths_m: tuple[float, float] | None = None,
     marginal: Distribution | None = None,
     *,
     correct_correlation: bool = False,
@@ -136,10 +137,13 @@ def gaussian_model(
     """A surface of a covariance and a law of heights.
 
     covariance : of the heights if `correct_correlation`, else of the Gaussian field behind them
-    lengths_m, marginal : as of GaussianModel
+    lengths_m, marginal : as of GaussianModel; a Covariance has its own lengths
 
-    Raises IllPosedError where no Gaussian field gives the heights that covariance.
+    Raises IllPosedError where no Gaussian field gives the heights that covariance, ParameterError for missing lengths.
     """
+    lengths_m = lengths_m or getattr(covariance, "axis_lengths_m", None)
+    if lengths_m is None:
+        raise ParameterError("lengths_m must be given where the covariance is not one of roughslip.surface.MODELS")
     if marginal is not None and correct_correlation:
         covariance = corrected(covariance, translate(marginal), lengths_m)
     return GaussianModel(covariance, lengths_m, marginal)

@@ -1,0 +1,42 @@
+"""A sphere, a wave and a rough surface, pressed by a rigid plane: next to Hertz, Westergaard and Tamaas."""
+
+import importlib.util
+
+import numpy as np
+
+from roughslip import Grid
+from roughslip.contact import HertzSphere, Influence, Material, SineWave, solve, solve_load
+from roughslip.surface import covariance_of, gaussian_model
+
+steel = Material(young_modulus_pa=2.1e11, poisson_ratio=0.3).plane_strain_modulus_pa
+
+# A ball of 1 mm radius, pushed 0.2 µm into the plane.
+ball = HertzSphere(radius_m=1e-3, penetration_m=2e-7, plane_strain_modulus_pa=steel)
+grid = Grid(nx=128, ny=128, dx=2.5e-7, dy=2.5e-7)
+x, y = np.meshgrid(grid.x() - grid.x().mean(), grid.y() - grid.y().mean(), indexing="ij")
+pressed = solve(Influence(grid, steel), interference=ball.penetration_m - (x**2 + y**2) / (2 * ball.radius_m))
+force = pressed.pressure.sum() * grid.cell_area
+print(f"ball: force {force:.5f} N, Hertz {ball.force_n:.5f} N")
+print(f"ball: peak {pressed.pressure.max() / 1e6:.1f} MPa, Hertz {ball.peak_pressure_pa / 1e6:.1f} MPa")
+
+# A wavy surface, one wavelength of it, at half of the pressure that flattens it.
+half = np.pi * steel * 2e-7 / 3e-5 / 2
+wave = SineWave(amplitude_m=2e-7, wavelength_m=3e-5, plane_strain_modulus_pa=steel, mean_pressure_pa=half)
+line = Grid(nx=256, ny=1, dx=wave.wavelength_m / 256, dy=wave.wavelength_m / 256)
+crests = wave.amplitude_m * np.cos(2 * np.pi * line.x() / wave.wavelength_m)[:, None]
+wavy = solve_load(Influence(line, steel, periodic=True), crests, mean_pressure_pa=wave.mean_pressure_pa)
+print(f"wave: {wavy.area_fraction:.4f} of it in contact, Westergaard {wave.area_fraction:.4f}")
+
+# A rough surface under 50 MPa, next to Tamaas where that is installed: the same equations, solved by others.
+rough = gaussian_model(covariance_of("gaussian", rms_height_m=5e-8, correlation_length_m=3e-6))
+heights = rough.sampler(grid)(np.random.default_rng(1))
+loaded = solve_load(Influence(grid, steel, periodic=True), heights, mean_pressure_pa=5e7)
+print(f"rough: {loaded.area_fraction:.4f} of it in contact, residual {loaded.residual:.0e}")
+if importlib.util.find_spec("tamaas"):
+    import tamaas
+
+    tamaas.set_log_level(tamaas.LogLevel.error)
+    model = tamaas.Model(tamaas.model_type.basic_2d, [grid.nx * grid.dx, grid.ny * grid.dy], list(grid.shape))
+    model.E, model.nu = steel, 0.0
+    tamaas.PolonskyKeerRey(model, heights, 1e-12).solve(5e7)
+    print(f"rough: {np.count_nonzero(model.traction) / grid.size:.4f} in Tamaas")

@@ -1,0 +1,147 @@
+"""Each example runs as it stands, and its numbers are right: next to the closed form or number that it prints."""
+
+import os
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from roughslip.compilation.source_hash import compiled_folder
+from workflow.faults.scratch import TINY, copy_project
+
+ROOT = Path(__file__).resolve().parents[1]
+EXAMPLES = ROOT / "examples"
+
+
+def run(name: str) -> dict:
+    """The names that an example leaves behind."""
+    return runpy.run_path(str(EXAMPLES / f"{name}.py"))
+
+
+def test_contact_hertz():
+    """Cells of 1/57 of the contact radius: force to order h^2, peak between nodes. The edge of the wave lies between
+    two nodes, so that the count of nodes is exact."""
+    found = run("contact_hertz")
+    assert found["force"] == pytest.approx(found["ball"].force_n, rel=1e-4)
+    assert found["pressed"].pressure.max() == pytest.approx(found["ball"].peak_pressure_pa, rel=2e-4)
+    assert found["wavy"].area_fraction == pytest.approx(found["wave"].area_fraction, rel=1e-12)
+    assert found["loaded"].residual < 1e-10
+
+
+def test_contact_plastic():
+    """No node yields below Hertz's limit. Where all of the contact yields, its area is the load over the hardness; the
+    shares of cells at its edge make an error of some per mille."""
+    found = run("contact_plastic")
+    assert found["yielded"][0.9] == 0 < found["yielded"][1.1] < found["yielded"][2.0]
+    assert found["area"]["soft"] == pytest.approx(0.1, rel=5e-3)
+    assert found["area"]["elastic"] < found["area"]["as hard as it is"] + 0.01
+
+
+def test_contact_periodic():
+    """Both limits are of first order: 1 % in area at a thousandth of the load, a hundredth of the gaps at 0.99."""
+    found = run("contact_periodic")
+    box, full = found["box"], found["full"]
+    assert found["area"][0.001] == pytest.approx(box.light_area_fraction(0.001 * full), rel=0.01)
+    assert 1 - found["area"][0.99] == pytest.approx(box.open_fraction(0.99 * full), rel=0.1)
+    assert list(found["area"].values()) == sorted(found["area"].values())
+
+
+def test_surface_from_covariance():
+    """Some 800 independent patches: Sq to 2.5 %, correlation to 0.03, at two standard errors or less."""
+    found = run("surface_from_covariance")
+    assert found["rms"] == pytest.approx(1e-6, rel=0.05)
+    assert found["correlation"] == pytest.approx(np.exp(-1), abs=0.06)
+    assert found["above"] == pytest.approx(0.2, abs=0.03)
+    assert found["drawn"].var() * 1e12 == pytest.approx(found["modes"].captured_variance, rel=0.03)
+
+
+def test_surface_skewed():
+    """Some 20000 independent patches."""
+    found = run("surface_skewed")
+    assert found["skewness"] == pytest.approx(-1.5, abs=0.1)
+    assert found["kurtosis"] == pytest.approx(found["heights_of"].excess_kurtosis, abs=0.4)
+    assert found["correlation"] == pytest.approx(np.exp(-1), abs=0.015)
+    assert found["skewed"] < 0.9 * found["gaussian"]
+
+
+def test_surface_from_scan():
+    """The twin lies in the intervals of the scan, and the grooves lie along x."""
+    found = run("surface_from_scan")
+    along, across = found["best"].axis_lengths_m
+    assert along > 3 * across
+    for name in ("rms_height", "skewness"):
+        scan, twin = getattr(found["found"], name), getattr(found["again"], name)
+        assert twin.low < scan.value < twin.high or scan.low < twin.value < scan.high
+
+
+def test_expansion_sobol():
+    """Jansen's estimate from 1000 pairs has a standard error of some 4 % of itself."""
+    found = run("expansion_sobol")
+    assert found["fit"].leave_one_out < 0.02
+    assert (found["first"] <= found["total"]).all()
+    np.testing.assert_allclose(found["total"], found["brute"], rtol=0.15, atol=0.003)
+
+
+def test_friction_windows():
+    """The scatter that the study keeps lies in the interval. A path of 1700 correlation lengths gives its scatter to
+    3 % and its correlation to 0.03."""
+    found = run("friction_windows")
+    assert float(found["found"].mean.value) == pytest.approx(0.3, rel=1e-12)
+    assert found["variation"].low < 0.111 < found["variation"].high
+    assert found["path"].std() == pytest.approx(float(found["found"].std.value), rel=0.06)
+    assert found["correlation"] == pytest.approx(np.exp(-300 / 290), abs=0.06)
+
+
+def test_stick_slip_cycle():
+    found = run("stick_slip_cycle")
+    assert found["settled"] == pytest.approx(found["cycle"].reattachment, rel=1e-6)
+    assert found["period"] == pytest.approx(found["cycle"].period, rel=1e-6)
+    assert found["hopf"] == pytest.approx(found["by_hand"], rel=1e-12)
+    *below, beyond = found["counts"].values()
+    assert min(below) > 90
+    assert beyond == 0
+
+
+def test_ensemble_near_limit():
+    """Most cycles are lost between one and two scatters of the limit below it; far from it the scatter does nothing."""
+    found = run("ensemble_near_limit")
+    assert found["lost"].difference[0] < 3
+    assert 10 < found["lost"].difference[2] < 60
+    assert found["lost"].mean[-1] == found["without"][-1] == 0
+
+
+def test_stick_slip_map():
+    """Stick-slip where the cycle exists by a wide margin, none far beyond it."""
+    found = run("stick_slip_map")
+    for velocity, (hopf, end) in found["limits"].items():
+        assert (found["share"][velocity][found["dampings"] < hopf - 0.2] > 0.95).all()
+        assert (found["share"][velocity][found["dampings"] > 1.7 * end] < 0.05).all()
+
+
+@pytest.mark.slow
+def test_whole_study(tmp_path):
+    copy = tmp_path / "copy"
+    copy_project(ROOT, copy)
+    (copy / "config/scenes/tiny.yaml").write_text(TINY)
+    (copy / "examples").mkdir()
+    shutil.copy(EXAMPLES / "whole_study.py", copy / "examples")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(compiled_folder()), "PYTHONPATH": str(copy / "src")}
+    command = [sys.executable, str(copy / "examples/whole_study.py"), "tiny"]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("friction coefficient ") == 2  # levels of the scene
+    assert "contradicts itself     The friction coefficient is leptokurtic" in done.stdout
+    assert (copy / "results/tiny/report.html").is_file()
+
+
+def test_every_example_is_tested_short_and_listed():
+    names = {file.stem for file in EXAMPLES.glob("*.py")}
+    assert {f"test_{name}" for name in names} <= globals().keys()
+    listed = (ROOT / "docs/library.md").read_text(encoding="utf-8")
+    assert [name for name in names if f"(../examples/{name}.py)" not in listed] == []
+    lines = {name: len((EXAMPLES / f"{name}.py").read_text(encoding="utf-8").splitlines()) for name in names}
+    assert max(lines.values()) <= 45

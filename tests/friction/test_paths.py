@@ -189,10 +189,10 @@ shapes = st.floats(0.4, 200.0)
 @given(shapes, shapes, st.integers(1, 1000))
 def test_cumulants_fall_as_those_of_a_mean(a, b, windows):
     mean, std, skewness, excess = beta_moments(a, b)
-    new_a, new_b, lower, upper = average_beta(a, b, 0.2, 0.7, windows)
-    found = beta_moments(new_a, new_b)
-    assert 0.2 + 0.5 * mean == pytest.approx(lower + (upper - lower) * found[0], rel=1e-9)
-    assert (upper - lower) * found[1] == pytest.approx(0.5 * std / np.sqrt(windows), rel=1e-9)
+    mean_of_all = average_beta(BetaDistribution(a, b, 0.2, 0.7), windows)
+    found = beta_moments(mean_of_all.a, mean_of_all.b)
+    assert 0.2 + 0.5 * mean == pytest.approx(mean_of_all.mean, rel=1e-9)
+    assert mean_of_all.standard_deviation == pytest.approx(0.5 * std / np.sqrt(windows), rel=1e-9)
     # skewness^2 and kurtosis of shapes a, b are differences of numbers of order 1 / (a + b): rounding grows with a + b
     rounding = 1e-13 * (a + b) ** 2 + 1e-9
     assert found[2] == pytest.approx(skewness / np.sqrt(windows), abs=rounding)
@@ -202,8 +202,8 @@ def test_cumulants_fall_as_those_of_a_mean(a, b, windows):
 def test_means_of_drawn_windows_have_this_distribution():
     """Four moments say little of the ends, but the distribution of the mean of five is within 0.01 of the Beta."""
     drawn = np.sort(np.random.default_rng(1).beta(2.1, 5.0, (40_000, 5)).mean(axis=1))
-    a, b, lower, upper = average_beta(2.1, 5.0, 0.0, 1.0, 5)
-    share = beta_distribution(a, b, lower, upper - lower).cdf(drawn)
+    mean = average_beta(BetaDistribution(2.1, 5.0, 0.0, 1.0), 5)
+    share = beta_distribution(mean.a, mean.b, mean.lower, mean.scale).cdf(drawn)
     # 1.36 / sqrt(40 000) = 0.0068 with 95 %
     assert np.max(np.abs(share - (np.arange(40_000) + 0.5) / 40_000)) < 0.01
 

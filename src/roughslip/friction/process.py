@@ -47,13 +47,13 @@ class FrictionProcess:
         )
 
 
-def average_beta(a: float, b: float, lower: float, upper: float, windows: int) -> tuple[float, float, float, float]:
+def average_beta(one: BetaDistribution, windows: int) -> BetaDistribution:
     """Beta distribution with the first four moments of the mean of independent ones.
 
-    a, b, lower, upper : shapes and ends of one
+    one : the distribution of one
     windows : n, at least 1
 
-    Returns (a, b, lower, upper). Raises ParameterError for n below 1.
+    Raises ParameterError for n below 1.
 
     The coefficient of n independent windows under equal loads is the mean of theirs: the cumulant of order k falls by
     n^(k - 1). As all windows slide together, the autocorrelation stays. Let s be the squared skewness and e the excess
@@ -63,12 +63,12 @@ def average_beta(a: float, b: float, lower: float, upper: float, windows: int) -
     if whole("the number of windows in parallel", windows) < 1:
         raise ParameterError(f"{windows} windows in parallel: at least 1")
     if windows == 1:
-        return a, b, lower, upper
-    mean, std, skewness, excess = beta_moments(a, b)
+        return one
+    mean, std, skewness, excess = beta_moments(one.a, one.b)
     s, e = skewness**2 / windows, excess / windows
     total = 6.0 * (2.0 + e - s) / (3.0 * s - 2.0 * e)
     share = math.copysign(math.sqrt(s / (s + 16.0 * (total + 1.0) / (total + 2.0) ** 2)), skewness)
     shapes = 0.5 * total * (1.0 - share), 0.5 * total * (1.0 + share)
-    width = (upper - lower) * std / math.sqrt(windows) / beta_moments(*shapes)[1]
-    start = lower + (upper - lower) * mean - width * shapes[0] / total
-    return *shapes, start, start + width
+    width = one.scale * std / math.sqrt(windows) / beta_moments(*shapes)[1]
+    start = one.lower + one.scale * mean - width * shapes[0] / total
+    return BetaDistribution(*shapes, start, start + width)

@@ -118,7 +118,7 @@ def friction_process(
     else:
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
         one = BetaDistribution.of_moments(*shapes, *moments)
-        marginal = BetaDistribution(*average_beta(one.a, one.b, one.lower, one.upper, windows))
+        marginal = average_beta(one, windows)
     correlation_time = scene.oscillator.correlation_time_s  # where friction follows time
     return FrictionProcess(marginal, numbers.correlation_length_m if correlation_time is None else correlation_time)
 

@@ -1,7 +1,9 @@
 """What a user of the package relies on: public names, results as Datasets, paths of n values, pictures."""
 
+import os
 import subprocess
 import sys
+import sysconfig
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -45,6 +47,16 @@ def test_an_import_of_one_module_imports_no_other():
     code = "import sys, roughslip.surface.covariance; print(*(m for m in sys.modules if m.startswith('roughslip.s')))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["roughslip.surface", "roughslip.surface.covariance"]
+
+
+def test_the_environment_of_the_study_finds_the_package(tmp_path):
+    """Without PYTHONPATH and outside of the project, where `make setup` made the environment."""
+    if not Path(sysconfig.get_path("purelib"), "roughslip.pth").is_file():
+        pytest.skip("this environment is not of make setup")
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = [sys.executable, "-c", "import roughslip; print(roughslip.__file__)"]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert Path(done.stdout.strip()) == Path(__file__).resolve().parents[1] / "src/roughslip/__init__.py"
 
 
 def test_results_become_datasets_with_coordinates_and_units():

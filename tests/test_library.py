@@ -6,13 +6,13 @@ import sys
 import sysconfig
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+import roughslip
 from roughslip import Grid, ParameterError, to_xarray
 from roughslip.contact import Influence, solve
 from roughslip.friction import FrictionProcess, prepare, sample_path, strip_weights, window_statistics
@@ -26,20 +26,31 @@ BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 
 @pytest.mark.parametrize("package", ["roughslip", *(f"roughslip.{subject}" for subject in SUBJECTS)])
 def test_public_names_are_found_and_explained(package):
-    """Also where a module of the same name has been imported. Each line of the list is read."""
+    """Each line of the list is read."""
     found = import_module(package)
     folder = Path(found.__file__).parent
     lines = [line for line in (folder / "__init__.pyi").read_text("utf-8").splitlines() if line.startswith("from")]
     assert len(lines) == len(found.__all__) == len(set(found.__all__))
     for name in found.__all__:
-        if (folder / f"{name}.py").is_file():
-            import_module(f"{package}.{name}")
         public = getattr(found, name)
-        assert not isinstance(public, ModuleType)
         assert not callable(public) or (public.__doc__ or "").strip()
     assert set(found.__all__) <= set(dir(found))
     with pytest.raises(AttributeError, match="no public name 'solv'"):
         _ = found.solv
+
+
+def test_no_module_hides_a_public_name():
+    """An import of a module binds its name in the package; the function of that name must be there before."""
+    clashes = [
+        f"roughslip.{subject}.{name}"
+        for subject in SUBJECTS
+        for name in import_module(f"roughslip.{subject}").__all__
+        if (Path(roughslip.__file__).parent / subject / f"{name}.py").is_file()
+    ]
+    assert clashes == ["roughslip.contact.solve"]
+    code = "import roughslip.contact.solve; from roughslip.contact import solve; print(solve.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "solve"
 
 
 def test_an_import_of_one_module_imports_no_other():

@@ -39,6 +39,15 @@ def test_declared_memory_holds_what_the_reference_runs_measured(name):
     """With a tenth to spare for other machines and versions, and no more than four times as much."""
     scene = shipped_scene(name)
     rows = json.loads((ROOT / f"results/reference/{name}/costs.json").read_text())
+    did = {key: value for row in rows for key, value in row["did"].items()}
+    found = {  # numbers that the study found in that run, where the scene asks for accuracies
+        "strip": {"samples": "strips_chosen", "expansion_samples": "expansion_strips_chosen"},
+        "expansion": {"samples": "solves"},
+        "ensemble": {"realisations": "runs_chosen", "nodes_per_correlation_length": "nodes_chosen"},
+    }
+    if scene.pop("accuracy", None) is not None:
+        for section, keys in found.items():
+            scene[section] = scene[section] | {key: did[name] for key, name in keys.items()}
     for row in rows:
         if row["stage"] != "all":
             peak = row["peak_memory_mib"] * MIB

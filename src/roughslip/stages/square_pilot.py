@@ -73,8 +73,8 @@ def work(job: Job) -> None:
         mesh, modes = (kolmogorov_distance(found[:, 0], found[:, other]) for other in (1, 2))
     sampling = KOLMOGOROV_95 / math.sqrt(samples)
     expected = mesh + modes + sampling
-    shown = {"pressure_asked": asked, "pressure_expected": expected, "pressure_from_cells": mesh, "pressure_from_modes": modes}
-    job.usage.count(surfaces=SURFACES, **{name: round(value, 5) for name, value in shown.items()})
+    shown = {"asked": asked, "expected": expected, "from_cells": mesh, "from_modes": modes}
+    job.usage.count(surfaces=SURFACES, **{f"pressure_{name}": round(value, 5) for name, value in shown.items()})
     if mesh + modes > (1 - SHARE) * asked:
         raise IllPosedError(
             f"accuracy.pressure of {asked:g} is not reached: cells leave {mesh:.2g} of the distribution and missing "

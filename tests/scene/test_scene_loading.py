@@ -9,6 +9,7 @@ import yaml
 from roughslip.chaos.functionals import NAMES
 from roughslip.limits import FUNCTIONALS, VARIABLE_COUNTS
 from roughslip.probability import FAMILIES
+from roughslip.scene import load as load_section
 from roughslip.scene import roughness, rules
 from roughslip.scene.loader import RESERVED, describe_allowed, load
 from roughslip.scene.plan import slice_for
@@ -78,6 +79,30 @@ def test_forms_merge_and_a_share_of_the_variance_has_no_modes(mine):
     assert lines_of(mine, yaml.safe_dump(others)) == [
         "scenes/mine.yaml: square.modes: missing; give it, or square.variance_share"
     ]
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        "{force_n: 1500, apparent_area_m2: 1.5e-5}",
+        "{nominal_pressure_pa: 1.0e+8, apparent_area_m2: 1.5e-5}",
+        "{force_n: 1500, nominal_pressure_pa: 1.0e+8}",
+    ],
+)
+def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load):
+    """1500 N = 100 MPa x 1.5e-5 m^2, which are 1000 windows of 25 um x 600 um; the strips give the penetration."""
+    by_hand = "extends: paper\noscillator: {penetration_percentile: 30, windows_in_parallel: 7}"
+    scene = mine(f"extends: base\nload: {load}", base=by_hand)
+    assert scene["load"] == pytest.approx(
+        {"force_n": 1500.0, "nominal_pressure_pa": 1e8, "apparent_area_m2": 1.5e-5}, rel=1e-12
+    )
+    assert scene["oscillator"]["normal_force_n"] == pytest.approx(1500.0, rel=1e-12)
+    assert scene["oscillator"]["windows_in_parallel"] == 1000
+    assert scene["oscillator"]["penetration_percentile"] is None
+    least = mine("extends: paper\nload: {force_n: 1, apparent_area_m2: 1.5e-8}")  # a window, but for rounding
+    assert least["oscillator"]["windows_in_parallel"] == 1
+    (absent,) = load_section.mistakes({"oscillator": {"mass_kg": 1.0}})
+    assert absent == (("oscillator.normal_force_n",), "missing; give it, or load")
 
 
 def test_a_number_is_a_float_however_written(mine):

@@ -27,6 +27,7 @@ UNITS = {
     "s_per_m": "s/m",
     "s2_per_m2": "s^2/m^2",
     "per_m2": "1/m^2",
+    "m2": "m^2",
     "percentile": "%",
 }
 

@@ -42,6 +42,7 @@ def known(run, stored):
     for name, first, last in (("z", 0, 5), ("y", 5, STRIPS)):  # named in another order than numbered
         part = slice(first, last)
         fields = {"area": (shape, area["s"][part]), "force": (shape, area["s"][part] / solved[part])}
+        fields |= {f"block_{name}": (("sample", "level", "block"), values) for name, (_, values) in fields.items()}
         fields |= {f"area_{name}": (shape[:2], area["s"][part, :, 0]) for name in ("corrected", "of_nodes")}
         residual = (("sample", "level"), np.full((last - first, 3), 1e-11 * (1 + first)))
         contact.append(stored(f"{name}.nc", {"first": first}, residual=residual, **fields))

@@ -1,6 +1,7 @@
 """From friction statistics to process and oscillator; runs without a cycle; ranges of mass and belt velocity."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +13,13 @@ from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping
 from roughslip.scene.types import scene_of
+from roughslip.stages import deterministic
 from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
 from roughslip.stages.deterministic import LONGEST, PARAMETERS, cycle_period, range_variables
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers, friction_paths, friction_process
 from roughslip.stages.result_tables.friction_table import distribution
+from roughslip.stages.runtime.usage import Usage
 from tests.stages.scenes import OSCILLATOR
 
 GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4, "beta_a": 2.1, "beta_b": 5.0}
@@ -98,6 +101,66 @@ def test_numbers_of_the_statistics_are_those_at_the_penetration_unless_the_scene
     assert friction_numbers(given, tmp_path / "absent.nc") == FrictionNumbers(**GIVEN)
     with pytest.raises(InputError, match="--friction"):
         friction_numbers(scene_of({"friction": {"mean_at_median": 0.3}}), None)
+
+
+def load_statistics(path):
+    """Statistics of two penetrations, of pads of 1, 4 and 16 windows that scatter by n^-0.45, and a load at 30 %."""
+    pads, both, of_level = np.array([1.0, 4.0, 16.0]), ("level", "pad"), ("level",)
+    columns = {
+        "percentile": (of_level, np.array([10.0, 50.0])),
+        "combined_mean": (of_level, np.array([0.4, 0.3])),
+        "combined_std": (of_level, np.array([0.08, 0.04])),
+        "combined_length_least_squares": (of_level, np.full(2, 2e-4)),
+        "beta_a": (of_level, np.full(2, 3.0)),
+        "beta_b": (of_level, np.full(2, 6.0)),
+        "pad_windows": (("pad",), pads),
+        "pad_mean": (both, np.array([[0.4], [0.3]]) * pads**-0.01),
+        "pad_std": (both, np.array([[0.08], [0.04]]) * pads**-0.45),
+        "load_percentile": ((), np.array(30.0)),
+        **dict.fromkeys(
+            ("load_windows", "load_windows_low", "load_windows_high"), (of_level, np.array([1200.0, 400.0]))
+        ),
+        "load_std": (of_level, np.full(2, 1e-3)),
+    }
+    variables = {name: store.Variable(dimensions, values, "1", name) for name, (dimensions, values) in columns.items()}
+    store.write(path, variables, store.Key({}, "abc"))
+    return path
+
+
+def parallel(windows, percentile):
+    return scene_of({"oscillator": OSCILLATOR | {"windows_in_parallel": windows, "penetration_percentile": percentile}})
+
+
+def test_windows_of_a_pad_scatter_as_the_strips_say(tmp_path):
+    """n windows count as n^0.9, at stored numbers, between them and beyond; the mean is that of the pad."""
+    path = load_statistics(tmp_path / "statistics.nc")
+    for windows in (1, 4, 10, 1000):
+        found = friction_numbers(parallel(windows, 50.0), path)
+        assert found.mean == pytest.approx(0.3 * windows**-0.01, rel=1e-12)
+        assert found.standard_deviation == 0.04
+        independent = mass_on_belt.independent_windows(parallel(windows, 50.0), path)
+        assert independent == pytest.approx(windows**0.9, rel=1e-12)
+        process = friction_process(parallel(windows, 50.0), found, path)
+        assert process.marginal.standard_deviation == pytest.approx(0.04 * windows**-0.45, rel=1e-9)
+        assert process.marginal.mean == pytest.approx(found.mean, rel=1e-12)
+    assert mass_on_belt.independent_windows(parallel(100, 50.0), None) == 100.0  # of given statistics
+    at_load = friction_numbers(parallel(1, None), path)
+    assert at_load.standard_deviation == pytest.approx(0.06)  # at 30 %, halfway
+    assert at_load.mean == pytest.approx(0.35)
+
+
+@pytest.mark.parametrize(("windows", "warns"), [(1, True), (199, True), (201, False), (799, False), (801, True)])
+def test_windows_that_miss_the_load_by_a_factor_of_two_are_warned_of(tmp_path, windows, warns):
+    """400 windows bear the force at the median."""
+    usage = Usage(tmp_path / "usage.json", "deterministic")
+    job = SimpleNamespace(scene=parallel(windows, 50.0), usage=usage)
+    deterministic.warn_of_load(job, store.read(load_statistics(tmp_path / "statistics.nc")), 0.04)
+    assert bool(usage.warnings) == warns
+    if warns:
+        (text,) = usage.warnings
+        assert text.startswith(f"2500 N on oscillator.windows_in_parallel = {windows}: at percentile 50")
+        assert "a window bears 6.25 N" in text
+        assert "needs 400 windows (400 to 400)" in text
 
 
 def test_share_of_runs_that_cycle_to_the_end():

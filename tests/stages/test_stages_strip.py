@@ -66,6 +66,7 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
     found = run(contact_strip, CONFIGURATION, first=1, last=5)
     assert found["area"].shape == found["force"].shape == (4, 2, COUNT)
     np.testing.assert_allclose(found["area"], 3 * WINDOW * CELL_AREA)
+    np.testing.assert_allclose(found["block_area"], 3 * SPACING * CELL_AREA)
     np.testing.assert_allclose(found["area_of_nodes"], 3 * 80 * CELL_AREA)
     shares = 0.915 + 0.806 + 0.915  # rows at the border have one neighbour out of contact, the middle one two
     np.testing.assert_allclose(found["area_corrected"], shares * 80 * CELL_AREA)
@@ -77,6 +78,8 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
     for level in range(2):
         force = 1e6 * (1 + level) * CELL_AREA * windows_of(columns)
         np.testing.assert_allclose(found["force"][:, level], np.tile(force, (4, 1)))
+        in_blocks = columns[FIRST : FIRST + 80].reshape(20, SPACING).sum(axis=1)  # as long as the distance of windows
+        np.testing.assert_allclose(found["block_force"][2, level], 1e6 * (1 + level) * CELL_AREA * in_blocks)
     assert found["pressure"].shape == (2, 2, len(COLUMNS), NY)  # strips 1 and 2 of the three that train
     np.testing.assert_allclose(found["pressure"][1, 1, :, ::2], 2e6 * node[COLUMNS, ::2])
     np.testing.assert_allclose(found["gap"][0, 1], 2e-9 * node[COLUMNS])

@@ -52,6 +52,8 @@ def friction():
         table[f"combined_{name}"] = np.array([0.3, 0.2, 0.1])
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
         table |= with_interval(f"trend_combined_{name}_slope", -0.02, -0.03, -0.01)
+    table |= with_interval("load_windows", [4.0, 2.0, 1.0], [4.0, 2.0, 1.0], [4.0, 2.0, 1.0])
+    table |= with_interval("load_std", [0.06, 0.04, 0.02], [0.055, 0.035, 0.015], [0.065, 0.045, 0.025])
     table |= dict.fromkeys((variable for variable, _ in P_VALUES.values()), np.array(0.031))
     return table | with_interval("trend_combined_length_least_squares_change", 0.0, -1e-5, 1e-5)
 
@@ -71,6 +73,8 @@ def oscillator():
         **with_interval("reattachment_distance_to_normal", 0.03, 0.02, 0.04),
         **with_interval("reattachment_skewness", 0.3, 0.2, 0.4),
         **with_interval("reattachment_kurtosis", 0.0, -0.1, 0.1),
+        "friction_scatter": np.array(0.05),
+        "friction_percentile": np.array(50.0),
         "normality_jarque_bera_p": np.array(3e-9),
         "normality_anderson_darling_p": np.array(0.0025),
     }

@@ -187,7 +187,8 @@ def test_modulus_heights_and_lengths_cancel_in_calibrated_friction():
     found = verdicts_on(square(), of_strips(), of_runs())
     for claim in found.values():
         stands = claim["stands"]
-        assert stands["always"] or {*MATERIAL, RMS} <= set(stands["any_value"])
+        of_load = claim["id"] == "own-fig5-under-load"  # forces do not cancel
+        assert stands["always"] or {*MATERIAL, RMS} <= set(stands["new_solves" if of_load else "any_value"])
         assert LENGTH not in [one["input"] for one in stands["ranges"]]
         assert (LENGTH in stands["new_solves"]) == (claim["id"] not in ("mu-leptokurtic", "fig5-sharp-limit"))
 

@@ -82,6 +82,7 @@ rule expansion_strip:
 rule friction:
     input:
         key=scenes.key("friction"),
+        scan=scenes.made("scan"),
         contact=scenes.made("strip_pilot", "contact_strip"),
         allocation=scenes.made("strip_allocation"),
         expansion=scenes.made("expansion_strip"),

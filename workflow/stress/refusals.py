@@ -332,7 +332,7 @@ def path_refusals() -> Calls:
         spoilt(bounds, a=NOT_POSITIVE, b=NOT_POSITIVE, lower=NOT_FINITE | {"above": 2.0}, upper=NOT_FINITE),
         spoilt(empirical, quantiles=tables, mean=NOT_FINITE, standard_deviation=NOT_FINITE),
         spoilt(partial(FrictionProcess, beta), correlation_length_m=NOT_POSITIVE),
-        spoilt(partial(average_beta, beta), windows=NOT_A_COUNT),
+        spoilt(partial(average_beta, beta), windows=NOT_POSITIVE | {"below-one": 0.5, "text": "four"}),
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from roughslip.errors import ParameterError, real, whole
+from roughslip.errors import ParameterError, real
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments, tabulate
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
@@ -47,11 +47,11 @@ class FrictionProcess:
         )
 
 
-def average_beta(one: BetaDistribution, windows: int) -> BetaDistribution:
+def average_beta(one: BetaDistribution, windows: float) -> BetaDistribution:
     """Beta distribution with the first four moments of the mean of independent ones.
 
     one : the distribution of one
-    windows : n, at least 1
+    windows : n, at least 1; correlated windows count as fewer, not a whole number
 
     Raises ParameterError for n below 1.
 
@@ -60,7 +60,7 @@ def average_beta(one: BetaDistribution, windows: int) -> BetaDistribution:
     kurtosis of the mean. For every Beta 3 s > 2 e. The sum of its shapes is 6 (2 + e - s) / (3 s - 2 e) (Johnson, Kotz
     and Balakrishnan, Continuous Univariate Distributions 2, 1995, ch. 25).
     """
-    if whole("the number of windows in parallel", windows) < 1:
+    if not (math.isfinite(real("the number of windows in parallel", windows)) and windows >= 1.0):
         raise ParameterError(f"{windows} windows in parallel: at least 1")
     if windows == 1:
         return one

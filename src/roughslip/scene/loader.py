@@ -18,6 +18,7 @@ from jsonschema import Draft202012Validator, validators
 from roughslip.errors import InputError
 from roughslip.scene import accuracy, rules
 from roughslip.scene.fields import WORD
+from roughslip.scene.load import derived
 from roughslip.scene.mistakes import Values, shown
 from roughslip.scene.schema import scene_schema
 from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read
@@ -33,8 +34,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml
     scenes_folder : folder of the names, also of those after `extends`
 
-    Returns the scene as nested dicts, without `extends`; a key that takes a `number` holds a float. `types.scene_of`
-    makes an object of it. Raises InputError with a line per mistake.
+    Returns the scene as nested dicts, without `extends` and with what follows from its load; a key that takes a
+    `number` holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
     """
     schema = scene_schema()
     chain, merged, lines = _read_chain(_locate(name_or_path, scenes_folder), scenes_folder)
@@ -54,7 +55,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         lines.append(line(topmost(paths), paths[0], text))
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
-    return accuracy.settled(cast(Values, _with_floats(merged.values, schema)))
+    return derived(accuracy.settled(cast(Values, _with_floats(merged.values, schema))))
 
 
 def scene_names(scenes_folder: Path) -> list[str]:

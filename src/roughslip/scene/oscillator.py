@@ -44,7 +44,7 @@ class Oscillator(Section):
     )
     damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", at_least=0, at_most=10)
     belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", above=0, at_most=1000)
-    normal_force_n: float = number("Normal force N", "N", above=0, at_most=1e9)
+    normal_force_n: float = number("Normal force N; with load it follows", "N", above=0, at_most=1e9, default=None)
     excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", at_least=0, at_most=1e9)
     excitation_frequency_rad_per_s: float = number(
         "Angular frequency Omega of the excitation", "rad/s", at_least=0, at_most=1e6
@@ -85,16 +85,17 @@ class Oscillator(Section):
         Integrator,
         default="fehlberg45",
     )
-    penetration_percentile: float = number(
+    penetration_percentile: float | None = number(
         "Penetration of the surfaces that the mass slides on, between the first and the last of the strip, as the "
-        "share of the heights above the plane",
+        "share of the heights above the plane; with load it follows",
         "%",
         above=0,
         below=100,
         default=50.0,
     )
     windows_in_parallel: int = integer(
-        "Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n)",
+        "Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n); "
+        "with load the number follows",
         at_least=1,
         at_most=1_000_000,
         default=1,

@@ -16,7 +16,7 @@ from roughslip.limits import (
     TRAINING_SPACING,
     VARIABLE_COUNTS,
 )
-from roughslip.scene import accuracy, contact, friction, roughness
+from roughslip.scene import accuracy, contact, friction, load, roughness
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, shown, strictly_increasing
@@ -30,12 +30,8 @@ _TAKEN_BY = (
 )
 
 # In an overlay, by section: keys that a key replaces, where the overlay does not give those too.
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    **accuracy.REPLACES,
-    **friction.REPLACES,
-    **contact.REPLACES,
-    **roughness.REPLACES,
-}
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = friction.REPLACES | contact.REPLACES | roughness.REPLACES
+REPLACES[""] = accuracy.REPLACES[""] | load.REPLACES[""]
 for _key, _other, _ in _TAKEN_BY:
     _section, _, _name = _other.partition(".")
     REPLACES.setdefault(_section, {})[_name] = (_key.partition(".")[2],)
@@ -359,7 +355,7 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
     sections = {"friction": friction, "square": contact, "roughness": roughness}
-    for form in (accuracy, *(one for name, one in sections.items() if isinstance(scene.get(name), dict))):
+    for form in (accuracy, load, *(one for name, one in sections.items() if isinstance(scene.get(name), dict))):
         yield from (mistake for mistake in form.mistakes(scene) if all(map(sound, mistake.keys)))
     for key, other, word in _TAKEN_BY:
         value, found = given(scene, key), get(scene, other)

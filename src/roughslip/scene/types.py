@@ -29,6 +29,7 @@ from roughslip.scene.fields import (
     text,
 )
 from roughslip.scene.friction import Friction
+from roughslip.scene.load import Load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
 from roughslip.scene.roughness import Roughness
@@ -95,6 +96,7 @@ class Scene(Section):
     strip: Strip = group(Strip)
     friction: Friction = group(Friction)
     accuracy: Accuracy = group(Accuracy)
+    load: Load = group(Load)
     oscillator: Oscillator = group(Oscillator)
     ensemble: Ensemble = group(Ensemble)
     map: StickSlipMap = group(StickSlipMap)

@@ -15,7 +15,7 @@ STAGE = Stage(
     result="contact/strip-{first}-{last}.nc",
     batches=Batches(size="batches.strip_samples", totals={"": "strip.samples"}, asked="accuracy.friction_mean"),
     memory_mb=420,
-    memory_doubles={"cells": 190, "batch windows": 12, "trained_strips levels cells": 1},
+    memory_doubles={"cells": 190, "batch windows": 16, "trained_strips levels cells": 1},
 )
 
 

@@ -117,6 +117,7 @@ def work(job: Job) -> None:
     for name in ("position", "velocity", "hopf_damping", "existence_limit", "reattachment", "departure"):
         one = plain.variable(name)
         variables[f"deterministic_{name}"] = one._replace(long_name=f"{name} without scatter")
+    variables |= {name: plain.variable(name) for name in ("friction_scatter", "friction_percentile") if name in plain}
     if job.arguments.allocation is not None:
         half = float(np.max(counts.high - counts.low)) / 2
         reached = half + float(store.read(job.arguments.allocation)["from_nodes"])

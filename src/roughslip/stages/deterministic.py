@@ -33,6 +33,7 @@ STAGE = Stage(
 )
 
 PARAMETERS = ("mass_kg", "belt_velocity_m_per_s")
+MISSED = 2.0  # factor between the windows of a scene and those of its load, above which it warns
 LONGEST = 5.0  # natural periods of a cycle: then a run that cycles shows one in its closing ten
 
 LIMITS = {
@@ -99,10 +100,35 @@ def work(job: Job) -> None:
         "position": store.Variable(("time",), drawn.position[kept], "m", "X"),
         "velocity": store.Variable(("time",), drawn.velocity[kept], "m", "X' = dX/dtau"),
     }
+    scatter = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, job.arguments.friction))
+    title = "standard deviation of the friction coefficient of all windows in parallel"
+    variables["friction_scatter"] = store.Variable((), scatter, "1", title)
+    if job.arguments.friction is not None:
+        statistics = store.read(job.arguments.friction)
+        percentile = mass_on_belt.penetration_percentile(scene, statistics)
+        variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
+        warn_of_load(job, statistics, scatter)
     for name, value in asdict(numbers).items():
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
     store.write(job.arguments.output, variables, job.key)
+
+
+def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
+    """Warns where the scene's windows are far from those that bear its force at its penetration."""
+    section = job.scene.oscillator
+    low, needed, high, std = (
+        mass_on_belt.at_penetration(job.scene, statistics, statistics[name])
+        for name in ("load_windows_low", "load_windows", "load_windows_high", "load_std")
+    )
+    force, given = section.normal_force_n, section.windows_in_parallel
+    if max(needed / given, given / needed) > MISSED:
+        percentile = mass_on_belt.penetration_percentile(job.scene, statistics)
+        job.usage.warn(
+            f"{force:g} N on oscillator.windows_in_parallel = {given}: at percentile {percentile:g} a window bears "
+            f"{force / needed:.3g} N, so the force needs {needed:.4g} windows ({low:.4g} to {high:.4g}). Their "
+            f"friction would scatter by {std:.2g} in place of {scatter:.2g}; give load, or other windows or penetration"
+        )
 
 
 def range_variables(belt: Oscillator, law: FrictionLaw, dampings: Sequence[float]) -> dict[str, store.Variable]:

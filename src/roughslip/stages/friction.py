@@ -15,22 +15,22 @@ from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_s
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.result_tables import friction_table
+from roughslip.stages.result_tables import friction_table, load_table
 from roughslip.stages.result_tables.friction_table import SOURCES
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="friction",
     reads="seed roughness strip friction.mean_at_median",
-    reads_if_given="friction.least_contact_fraction",
+    reads_if_given="friction.least_contact_fraction load oscillator.normal_force_n",
     many={"contact": "strip_pilot contact_strip", "expansion": "expansion_strip"},
-    optional={"allocation": "strip_allocation"},
+    optional={"scan": "scan", "allocation": "strip_allocation"},
     result="friction/statistics.nc",
     outputs={"summary": "summary.csv"},
     runs_if="not friction.statistics",
     memory_mb=420,
     memory_doubles={
-        "strips windows": 10,
+        "strips windows": 16,
         "expansion_strips windows": 10,
         "expansion_strips": 800,
         "windows": 9600,
@@ -110,6 +110,7 @@ def work(job: Job) -> None:
         for name in friction_table.BY_SOURCE:
             rows = (shear.value * np.exp(one.control[name]) for one in best)
             table[name] += [Estimate.from_rows(one) for one in rows]
+        loads = load_table.load_table(job, batches["solved"], (table, combined), shear, weights["solved"])
         law = (
             friction_table.candidate_variables(mu, weights["solved"])
             | friction_table.p_value_variables(mu, combined, percentiles, weights["solved"])
@@ -120,7 +121,7 @@ def work(job: Job) -> None:
     got = reached(job.arguments.allocation, percentiles, combined)
     job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size, **got)
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
-    variables |= friction_table.error_variables(best)
+    variables |= friction_table.error_variables(best) | load_table.load_variables(scene, loads)
     variables |= friction_table.distribution(mu[0][median], mu[1][median])
     ends, title = [shear.value, shear.low, shear.high], "shear strength that gives the mean at the median"
     variables |= store.with_interval("shear_strength", (), ends, "Pa", title)

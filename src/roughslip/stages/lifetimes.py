@@ -116,9 +116,10 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
     options = mass_on_belt.motion_options(scene)
     in_slip: dict[str, Any] = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
     periods, found = asked.duration_periods, []
+    together = mass_on_belt.independent_windows(scene, job.arguments.friction) ** 0.5  # the process divides by it
     length = mass_on_belt.path_length(belt, periods, options.friction_follows)
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
-        scaled = replace(numbers, standard_deviation=float(deviation))
+        scaled = replace(numbers, standard_deviation=float(deviation) * together)
         process = mass_on_belt.friction_process(scene, scaled, job.arguments.friction)
         paths = recursion(process, process.correlation_length_m / NODES)
         seeds = ([scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations))
@@ -160,7 +161,8 @@ def work(job: Job) -> None:
     asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     factors = np.array(asked.scatter_factors, dtype=np.float64)
-    deviations, horizon = numbers.standard_deviation * factors, asked.duration_periods - LONG_SLIP
+    deviation = numbers.standard_deviation / mass_on_belt.independent_windows(scene, job.arguments.friction) ** 0.5
+    deviations, horizon = deviation * factors, asked.duration_periods - LONG_SLIP
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     with job.usage.core():
         response = grazing_response(belt, law, scene.oscillator.stochastic_static_limit)
@@ -181,7 +183,7 @@ def work(job: Job) -> None:
     row, edge = ("scatter",), ("scatter", "start", "level")
     variables = {
         "scatter_factor": store.Variable(row, factors, "1", "multiple of the scene's standard deviation of friction"),
-        "friction_deviation": store.Variable(row, deviations, "1", "standard deviation of friction"),
+        "friction_deviation": store.Variable(row, deviations, "1", "standard deviation of the friction of all windows"),
         "survival_damping": store.Variable(("scatter", "point"), dampings, "1", "damping ratio D"),
         "band_level": store.Variable(("level",), np.array(LEVELS), "1", "probability of stick-slip"),
         "band_start": store.Variable(("start",), np.array(STARTS), "1", "how the runs begin"),

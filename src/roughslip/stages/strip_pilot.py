@@ -17,7 +17,7 @@ STAGE = Stage(
     result="contact/pilot.nc",
     runs_if="accuracy.friction_mean",
     memory_mb=420,
-    memory_doubles={"cells": 190, "training_strips windows": 12, "training_strips levels cells": 1},
+    memory_doubles={"cells": 190, "training_strips windows": 16, "training_strips levels cells": 1},
 )
 
 

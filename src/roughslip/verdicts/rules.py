@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from roughslip.friction.penetration import between
 from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED, VERDICTS, Finding, Interval, in_unit, inside, what_turns
 from roughslip.verdicts.statements import (
     BETA_KURTOSIS,
@@ -26,6 +27,7 @@ from roughslip.verdicts.statements import (
     PAPER_LENGTH,
     RULES,
     SAME_LENGTH,
+    SEEN_RANGE,
     SKEWNESS_RANGE,
     STATEMENTS,
     VISIBLE,
@@ -38,6 +40,7 @@ NO_STAGE = "the scene does not run this stage"
 NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"
 ONE_LEVEL = "the scene has one penetration only"
 NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cycle at any damping ratio"
+NO_END = "the list of damping ratios does not reach surely beyond the range, or its runs are too few"
 ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
 
 Arrays = Mapping[str, np.ndarray]
@@ -45,14 +48,16 @@ Rule = Callable[[Arrays], Finding | str]  # a text says why the statement cannot
 
 
 def claims(square: Arrays | None, friction: Arrays | None, oscillator: Arrays | None) -> list[dict[str, Any]]:
-    """Every statement in the order of the paper, from the results of the branches that the scene runs.
+    """Every statement in the order of the paper and then our own, from the results of the branches that the scene runs.
 
     square, friction, oscillator : contents of chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc
 
     Each is a mapping with id, statement, paper, ours, interval (low, high), shown (both in the unit that a reader
     uses), verdict, turns (what would turn it), note and rule.
     """
-    branches = ((square, ON_THE_SQUARE), (friction, ON_FRICTION), (oscillator, ON_THE_OSCILLATOR))
+    both = None if friction is None or oscillator is None else {**friction, **oscillator}
+    of_paper = (square, ON_THE_SQUARE), (friction, ON_FRICTION), (oscillator, ON_THE_OSCILLATOR)
+    branches = (*of_paper, (both, ON_LOAD))
     return [_claim(name, rule, arrays) for arrays, rules in branches for name, rule in rules.items()]
 
 
@@ -278,6 +283,30 @@ def _beyond_limit(oscillator: Arrays) -> Finding | str:
     return _judged(_number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
 
 
+def _under_load(both: Arrays) -> Finding | str:
+    """The range of damping beyond the limit, scaled from the scatter of the runs to that of the load's windows."""
+    limit, damping = _limit(both), both["damping_ratio"]
+    if not np.isfinite(limit):
+        return NO_LIMIT
+    still = damping[(damping > limit) & (both["still_cycling_low"] > CAN_CYCLE)]
+    last = float(still.max(initial=limit))
+    beyond = damping[(damping > last) & (both["still_cycling_high"] < CAN_CYCLE)]
+    if not beyond.size:
+        return NO_END
+    percentile, scatter = float(both["friction_percentile"]), float(both["friction_scatter"])
+    names = ("load_windows", "load_std", "load_std_low", "load_std_high")
+    windows, *std = (between(both["percentile"], both[name], percentile) for name in names)
+    low, high = last / limit - 1.0, float(beyond[0]) / limit - 1.0
+    ends = np.array([(low + high) / 2.0, low, high])
+    ours, *interval = (ends * std / scatter).tolist()
+    note = (
+        f"share of the limit {limit:.4f}; at percentile {percentile:g} {windows:.4g} windows bear the force, and their "
+        f"friction scatters by {std[0]:.2g}. In the runs it scatters by {scatter:.2g}, and the range ends between "
+        f"{low:.2%} and {high:.2%}"
+    )
+    return _judged((ours, (interval[0], interval[1])), note, low=SEEN_RANGE)
+
+
 def _reattachment(oscillator: Arrays) -> Finding:
     distance, skewness, kurtosis = (
         _number(oscillator, f"reattachment_{name}") for name in ("distance_to_normal", "skewness", "kurtosis")
@@ -321,3 +350,4 @@ ON_THE_OSCILLATOR: dict[str, Rule] = {
     "fig5-sharp-limit": _sharp_limit,
     "fig5-range-beyond-limit": _beyond_limit,
 }
+ON_LOAD: dict[str, Rule] = {"own-fig5-under-load": _under_load}

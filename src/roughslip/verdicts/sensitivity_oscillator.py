@@ -34,6 +34,7 @@ from roughslip.verdicts.sensitivity import (
 CYCLE, SHARP, BEYOND, REATTACHMENT = (
     f"fig5-{name}" for name in ("limit-cycle", "sharp-limit", "range-beyond-limit", "reattachment-nonnormal")
 )
+UNDER_LOAD = "own-fig5-under-load"
 DAMPING, PARALLEL, FORCE = (
     f"oscillator.{key}" for key in ("damping_ratio", "windows_in_parallel", "excitation_force_n")
 )
@@ -65,6 +66,9 @@ def of_the_oscillator(
     inputs = [key for key in INPUTS if key != SCATTER or "friction" not in scenes]
     sensitivities = {}
     for name, verdict in tested.items():
+        if name == UNDER_LOAD:
+            _, solves = _of_the_surface(name, scenes)
+            sensitivities[name] = Sensitivity(new_runs=tuple(inputs), new_solves=solves)
         if not name.startswith("fig5-"):
             continue
         found = list(_ranges(name, verdict, oscillator, skeleton, scenes["deterministic"]))
@@ -105,6 +109,8 @@ def _of_the_surface(name: str, scenes: Mapping[str, Scene]) -> tuple[tuple[str, 
     if "friction" not in scenes:
         return (), ()
     section, (scale, solves) = scenes["deterministic"]["oscillator"], surface_inputs(scenes, "friction")
+    if name == UNDER_LOAD or section["penetration_percentile"] is None:  # forces have the scale of the modulus
+        return (), (*scale, *solves, *present(scenes["friction"], STRIP))
     if name == SHARP and (section["penetration_percentile"] == MEDIAN or section["law"] == "table"):
         return (*scale, "the whole surface (no scatter enters, and the mean friction is calibrated)"), ()
     return scale, (*solves, *present(scenes["friction"], STRIP))

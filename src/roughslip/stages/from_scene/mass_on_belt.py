@@ -1,5 +1,6 @@
 """The mass on the belt of a scene: oscillator, friction law, and the friction process with its realisations."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -41,9 +42,11 @@ class FrictionNumbers:
 def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     """The numbers that the scene gives, or else those of the statistics file at its penetration, by default the median.
 
-    The mean is mu_fit(d). Mean, scatter and length come from the solved windows with the expansion as control, the
-    shapes from the solved windows alone. Between two penetrations numbers are interpolated (`friction.penetration`).
-    Shapes that the windows do not determine (`beta_at_bound`) are arbitrary there: prefer `ensemble.marginal: paper`.
+    They are those of one window, but for the mean of several windows in parallel: it is that of their areas over that
+    of their forces. The mean is mu_fit(d). Mean, scatter and length come from the solved windows with the expansion as
+    control, the shapes from the solved windows alone. Between two penetrations numbers are interpolated
+    (`friction.penetration`). Shapes that the windows do not determine (`beta_at_bound`) are arbitrary there: prefer
+    `ensemble.marginal: paper`.
     """
     given = scene.friction.statistics
     if given is not None:
@@ -51,16 +54,50 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     if statistics is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     result = store.read(statistics)
-    percentile = float(scene.oscillator.penetration_percentile)
+    windows = scene.oscillator.windows_in_parallel
     columns = {
-        "mean": result["combined_mean"],
+        "mean": result["combined_mean"] if windows == 1 else of_pad(result, "pad_mean", windows),
         "standard_deviation": result["combined_std"],
         "correlation_length_m": result["combined_length_least_squares"],
         "beta_a": result["beta_a"],
         "beta_b": result["beta_b"],
     }
-    levels = result["percentile"]
-    return FrictionNumbers(**{name: between(levels, values, percentile) for name, values in columns.items()})
+    return FrictionNumbers(**{name: at_penetration(scene, result, values) for name, values in columns.items()})
+
+
+def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> float:
+    """Values : (levels,) of the friction statistics at the penetration of the windows."""
+    return between(result["percentile"], values, penetration_percentile(scene, result))
+
+
+def penetration_percentile(scene: Scene, result: store.Result) -> float:
+    """[%] that the scene gives, or that at which the strips bear its load."""
+    given = scene.oscillator.penetration_percentile
+    return float(result["load_percentile"] if given is None else given)
+
+
+def of_pad(result: store.Result, name: str, windows: float) -> np.ndarray:
+    """(levels,) a positive number of pads, at so many windows : power laws between the stored ones, and beyond."""
+    places, values = np.log(result["pad_windows"]), np.log(result[name])
+    low = min(int(np.searchsorted(places, math.log(windows), side="right")), len(places) - 1) - 1
+    share = (math.log(windows) - places[low]) / (places[low + 1] - places[low])
+    return np.asarray(np.exp((1.0 - share) * values[:, low] + share * values[:, low + 1]))
+
+
+def independent_windows(scene: Scene, statistics: Path | None, windows: int | None = None) -> float:
+    """Independent windows, at least 1, whose mean coefficient scatters as that of all that bear the load in parallel.
+
+    windows : in place of the scene's number
+
+    From strips it holds the correlation of windows along and across the belt (`friction.pad`). Windows of which the
+    scene gives the statistics are independent.
+    """
+    count = scene.oscillator.windows_in_parallel if windows is None else windows
+    if count == 1 or statistics is None:
+        return float(count)
+    result = store.read(statistics)
+    ratio = at_penetration(scene, result, result["combined_std"] / of_pad(result, "pad_std", count))
+    return max(ratio**2, 1.0)
 
 
 def oscillator(scene: Scene) -> Oscillator:
@@ -104,13 +141,13 @@ def friction_process(
 
     The paper scales Beta(2.1, 5) by the least and the largest value of its sample, and these depend on its size. Here
     Beta(2.1, 5) has the mean and standard deviation of the windows. With several windows in parallel, the marginal is
-    that of the mean of as many Beta variables; `windows` replaces the scene's number. Where friction follows time, the
+    that of the mean of as many Beta variables as there are `independent_windows`; `windows` replaces the scene's number
+    of windows. Where friction follows time, the
     correlation length of the process is the scene's correlation time.
     """
     moments = numbers.mean, numbers.standard_deviation
     kind = scene.ensemble.marginal
     marginal: Marginal
-    windows = scene.oscillator.windows_in_parallel if windows is None else windows
     if kind == "empirical":
         if statistics is None:
             raise InputError("the quantiles of the windows need --friction")
@@ -118,7 +155,7 @@ def friction_process(
     else:
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
         one = BetaDistribution.of_moments(*shapes, *moments)
-        marginal = average_beta(one, windows)
+        marginal = average_beta(one, independent_windows(scene, statistics, windows))
     correlation_time = scene.oscillator.correlation_time_s  # where friction follows time
     return FrictionProcess(marginal, numbers.correlation_length_m if correlation_time is None else correlation_time)
 

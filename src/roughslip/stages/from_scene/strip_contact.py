@@ -1,5 +1,7 @@
 """Contact of strips with the plane, at every penetration of the scene."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from roughslip import store
@@ -21,6 +23,7 @@ def solve_strips(job: Job, numbers: range) -> None:
     influence = elastic.influence(scene, grid)
     meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]
     windows = [geometry.windows(scene, step) for _, _, step in meshes]
+    blocks = replace(windows[0], length=windows[0].spacing)
     planes = model.plane_height(np.array(scene.strip.penetration_percentiles)).tolist()
     tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
     middle = geometry.middle(scene)
@@ -29,6 +32,7 @@ def solve_strips(job: Job, numbers: range) -> None:
     trained = max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
     shape = count, levels, windows[0].count
     sums = {mesh + name: np.empty(shape) for mesh, _, _ in meshes for name in WINDOWS}
+    in_blocks = {name: np.empty((count, levels, blocks.count)) for name in WINDOWS}
     of_nodes, corrected = np.empty((2, count, levels))
     residual, effort = np.zeros((count, levels)), np.zeros((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
@@ -45,6 +49,8 @@ def solve_strips(job: Job, numbers: range) -> None:
                     cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
                     for name, field in (("area", cells), ("force", solution.pressure)):
                         sums[mesh + name][row, level] = on.grid.cell_area * lie.sums(field)
+                        if mesh != COARSE:
+                            in_blocks[name][row, level] = grid.cell_area * blocks.sums(field)
                     residual[row, level] = max(residual[row, level], solution.residual)
                     effort[row, level] += solution.work
                     if mesh == COARSE:
@@ -67,6 +73,9 @@ def solve_strips(job: Job, numbers: range) -> None:
         for name, (unit, title) in WINDOWS.items():
             on_mesh = title + (f", cells of {step} times the edge" if step > 1 else "")
             variables[mesh + name] = store.Variable(dimensions, sums[mesh + name], unit, on_mesh)
+    for name, (unit, title) in WINDOWS.items():
+        of_block = title.replace("the window", "a block as long as the distance of two windows")
+        variables[f"block_{name}"] = store.Variable((*dimensions[:2], "block"), in_blocks[name], unit, of_block)
     if trained:
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
         variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")

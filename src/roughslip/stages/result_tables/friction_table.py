@@ -21,6 +21,12 @@ HISTOGRAM_BINS = 40
 QUANTILES = 1000
 BY_SOURCE = ("mean", "std")  # also given of the expansion alone
 TRENDS = ("mean", "std", "variation", "length_least_squares")  # of which the change with penetration is stored too
+LOAD = {  # further columns of summary.csv, of what stage friction stores of load
+    "force_per_window": "force_per_window_n",
+    "nominal_pressure": "nominal_pressure_pa",
+    "load_windows": "load_windows",
+    "load_std": "load_std",
+}
 GAINS = ("mean", "std")  # for which the ratio of solves at equal standard error is given
 TITLES = {
     "mean": "mean friction coefficient",
@@ -183,15 +189,16 @@ def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> st
     """
     columns = [f"combined_{name}" for name in ("mean", "std", "variation", "skewness", "kurtosis")]
     columns += ["combined_length_least_squares", "ratio_of_sums", "beta_a", "beta_b", "missing_share"]
-    names = [name + suffix for name in columns for suffix in ("", "_low", "_high")]
+    of_load = [name for name in LOAD if name in variables]
+    names, loads = ([name + end for name in of for end in ("", "_low", "_high")] for of in (columns, of_load))
     titles = [f"{name}_m" if "length" in name else name for name in names]
-    header = ",".join(["percentile", *titles, "beta_at_bound"])
+    load_titles = [LOAD[name] + end for name in of_load for end in ("", "_low", "_high")]
+    header = ",".join(["percentile", *titles, "beta_at_bound", *load_titles])
     at_bound = np.asarray(variables["beta_at_bound"].values)
     rows = []
     for level, percentile in enumerate(percentiles):
-        values = [np.asarray(variables[name].values) for name in names]
-        cells = [value[level] for value in values]
-        rows.append(",".join([f"{percentile:g}", *(f"{cell:.6g}" for cell in cells), str(int(at_bound[level]))]))
+        cells, of_load = ([f"{variables[name].values[level]:.6g}" for name in of] for of in (names, loads))
+        rows.append(",".join([f"{percentile:g}", *cells, str(int(at_bound[level])), *of_load]))
     return "\n".join([header, *rows]) + "\n"
 
 

@@ -1,0 +1,184 @@
+"""Friction of a pad of many windows under one rigid plane: its mean, its scatter, and the load that it bears.
+
+All windows share the plane, so the pad has mu = tau sum(A) / sum(N) over all of them, light ones too. To first order it
+scatters by the influence g = (tau A - mu N) / mean(N) of its parts (Hampel et al., Robust Statistics, 1986, ch. 2)::
+
+    Var mu(pad) = mean over pairs of parts of C_g
+
+C_g is measured along the strips, on blocks shorter than a window. What a Gaussian surface with the correlation rho does
+at one place has C_g = sum_m a_m rho^m, a_m >= 0 (Mehler's formula). Non-negative least squares gives a_m, and a part
+without correlation that takes what is shorter than rho. So rho carries C_g across the belt and beyond the strip.
+Windows of a strip are solved alone: the elastic displacement by the neighbours across the belt is not in C_g.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from scipy.special import ndtr, ndtri
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.bowden_tabor import window_sums
+from roughslip.friction.statistics import resampled
+
+POWERS = (1, 2, 4, 8)  # of rho; those between are nearly sums of them
+WINDOWS = 4.0 ** np.arange(11)  # of a pad, at which its scatter is given
+ADJACENT = (1, 2, 4)  # windows one behind the other whose mean is measured too
+POINTS = 8  # of Gauss and Legendre in a panel
+FINEST = 8.0  # panels in a correlation length next to no distance
+LEAST_SHARE = 1e-6  # of 1 / windows: the variance of a mean without long waves may be zero but for rounding
+
+Correlation = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Correlation of the heights.
+
+    correlation : rho of distances along and across the belt [m], 1 at zero
+    lengths_m : [m] 1/e lengths along and across
+    """
+
+    correlation: Correlation
+    lengths_m: tuple[float, float]
+
+
+def mean_powers(surface: Surface, length_m: float, width_m: float, lag_m: float = 0.0) -> np.ndarray:
+    """Mean (POWERS,) of rho^m over pairs of points of two equal rectangles, one a lag along the belt behind the other.
+
+    The distance of two points has the density of a triangle along either edge. Panels double from an eighth of a
+    correlation length on; the error is below 1e-4 where rho is smooth.
+    """
+    x, weight_x = _distances(length_m, lag_m, surface.lengths_m[0])
+    y, weight_y = _distances(width_m, 0.0, surface.lengths_m[1])
+    rho = surface.correlation(x[:, None], y[None, :])
+    return np.array([weight_x @ rho**power @ weight_y for power in POWERS])
+
+
+def _distances(edge: float, lag: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Distances of points on two intervals `edge` long, a lag apart, and the weights of a mean over pairs."""
+    low, high, step = lag - edge, lag + edge, scale / FINEST
+    graded = step * (2.0 ** np.arange(math.ceil(math.log2(2.0 + high / step))) - 1.0)
+    ends = np.unique([low, lag, high, *(one for one in (*graded, *-graded) if low < one < high)])
+    node, weight = np.polynomial.legendre.leggauss(POINTS)
+    half = np.diff(ends)[:, None] / 2.0
+    x = (ends[:-1, None] + half * (1.0 + node)).ravel()
+    return x, (half * weight).ravel() * (1.0 - np.abs(x - lag) / edge) / edge
+
+
+def influence_covariance(area: np.ndarray, force: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """C_g (1 + R, B) [1/Pa^2] at lags of 0 ... B - 1 blocks, for tau = 1, pooled over strips.
+
+    area, force : (S, B) [m^2], [N] of the blocks of each strip, one behind the other
+    weights : (1 + R, S) counts from `strip_weights`; each row has its own mu = sum(A) / sum(N)
+
+    Raises IllPosedError where no block carries force.
+    """
+    blocks = area.shape[1]
+    of_a, of_f = (np.fft.rfft(one, 2 * blocks, axis=1) for one in (area, force))
+    products = (np.abs(of_a) ** 2, 2.0 * (of_a * of_f.conj()).real, np.abs(of_f) ** 2)
+    sums = [np.fft.irfft(one, axis=1)[:, :blocks] / (blocks - np.arange(blocks)) for one in products]
+    return _of_products(sums, area, force, weights)
+
+
+def adjacent_variance(area: np.ndarray, force: np.ndarray, weights: np.ndarray, blocks: int) -> np.ndarray:
+    """Variance (1 + R,) [1/Pa^2] of the mean influence of so many adjacent blocks, as measured at every place."""
+    a, f = (window_sums(one, blocks, 1) / blocks for one in (area, force))
+    squares = [np.mean(one, axis=1, keepdims=True) for one in (a * a, 2.0 * a * f, f * f)]
+    return np.maximum(_of_products(squares, area, force, weights)[:, 0], 0.0)
+
+
+def _of_products(products: list[np.ndarray], area: np.ndarray, force: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """(1 + R, n) mean of A A' - mu (A N' + N A') + mu^2 N N' over mean(N)^2, from means (S, n) of each strip."""
+    if area.shape != force.shape or area.ndim != 2:
+        raise ParameterError(f"area {area.shape} and force {force.shape} of blocks must both be (strips, blocks)")
+    strips = weights.sum(axis=1)[:, None]
+    aa, af, ff = (resampled(weights, one) / strips for one in products)
+    of_strips = np.stack((area.mean(axis=1), force.mean(axis=1)), axis=1)
+    mean_a, mean_f = (resampled(weights, of_strips) / strips).T[:, :, None]
+    if not (mean_f > 0.0).all():
+        raise IllPosedError("in a resampled set of strips no block carries force: deepen the penetration")
+    mu = mean_a / mean_f
+    return np.asarray((aa - mu * af + mu**2 * ff) / mean_f**2)
+
+
+def pad_scatter(
+    covariance: np.ndarray, one: np.ndarray, surface: Surface, block_m: float, width_m: float, window_m: float
+) -> np.ndarray:
+    """Variance (1 + R, WINDOWS) [1/Pa^2] of pads from what the blocks of strips show, for tau = 1.
+
+    covariance : (1 + R, B) from `influence_covariance`
+    one : (1 + R,) of a single window, from `adjacent_variance`
+    block_m, width_m, window_m : length of a block, width of the strip, length of a window
+
+    A pad is a square, or as long as a window and narrower. A single window keeps its variance; that of larger pads
+    falls as sum_m a_m mean(rho^m) does. a_m are those of each replicate. Raises IllPosedError where nothing scatters.
+    """
+    blocks = covariance.shape[1]
+    lags = np.array([mean_powers(surface, block_m, width_m, lag * block_m) for lag in range(blocks)])
+    table = np.column_stack((lags, np.arange(blocks) == 0))
+    noise = np.sqrt(blocks - np.arange(blocks))  # C_g of a lag is known as from so many pairs
+    q, r = np.linalg.qr(table * noise[:, None])
+    seen = (covariance * noise) @ q
+    scale = float(np.linalg.norm(seen[0])) or 1.0
+    shares = np.array([scipy.optimize.nnls(r, row / scale)[0] for row in seen])
+    pads = []
+    for count in WINDOWS:
+        area = count * window_m * width_m
+        length = min(max(math.sqrt(area), window_m), count * window_m)
+        pads.append([*mean_powers(surface, length, area / length), block_m * width_m / area])
+    modelled = shares @ np.array(pads).T
+    if not ((modelled[:, 0] > 0.0) & (one > 0.0)).all():
+        raise IllPosedError("area over force of the strips does not scatter: a pad has no scatter to find")
+    fallen = np.maximum(modelled / modelled[:, :1], LEAST_SHARE / WINDOWS)
+    return np.asarray(one[:, None] * fallen)
+
+
+def between_pads(variance: np.ndarray, windows: np.ndarray) -> np.ndarray:
+    """Variance (1 + R,) of pads of as many windows : (1 + R,), at least 1: power laws between WINDOWS, and beyond."""
+    place = np.log(windows) / math.log(WINDOWS[1])
+    low = np.clip(place.astype(int), 0, len(WINDOWS) - 2)
+    rows, share, logs = np.arange(len(place)), place - low, np.log(variance)
+    return np.exp(logs[rows, low] * (1.0 - share) + logs[rows, low + 1] * share)
+
+
+def percentile_of_pressure(percentiles: np.ndarray, pressure: np.ndarray, wanted_pa: float) -> np.ndarray:
+    """Penetration (1 + R,) [%] at which the mean pressure is the nominal one: the curve of the strips, inverted.
+
+    percentiles : (L,) [%] increasing, at least two; pressure : (1 + R, L) [Pa] mean of each level and its replicates
+
+    The height of the plane, as the normal score of the percentile, is a monotone cubic of the logarithm of the pressure
+    (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 1984), and nearly a line for light loads. Replicates whose
+    pressures do not reach so far end at their last level. Raises IllPosedError, with the range and the percentiles to
+    add, where the sample itself does not.
+    """
+    carried = (pressure > 0.0).all(axis=0)
+    q, log_p, wanted = percentiles[carried], np.log(pressure[:, carried]), math.log(wanted_pa)
+    if len(q) < 2:
+        raise IllPosedError("penetration at a nominal pressure needs two strip.penetration_percentiles that carry load")
+    score = ndtri(q / 100.0)
+    if not (np.diff(log_p, axis=1) > 0.0).all():
+        raise IllPosedError("the mean pressure of the strips does not rise with penetration: solve more strips")
+    if not log_p[0, 0] <= wanted <= log_p[0, -1]:
+        deeper = wanted > log_p[0, -1]
+        near, next_to = (-1, -2) if deeper else (0, 1)
+        slope = (score[near] - score[next_to]) / (log_p[0, near] - log_p[0, next_to])
+        beyond = score[near] + 1.2 * slope * (wanted - log_p[0, near])
+        steps = max(math.ceil(abs(beyond - score[near]) / 0.5), 1)
+        add = 100.0 * ndtr(np.linspace(score[near], beyond, steps + 1)[1:])
+        raise IllPosedError(
+            f"load.nominal_pressure_pa = {wanted_pa:.4g} lies outside the solved penetrations, "
+            f"{math.exp(log_p[0, 0]):.4g} to {math.exp(log_p[0, -1]):.4g} Pa at "
+            f"strip.penetration_percentiles from {q[0]:g} to {q[-1]:g}: add about "
+            f"{', '.join(f'{one:.3g}' for one in sorted(add))}, or change the load"
+        )
+    return np.array(
+        [
+            100.0 * ndtr(scipy.interpolate.PchipInterpolator(row, score)(np.clip(wanted, row[0], row[-1])))
+            for row in log_p
+        ]
+    )

@@ -1,0 +1,142 @@
+"""Friction of pads of many windows: variances in closed form, with and without long waves, and penetration by load."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import erf, ndtr, ndtri
+
+from roughslip.errors import IllPosedError
+from roughslip.friction.pad import (
+    POWERS,
+    WINDOWS,
+    Surface,
+    adjacent_variance,
+    between_pads,
+    influence_covariance,
+    mean_powers,
+    pad_scatter,
+    percentile_of_pressure,
+)
+from roughslip.friction.statistics import strip_weights
+
+SHORT, LONG, SHARE = 10e-6, 400e-6, 0.02  # lengths [m] of two Gaussian correlations, and the variance of the long one
+BLOCK, WIDTH, WINDOW = 15e-6, 25e-6, 120e-6
+BLOCKS, STRIPS, FINE = 96, 300, 3
+
+
+def gaussian(x, y, length):
+    return np.exp(-(x**2 + y**2) / length**2)
+
+
+def both(x, y):
+    return (1.0 - SHARE) * gaussian(x, y, SHORT) + SHARE * gaussian(x, y, LONG)
+
+
+def of_edge(edge, length):
+    """Mean of exp(-d^2 / l^2) over pairs of points of an interval of t = edge / l."""
+    t = edge / length
+    return (math.sqrt(math.pi) * t * erf(t) + math.expm1(-(t**2))) / t**2
+
+
+def of_rectangle(length, width, share=SHARE):
+    """Variance of the mean height of a rectangle."""
+    parts = ((1.0 - share, SHORT), (share, LONG))
+    return sum(one * of_edge(length, scale) * of_edge(width, scale) for one, scale in parts)
+
+
+def test_means_over_pairs_of_points_in_closed_form():
+    """Powers of a Gaussian are Gaussians of l / sqrt(m); two intervals of which one follows the other share theirs."""
+    surface = Surface(lambda x, y: gaussian(x, y, SHORT), (SHORT, SHORT))
+    for length, width in ((BLOCK, WIDTH), (6e-4, 25e-6), (3e-2, 5e-3)):
+        exact = [of_edge(length, SHORT / m**0.5) * of_edge(width, SHORT / m**0.5) for m in POWERS]
+        np.testing.assert_allclose(mean_powers(surface, length, width), exact, rtol=1e-4)
+    # of an interval of twice the length, a half of the pairs are of two different halves
+    whole, half, other = (
+        mean_powers(surface, *edges) for edges in ((30e-6, 2e-5), (15e-6, 2e-5), (15e-6, 2e-5, 15e-6))
+    )
+    np.testing.assert_allclose(whole, (half + other) / 2.0, rtol=1e-5)
+
+
+def test_covariance_of_the_influence_is_that_over_all_pairs_of_blocks():
+    rng = np.random.default_rng(1)
+    area, force = rng.uniform(1, 2, (6, 9)), rng.uniform(1, 3, (6, 9))
+    weights = strip_weights(6, 40, rng)
+    found = influence_covariance(area, force, weights)
+    counts = weights[3]
+    mu = (counts @ area).sum() / (counts @ force).sum()
+    influence = (area - mu * force) / ((counts @ force).sum() / (6 * 9))
+    for lag in range(9):
+        pairs = np.array([sum(one[i] * one[i + lag] for i in range(9 - lag)) for one in influence])
+        assert found[3, lag] == pytest.approx(counts @ pairs / (6 * (9 - lag)))
+    two = (influence[:, 1:] + influence[:, :-1]) / 2
+    assert adjacent_variance(area, force, weights, 2)[3] == pytest.approx(counts @ (two**2).sum(axis=1) / (6 * 8))
+
+
+def test_independent_blocks_scatter_by_the_root_of_windows():
+    """Without any correlation the pad of n windows has 1 / n of the variance, exactly."""
+    covariance = np.tile(np.eye(1, BLOCKS), (3, 1))
+    none = Surface(lambda x, y: 0.0 * (x + y), (SHORT, SHORT))
+    pad = pad_scatter(covariance, np.full(3, BLOCK / WINDOW), none, BLOCK, WIDTH, WINDOW)
+    np.testing.assert_allclose(pad, np.tile(BLOCK / WINDOW / WINDOWS, (3, 1)), rtol=1e-12)
+    np.testing.assert_allclose(
+        between_pads(pad, np.array([1.0, 50.0, 1e7])), BLOCK / WINDOW / np.array([1.0, 50.0, 1e7])
+    )
+
+
+def drawn_blocks():
+    """Mean heights (STRIPS, BLOCKS) of blocks of the surface with both lengths, exact on points FINE a block edge.
+
+    Along, the correlation of the points' means across is a table; its Cholesky factor draws the strips.
+    """
+    points = BLOCKS * FINE
+    along = BLOCK / FINE * np.arange(points)
+    across = WIDTH / 5 * np.arange(5)
+    table = both(along[:, None], (across[:, None] - across).ravel()[None, :]).mean(axis=1)
+    lags = np.abs(np.arange(points)[:, None] - np.arange(points))
+    factor = np.linalg.cholesky(table[lags] + 1e-12 * np.eye(points))
+    heights = np.random.default_rng(3).standard_normal((STRIPS, points)) @ factor.T
+    return heights.reshape(STRIPS, BLOCKS, FINE).mean(axis=2)
+
+
+def test_long_waves_keep_the_scatter_of_many_windows():
+    """Area linear in the height under equal forces: the pad's variance is that of the mean height of a rectangle.
+
+    Two per cent of long waves leave a pad of 256 windows 20.4 times the variance of independent ones. The strips hold
+    twelve windows, or 3.6 long waves, so that 300 of them know the long part to a tenth.
+    """
+    heights = drawn_blocks()
+    weights = strip_weights(STRIPS, 60, np.random.default_rng(4))
+    parts = 1e3 + heights, np.ones_like(heights), weights
+    adjacent = [adjacent_variance(*parts, 8 * count) for count in (1, 2, 4)]
+    pad = pad_scatter(influence_covariance(*parts), adjacent[0], Surface(both, (SHORT, SHORT)), BLOCK, WIDTH, WINDOW)
+    for level, windows in enumerate(WINDOWS[:6]):
+        area = windows * WINDOW * WIDTH
+        length = max(math.sqrt(area), WINDOW)
+        exact = of_rectangle(length, area / length)
+        low, high = np.quantile(pad[1:, level], (0.0, 1.0))
+        assert low < exact < high
+        assert pad[0, level] == pytest.approx(exact, rel=0.15)
+    excess = pad[0, 4] * WINDOWS[4] / pad[0, 0]
+    assert excess == pytest.approx(20.4, rel=0.15)
+    for row, count in enumerate((1, 2, 4)):  # along the strip, as measured
+        assert adjacent[row][0] == pytest.approx(of_rectangle(count * WINDOW, WIDTH), rel=0.15)
+
+
+LEVELS = np.array([5.0, 20.0, 50.0, 80.0])
+PRESSURE = np.exp(np.array([[2.0], [2.2]]) * ndtri(LEVELS / 100.0) + 18.0)
+
+
+def test_penetration_at_a_pressure_inverts_the_curve():
+    """A pressure of exp(s z + c) has the penetration Phi((ln p - c) / s) in each replicate, also between levels."""
+    wanted = math.exp(17.3)
+    found = percentile_of_pressure(LEVELS, PRESSURE, wanted)
+    np.testing.assert_allclose(found, 100.0 * ndtr(-0.7 / np.array([2.0, 2.2])), rtol=1e-9)
+    np.testing.assert_allclose(percentile_of_pressure(LEVELS, 2.0 * PRESSURE, 2.0 * wanted), found, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("log_pressure", "added"), [(14.0, "1.92,"), (22.0, "90.4, 96.1, 98.7,")])
+def test_a_pressure_outside_the_levels_is_refused_with_those_to_add(log_pressure, added):
+    """On the line of the curve the load lies at z = -2 or 2. A fifth of the way farther is asked, in steps of 0.5."""
+    with pytest.raises(IllPosedError, match=f"2.447e\\+06 to 3.534e\\+08 Pa .* from 5 to 80: add about {added} or"):
+        percentile_of_pressure(LEVELS, PRESSURE, math.exp(log_pressure))

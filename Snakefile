@@ -44,7 +44,8 @@ try:
         key_files.write_drafts()
     if workflow.is_main_process:
         check_targets(sys.argv[1:], names, RULES | {"all"})
-    scenes = Scenes(ROOT, words=sys.argv[1:], memory_mb=options["memory_mb"], default=options["scenes"])
+    scans = start.STATE / "scans" if workflow.is_main_process else None
+    scenes = Scenes(ROOT, sys.argv[1:], options["memory_mb"], default=options["scenes"], checked_scans=scans)
     compared = scenes.compared(config.get("compare"))
     if workflow.is_main_process:
         print("".join(f"{line}\n" for line in start.recover(scenes)), end="", file=sys.stderr)

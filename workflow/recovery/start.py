@@ -1,10 +1,9 @@
-"""What every start does first: recover from an interrupted run, check packages and scans, write key files."""
+"""What every start does first: recover from an interrupted run, check packages, warn, write key files."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from roughslip.errors import InputError
 from workflow.keys import code_hash, key_files
 from workflow.recovery import earlier_runs, integrity, snakemake_metadata
 from workflow.study.scenes import Scenes
@@ -17,12 +16,10 @@ def recover(scenes: Scenes) -> list[str]:
     """Clear what an earlier run left, and check the results of the scenes asked for. Returns lines for the user.
 
     A dry run changes nothing outside .snakemake, and nothing is changed while another run is at work. Raises InputError
-    where the folder cannot be written to, where a scan cannot be read, and where jobs of an earlier run are queued.
+    where the folder cannot be written to, and where jobs of an earlier run are queued.
     """
     lines = code_hash.report((scenes.root / "requirements.lock").read_text(encoding="utf-8"))
     is_alone, found = earlier_runs.hold(STATE)
-    if mistakes := [text for name in scenes.asked for text in scenes.scan_mistakes(name, STATE / "scans")]:
-        raise InputError(mistakes)
     lines += found
     if not is_alone:
         return lines

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.compilation import source_hash
-from roughslip.errors import InputError
+from roughslip.errors import InputError, RoughslipError
 from roughslip.limits import SHARES
-from roughslip.scene import plan, plausibility, strict_yaml
+from roughslip.scene import plan, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load, scene_names
@@ -20,7 +20,7 @@ from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
 from workflow.study.commands import job_name
-from workflow.study.scan_check import scan_mistakes
+from workflow.study.surface_check import scan_mistakes, scene_warnings, surface_of
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
@@ -46,11 +46,19 @@ class Scenes:
     words : the command line; the scenes that it names are asked for, or else the default scenes
     memory_mb : that a job may take on a node of a cluster; not given, jobs run on this machine and share what it has
     default : scenes that are made without a target
+    checked_scans : folder of marks for scans that were read; not given, scans are not read
     Raises InputError with every mistake of every scene asked for, and where one takes more memory than there is. A
     scene that is not asked for may have mistakes.
     """
 
-    def __init__(self, root: Path, words: list[str], memory_mb: int | None = None, default: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        root: Path,
+        words: list[str],
+        memory_mb: int | None = None,
+        default: Sequence[str] = (),
+        checked_scans: Path | None = None,
+    ) -> None:
         self.root = root
         self.memory_mb = memory.machine_mb() if memory_mb is None else memory_mb
         self._beside_mb = 0 if memory_mb is None else memory.NODE_MB
@@ -68,6 +76,8 @@ class Scenes:
                 if name in asked:
                     mistakes += error.lines
         mistakes += [line for name in sorted(asked & self.valid.keys()) for line in self._too_large(name)]
+        for name in sorted(asked & self.valid.keys()):
+            mistakes += self._surface_mistakes(name, checked_scans)
         mistakes += [f"{folder}: cannot be written to" for name in sorted(asked) for folder in not_writable(name)]
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
@@ -234,16 +244,21 @@ class Scenes:
         file = get(self.valid[name], "roughness.scan.file")
         return f"results/{name}/{declarations()['grinding'].result}" if file is None else _scan_file(self.root, file)
 
-    def scan_mistakes(self, name: str, checked: Path) -> list[str]:
-        """A line if the scan of the scene cannot be read. checked : folder of marks for scans that were read"""
-        if "scan" not in self.stages(name) or get(self.valid[name], "roughness.scan.file") is None:
+    def _surface_mistakes(self, name: str, checked_scans: Path | None) -> list[str]:
+        """A line if the scan of the scene cannot be read, or if no surface has the numbers of the scene."""
+        scene, file = self.valid[name], self.root / "config" / "scenes" / f"{name}.yaml"
+        try:
+            surface_of(scene)
+        except RoughslipError as error:
+            return [strict_yaml.line(file, ("roughness",), str(error))]
+        if checked_scans is None or "scan" not in self.stages(name) or get(scene, "roughness.scan.file") is None:
             return []
-        file = self.root / "config" / "scenes" / f"{name}.yaml"
-        return scan_mistakes(file, Path(self.scan_file(name)), self.valid[name], checked)
+        return scan_mistakes(file, Path(self.scan_file(name)), scene, checked_scans)
 
+    @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
-        return plausibility.warnings(self.valid[name])
+        return scene_warnings(self.valid[name])
 
     def products(self, name: str) -> list[str]:
         """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""

@@ -1,10 +1,100 @@
-"""Warnings on a scene that is allowed but implausible, from its values alone and before anything is solved."""
+"""Warnings on a scene that is allowed but implausible: what, its number, the key, what to do.
+
+They take the scene's values alone. Those on its surface stand in `roughslip.surface.plausibility`.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import Any
 
+from roughslip.limits import FUNCTIONALS
+from roughslip.scene.expansion import AUTO, BEST, terms
+from roughslip.scene.mistakes import Values
+from roughslip.scene.plan import stages_needed
+from roughslip.scene.rules import training_columns
+from roughslip.scene.types import get
 
-def warnings(scene: dict[str, Any]) -> list[str]:
-    """A line for each thing that the scene hardly means: what, its number, the key, and what to do."""
-    return []
+THOUSAND = 1000.0  # a wrong unit
+METALS = {"young_modulus_pa": (1e10, 5e11), "hardness_pa": (1e8, 1e10)}  # lead to tungsten; aluminium to hard steel
+SHALLOW = 1.3  # mean friction at 5 % over that at the median, on the surfaces of the shipped scenes
+SAMPLES_PER_TERM = 2  # least oversampling of regressions, Hosder, Walters & Balch, AIAA 2007-1939
+
+
+def cells_of(scene: Values) -> dict[str, float]:
+    """[m] edge of the cells of strip and square, by key, of those that the scene solves."""
+    stages, cells = stages_needed(scene), {}
+    if "contact_strip" in stages:
+        cells["strip.cell_m"] = get(scene, "strip.cell_m")
+    if "karhunen_loeve" in stages:
+        cells["square.edge_m / square.nodes"] = get(scene, "square.edge_m") / get(scene, "square.nodes")
+    return cells
+
+
+def warnings(scene: Values, length_m: float | None = None) -> list[str]:
+    """A line for each thing that the scene hardly means.
+
+    length_m : 1/e length of the heights along the belt, where it is known
+    """
+    return [*_materials(scene), *_static_friction(scene), *_training(scene, length_m)]
+
+
+def _materials(scene: Values) -> Iterator[str]:
+    if not stages_needed(scene) & {"contact_strip", "contact_square", "adaptive_training"}:
+        return
+    for key, (least, most) in METALS.items():
+        value = get(scene, f"material.{key}")
+        if value is not None and not most / THOUSAND < value < least * THOUSAND:
+            which = f"a thousandth of the {most:g}" if value < least else f"a thousand times the {least:g}"
+            yield f"material.{key} = {value:.3g} Pa is {which} Pa of metals, or beyond: check the unit, Pa"
+
+
+def _static_friction(scene: Values) -> Iterator[str]:
+    """A mean above the static coefficient where the rules of scenes do not refuse it."""
+    static, law = get(scene, "oscillator.static_friction"), get(scene, "oscillator.law")
+    if "deterministic" not in stages_needed(scene):
+        return
+    if law == "table":
+        largest = max(get(scene, "oscillator.friction_table.values"))
+        if static < largest:
+            yield (
+                f"oscillator.static_friction = {static:.3g} is below {largest:.3g}, the largest of "
+                "oscillator.friction_table.values: stick ends at less friction than slip has. Check both"
+            )
+    elif get(scene, "oscillator.penetration_percentile") < 50:
+        mean = SHALLOW * get(scene, "friction.mean_at_median")
+        if static < mean:
+            yield (
+                f"oscillator.static_friction = {static:.3g} may be below the mean friction at "
+                f"oscillator.penetration_percentile, up to {mean:.3g}, and is then refused after all contacts "
+                f"are solved. Take at least {mean:.3g}"
+            )
+
+
+def _training(scene: Values, length_m: float | None) -> Iterator[str]:
+    """Few samples for the terms of an expansion. Columns of a strip count once a correlation length."""
+    stages, degree = stages_needed(scene), get(scene, "expansion.degree")
+    variables, samples = get(scene, "expansion.variables"), get(scene, "expansion.samples")
+    if "chaos_square" in stages and samples != AUTO and variables != BEST:
+        count = terms(variables, degree)
+        needed = SAMPLES_PER_TERM * count
+        if samples < needed:
+            yield (
+                f"expansion.samples = {samples} are fewer than {SAMPLES_PER_TERM} for each of the {count} terms of "
+                f"expansion.variables = {variables} and expansion.degree = {degree}. Take at least {needed}, "
+                "or a lower degree"
+            )
+    if "chaos_strip" in stages:
+        strip: dict[str, Any] = get(scene, "strip")
+        columns = training_columns(strip["length_m"] / strip["cell_m"])
+        if length_m is not None:
+            columns = min(columns, max(1, int(strip["length_m"] / length_m * (1 + 1e-9))))
+        strips, count = strip["training_samples"], terms(FUNCTIONALS, degree)
+        least = math.ceil(SAMPLES_PER_TERM * count / columns)
+        if strips < least:
+            yield (
+                f"strip.training_samples = {strips} have {strips * columns} independent columns, fewer than "
+                f"{SAMPLES_PER_TERM} for each of the {count} terms of expansion.degree = {degree}. Take at least "
+                f"{least}, or a lower degree"
+            )

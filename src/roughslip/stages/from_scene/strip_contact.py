@@ -19,6 +19,9 @@ def solve_strips(job: Job, numbers: range) -> None:
     scene, arguments = job.scene, job.arguments
     grid = geometry.strip_grid(scene)
     model = surface_model.surface_model(scene, arguments.scan)
+    if arguments.scan is not None:
+        lengths = {"strip.cell_m": grid.dx}, scene.strip.window_m
+        job.usage.warn(*surface_model.scan_warnings(model, *lengths))
     sample = model.sampler(grid)
     influence = elastic.influence(scene, grid)
     meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]

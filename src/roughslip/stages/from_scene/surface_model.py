@@ -14,6 +14,7 @@ from roughslip.scene.roughness import Fractal
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.surface import model as surface
+from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on
 from roughslip.surface.model import FractalModel, GaussianModel, SurfaceModel
@@ -64,6 +65,12 @@ def fractal_law(scene: Scene, law: Fractal) -> WeierstrassMandelbrot:
         law.azimuths,
         law.gamma,
     )
+
+
+def scan_warnings(model: SurfaceModel, cells: dict[str, float], window_m: float | None = None) -> list[str]:
+    """Warnings on the surface of a scan, which is known from here on. cells : [m] their edges by key"""
+    assert isinstance(model, GaussianModel)  # as those of scans are
+    return list(plausibility.warnings(model.covariance, model.lengths_m, "roughness.scan", cells, window_m))
 
 
 def stored_model(

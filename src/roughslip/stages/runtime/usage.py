@@ -89,14 +89,15 @@ class Usage:
         for name, number in counts.items():
             self.skipped[name] = self.skipped.get(name, 0) + int(number)
 
-    def warn(self, text: str) -> None:
+    def warn(self, *texts: str) -> None:
         """Tell the user what limits the result: in the job's log, in costs.json, on the page, at the end of the run.
 
-        text : one line: what, its number, what follows or what to do
+        texts : each one line: what, its number, what follows or what to do
         """
-        if text not in self.warnings:
-            self.warnings.append(text)
-            print(f"{self.stage}: warning: {text}", file=sys.stderr, flush=True)
+        for text in texts:
+            if text not in self.warnings:
+                self.warnings.append(text)
+                print(f"{self.stage}: warning: {text}", file=sys.stderr, flush=True)
 
     def files(self, read: Iterable[Path], made: Iterable[Path]) -> None:
         """Take the checksums of the files that the job read and made."""

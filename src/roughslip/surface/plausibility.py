@@ -1,0 +1,59 @@
+"""Warnings on a surface that a half-space or a mesh hardly takes: slopes, and lengths against cells and windows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+
+MOST_SLOPE = 0.5  # rms; a half-space stands for a surface of small slopes
+CELLS = 4.0  # a correlation length, at least
+LENGTHS = 10.0  # correlation lengths a window, at least
+ROUNDING = 1e-9
+
+
+def rms_slope(covariance: Callable[..., np.ndarray], step_m: float) -> float:
+    """Root mean square [-] of the gradient between nodes a step apart, (4 C(0, 0) - 2 C(h, 0) - 2 C(0, h))^(1/2) / h.
+
+    covariance : C(x, y) [m^2]
+    step_m : h [m]
+
+    For short steps it is the slope of a smooth field: 2 Sq / l of the Gaussian covariance.
+    """
+    whole, along, across = covariance(np.array([0.0, step_m, 0.0]), np.array([0.0, 0.0, step_m])).tolist()
+    return math.sqrt(max(4 * whole - 2 * along - 2 * across, 0.0)) / step_m
+
+
+def warnings(
+    covariance: Callable[..., np.ndarray],
+    lengths_m: tuple[float, float],
+    key: str,
+    cells_m: Mapping[str, float],
+    window_m: float | None = None,
+) -> Iterator[str]:
+    """A line for each thing: what, its number, the keys of the scene, what to do.
+
+    covariance : C(x, y) [m^2]
+    lengths_m : 1/e lengths along x and y
+    key : of the scene, that gives them
+    cells_m : edges of cells, by key; slopes are those between nodes of the finest
+    window_m : length of windows along x; None without windows
+    """
+    slope, least, along = rms_slope(covariance, min(cells_m.values())), min(lengths_m), lengths_m[0]
+    if slope > MOST_SLOPE:
+        yield (
+            f"rms slope {slope:.3g} between neighbouring nodes is above {MOST_SLOPE:g}, too steep for a half-space: "
+            f"check the units of heights and lengths, roughness.rms_height_m and {key}"
+        )
+    coarse = [f"{name} = {cell:.3g} m" for name, cell in cells_m.items() if cell * CELLS > least * (1 + ROUNDING)]
+    if coarse:
+        yield (
+            f"{' and '.join(coarse)} above a quarter of the correlation length {least:.3g} m ({key}): contacts are not "
+            f"resolved. Take at most {least / CELLS:.3g} m, unless heights are to be independent from node to node"
+        )
+    if window_m is not None and along * LENGTHS > window_m * (1 + ROUNDING):
+        yield (
+            f"correlation length {along:.3g} m along the belt ({key}) above a tenth of strip.window_m = {window_m:.3g} "
+            f"m: windows hold few contacts and depend on each other. Take windows of at least {along * LENGTHS:.3g} m"
+        )

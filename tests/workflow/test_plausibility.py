@@ -1,0 +1,143 @@
+"""Warnings on scenes that are allowed but implausible: each rule at both sides of its threshold."""
+
+import copy
+import math
+
+import pytest
+
+from roughslip.errors import InputError
+from roughslip.scene.plausibility import warnings
+from roughslip.surface.fractal import WeierstrassMandelbrot
+from roughslip.surface.models import covariance_of
+from roughslip.surface.plausibility import rms_slope
+from tests.scene.shipped import CONFIG, shipped_scene
+from workflow.study.scenes import Scenes
+from workflow.study.surface_check import scene_warnings
+
+SQ, LENGTH = 5e-8, 1.416e-5  # of the scene `resolved`, which has no warning
+
+
+def changed(name="resolved", **sections):
+    scene = copy.deepcopy(shipped_scene(name))
+    for section, values in sections.items():
+        scene[section] = {**scene[section], **values} if isinstance(values, dict) else values
+    return scene
+
+
+def rms(slope: float, cell: float = 1.25e-6) -> dict:
+    """Heights of that rms slope between the nodes of `resolved`: slope^2 = 4 Sq^2 (1 - exp(-(h/l)^2)) / h^2."""
+    return {"rms_height_m": slope * cell / math.sqrt(-4 * math.expm1(-((cell / LENGTH) ** 2)))}
+
+
+def table(static: float) -> dict:
+    """Friction of 0.4 at rest and at most 0.45."""
+    values = {"speeds_m_per_s": [0.0, 0.5, 1.0], "values": [0.4, 0.45, 0.3], "interpolation": "linear"}
+    return {"law": "table", "friction_table": values, "static_friction": static}
+
+
+# The values on either side of a threshold, the plausible one first, and what the warning says.
+SIDES = {
+    "slope": ({"roughness": rms(0.499)}, {"roughness": rms(0.501)}, "rms slope 0.501 between neighbouring nodes"),
+    "modulus, kPa for Pa": (
+        {"material": {"young_modulus_pa": 5.1e8}},
+        {"material": {"young_modulus_pa": 5.0e8}},
+        "material.young_modulus_pa = 5e+08 Pa is a thousandth of the 5e+11 Pa of metals, or beyond",
+    ),
+    "modulus, twice in GPa": (
+        {"material": {"young_modulus_pa": 9.9e12}},
+        {"material": {"young_modulus_pa": 1.0e13}},
+        "material.young_modulus_pa = 1e+13 Pa is a thousand times the 1e+10 Pa of metals, or beyond",
+    ),
+    "hardness": (
+        {"material": {"hardness_pa": 1.1e7}},
+        {"material": {"hardness_pa": 1.0e7}},
+        "material.hardness_pa = 1e+07 Pa is a thousandth of the 1e+10 Pa of metals, or beyond",
+    ),
+    "cell of the strip": (
+        {"targets": ["figure3"], "roughness": {"correlation_length_m": 5.0e-6}},
+        {"targets": ["figure3"], "roughness": {"correlation_length_m": 4.99e-6}},
+        "strip.cell_m = 1.25e-06 m above a quarter of the correlation length 4.99e-06 m",
+    ),
+    "cell of the square": (
+        {"square": {"edge_m": LENGTH / 4 * 64}},
+        {"square": {"edge_m": LENGTH / 4 * 64 * 1.01}},
+        "square.edge_m / square.nodes = 3.58e-06 m above a quarter of the correlation length 1.42e-05 m",
+    ),
+    "window": (
+        {"roughness": {"correlation_length_m": 6.0e-5}},
+        {"roughness": {"correlation_length_m": 6.1e-5}},
+        "correlation length 6.1e-05 m along the belt (roughness.correlation_length_m) above a tenth of strip.window_m",
+    ),
+    "static friction and a table": (
+        {"oscillator": table(0.45)},
+        {"oscillator": table(0.44)},
+        "oscillator.static_friction = 0.44 is below 0.45, the largest of oscillator.friction_table.values",
+    ),
+    "static friction at small penetration": (  # 1.3 times 0.3
+        {"oscillator": {"penetration_percentile": 20.0, "static_friction": 0.3901}},
+        {"oscillator": {"penetration_percentile": 20.0, "static_friction": 0.3899}},
+        "oscillator.static_friction = 0.39 may be below the mean friction",
+    ),
+    "samples of the square": (  # C(8 + 3, 3) = 165
+        {"expansion": {"samples": 330}},
+        {"expansion": {"samples": 329}},
+        "expansion.samples = 329 are fewer than 2 for each of the 165 terms",
+    ),
+    "samples of the strip": (  # 2.4 mm hold 24 correlation lengths of 0.1 mm; 14 strips hold 336 >= 330
+        {"roughness": {"correlation_length_m": 1.0e-4}, "strip": {"training_samples": 14, "window_m": 1.0e-3}},
+        {"roughness": {"correlation_length_m": 1.0e-4}, "strip": {"training_samples": 13, "window_m": 1.0e-3}},
+        "strip.training_samples = 13 have 312 independent columns, fewer than 2 for each of the 165 terms",
+    ),
+}
+
+
+@pytest.mark.parametrize("rule", SIDES)
+def test_a_rule_warns_on_one_side_of_its_threshold(rule):
+    plausible, implausible, text = SIDES[rule]
+    assert scene_warnings(changed(**plausible)) == []
+    (line,) = scene_warnings(changed(**implausible))
+    assert line.startswith(text)
+
+
+def test_shipped_scenes_have_one_warning_at_most():
+    """`paper` takes heights independent from node to node; sections that no target reads are not looked at."""
+    (line,) = scene_warnings(shipped_scene("paper"))
+    assert line.startswith(
+        "strip.cell_m = 2.5e-06 m and square.edge_m / square.nodes = 6e-05 m above a quarter of the "
+    )
+    assert scene_warnings(shipped_scene("resolved")) == scene_warnings(shipped_scene("measured")) == []
+    assert scene_warnings(changed("given", material={"young_modulus_pa": 1e6})) == []
+    assert scene_warnings(changed("paper", targets=["figure3"]))[0].startswith("strip.cell_m = 2.5e-06 m above")
+
+
+def test_columns_of_a_strip_count_each_where_the_correlation_length_is_not_known():
+    """Of 1920 columns every eighth trains, 240 a strip; a scan has no length before it is read."""
+    scene = changed("measured", strip={"training_samples": 1})
+    assert warnings(scene)[0].startswith(
+        "strip.training_samples = 1 have 240 independent columns, fewer than 2 for each"
+    )
+    assert warnings(changed("measured", strip={"training_samples": 2})) == []
+
+
+def test_a_surface_that_does_not_exist_is_a_mistake_of_its_scene(tmp_path, monkeypatch):
+    """A wave each 0.01 %: refused by the surface itself, before any job."""
+    monkeypatch.chdir(tmp_path)
+    text = "extends: fractal\nroughness: {fractal: {gamma: 1.05, azimuths: 1000, longest_wavelength_m: 2.4e-3}}\n"
+    (tmp_path / "config/scenes").mkdir(parents=True)
+    for name in ("paper", "resolved", "fractal"):
+        (tmp_path / f"config/scenes/{name}.yaml").write_bytes((CONFIG / f"scenes/{name}.yaml").read_bytes())
+    (tmp_path / "config/scenes/mine.yaml").write_text(text)
+    with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: roughness: more than 100000 waves: use a larger"):
+        Scenes(tmp_path, ["mine"])
+
+
+def test_rms_slope_is_that_of_the_field_or_of_its_steps():
+    """Gaussian: 2 Sq / l as h tends to 0, less by (h/l)^2 / 4. Exponential: (4 (1 - exp(-h/l)))^(1/2) Sq / h."""
+    for h in (0.1, 0.01):
+        slope = rms_slope(covariance_of("gaussian", SQ, LENGTH), h * LENGTH)
+        assert slope == pytest.approx(2 * SQ / LENGTH * (1 - h**2 / 4), rel=h**4)
+        rough = rms_slope(covariance_of("exponential", SQ, LENGTH), h * LENGTH)
+        assert rough == pytest.approx(SQ * math.sqrt(-4 * math.expm1(-h)) / (h * LENGTH), rel=1e-9)
+    waves = WeierstrassMandelbrot(0.8, SQ, 6e-5, 5.2e-6, 16, 1.5)
+    kx, ky, a = waves.waves()
+    assert rms_slope(waves, 1e-9) == pytest.approx(math.sqrt((a**2 * (kx**2 + ky**2)).sum() / 2), rel=1e-5)

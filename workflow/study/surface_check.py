@@ -1,0 +1,73 @@
+"""Look at the surface of a scene before the first job, so that its mistakes are found at the start."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from pathlib import Path
+from typing import Any
+
+from roughslip.errors import InputError, ParameterError
+from roughslip.scene import plausibility
+from roughslip.scene.roughness import FIELD, FIELD_OPTIONS
+from roughslip.scene.strict_yaml import line
+from roughslip.scene.types import get, scene_of
+
+
+def scan_mistakes(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked: Path) -> list[str]:
+    """Return a line that names the key of the scene if the scan cannot be read as the scene states, or is form alone.
+
+    checked : folder of marks for scans that were read; reading one takes some seconds
+    """
+    *stated, form = (
+        get(scene, f"roughness.scan.{key}") for key in ("spacing_x_m", "spacing_y_m", "height_unit", "form")
+    )
+    mark = checked / hashlib.sha256(scan_file.read_bytes() + repr((stated, form)).encode()).hexdigest()
+    if mark.is_file():
+        return []
+    from roughslip.scan.instrument_file import read_scan  # with SurfaceTopography, for such scenes alone
+    from roughslip.scan.topography import remove_form
+
+    spacing = None if None in stated[:2] else (stated[0], stated[1])
+    try:
+        remove_form(read_scan(scan_file, spacing, stated[2]), form)
+    except InputError as error:
+        return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines]
+    except ParameterError as error:
+        return [line(scene_file, ("roughness", "scan", "form"), str(error))]
+    mark.parent.mkdir(parents=True, exist_ok=True)
+    mark.touch()
+    return []
+
+
+def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | None:
+    """Covariance of the heights, its 1/e lengths [m] along x and y, and the key that gives them.
+
+    None where no contact is solved, or where they follow from a scan. Raises ParameterError or IllPosedError where no
+    surface has the numbers of the scene.
+    """
+    section = get(scene, "roughness")
+    if not plausibility.cells_of(scene) or section["scan"] is not None:
+        return None
+    if section["fractal"] is not None:
+        from roughslip.stages.from_scene.surface_model import fractal_law  # with scipy, for such scenes alone
+
+        whole = scene_of(scene)
+        law = fractal_law(whole, whole.roughness.fractal)
+        return law, (law.correlation_length(0.0), law.correlation_length(math.pi / 2)), "roughness.fractal"
+    from roughslip.surface.models import covariance_of  # with scipy.special
+
+    given = {key: section[key] for key in FIELD_OPTIONS if key != "marginal" and section[key] is not None}
+    field = covariance_of(*(section[key] for key in FIELD), **given)
+    return field, field.axis_lengths_m, "roughness.correlation_length_m"
+
+
+def scene_warnings(scene: dict[str, Any]) -> list[str]:
+    """What is implausible in a scene and its surface, before anything is solved; raises as `surface_of`."""
+    surface, cells = surface_of(scene), plausibility.cells_of(scene)
+    if surface is None:
+        return plausibility.warnings(scene)
+    from roughslip.surface.plausibility import warnings
+
+    window = get(scene, "strip.window_m") if "strip.cell_m" in cells else None
+    return [*plausibility.warnings(scene, surface[1][0]), *warnings(*surface, cells, window)]

@@ -24,7 +24,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def run(folder: Path) -> Callable[..., store.Result]:
     """run(stage, configuration, **arguments) is the result. It stays in the module's folder by the stage's name.
-    run.did and run.skipped are the work that the last stage counted, done and not computed."""
+    run.did and run.skipped are the work that the last stage counted, done and not computed, and run.warnings."""
 
     def run_stage(stage: ModuleType, configuration: dict, name: str = "", **arguments: object) -> store.Result:
         stem = name or stage.__name__.rpartition(".")[2]
@@ -40,7 +40,7 @@ def run(folder: Path) -> Callable[..., store.Result]:
         key = store.Key(configuration, "code")
         usage = Usage(folder / f"{stem}.json", stem)
         stage.work(Job(key, Namespace(**{**defaults, **arguments}), usage))
-        run_stage.did, run_stage.skipped = usage.record()["did"], usage.skipped
+        run_stage.did, run_stage.skipped, run_stage.warnings = usage.record()["did"], usage.skipped, usage.warnings
         return store.read(output)
 
     return run_stage

@@ -161,14 +161,22 @@ def test_heights_that_no_covariance_fits_are_refused_with_every_kind_that_was_tr
     assert kinds in str(caught.value)
 
 
-def test_the_log_says_what_a_model_misses(scan_of, capsys, field):
-    scan_of(field)
-    assert "misses" not in capsys.readouterr().err
+def test_warnings_say_what_a_model_misses(scan_of, run, field):
+    assert scan_of(field)["model"][0] == "exponential covariance"
+    assert run.warnings == []
     x = np.arange(N) / N
     scan_of(field + 8e-8 * np.sin(2 * np.pi * (5 * x[:, None] + 4 * x)))  # no exponential falls as the waves do
-    said = capsys.readouterr().err
-    assert "exponential misses the autocorrelation by" in said
-    assert "exponential misses the 1/e length along x" in said
+    lags, along_x, *_ = run.warnings
+    assert lags.startswith("exponential misses the autocorrelation by")
+    assert along_x.startswith("exponential misses the 1/e length along x")
     long = embed(covariance_of("exponential", 1e-7, 1.6e-5), Grid(256, 256, STEP, STEP))
     scan_of(long.sample(np.random.default_rng(43)), covariance="gaussian")
-    assert "gaussian misses the spectrum by" in capsys.readouterr().err  # it has no short waves
+    assert any(text.startswith("gaussian misses the spectrum by") for text in run.warnings)  # it has no short waves
+
+
+def test_a_model_in_words():
+    """Its kind and shapes, and how many it was the best of."""
+    assert scan.model_in_words(None, 0) == "measured autocorrelation"
+    assert scan.model_in_words(covariance_of("matern", 1e-7, 4e-6, smoothness=1.2345), 5) == (
+        "matern covariance, smoothness 1.23, best of 5 models"
+    )

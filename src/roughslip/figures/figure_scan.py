@@ -32,7 +32,7 @@ NUMBERS = {
 }
 
 DRAWN = [
-    *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient"),
+    *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient", "model"),
     *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
     *with_interval_names("density", "correlation", "power", *NUMBERS),
     *(f"twin_{name}" for name in NUMBERS),
@@ -97,6 +97,8 @@ def _correlation(axes: Axes, result: Arrays) -> None:
     for level in (0.0, np.exp(-1)):
         axes.axhline(level, color="0.6", lw=0.6)
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
+    model = f"model: {result['model'][0]}".replace(", ", "\n")
+    axes.annotate(model, (0.97, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize="small")
     legend_above(axes)
 
 

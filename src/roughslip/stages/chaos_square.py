@@ -1,7 +1,5 @@
 """Stage chaos_square: distribution of the pressure at the centre, sampled and expanded (Figure 2)."""
 
-import sys
-
 import numpy as np
 
 from roughslip import store
@@ -97,14 +95,14 @@ def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarra
     return store.join([batch for batch in batches if batch.attributes["design"] == design], name)
 
 
-def fits_of(found: dict[str, Expansion]) -> dict[str, Fit]:
-    """Fits by method. The paper's may be ill-posed (K <= P): they are then left out, and the log says why."""
+def fits_of(found: dict[str, Expansion], refused: dict[str, list[str]]) -> dict[str, Fit]:
+    """Fits by method. The paper's may be ill-posed (K <= P): they are left out, and the reason goes to `refused`."""
     fits = {}
     for method, one in found.items():
         try:
             fits[method] = one.fit()
         except IllPosedError as error:
-            print(f"chaos_square: {method}: {error}; its distribution is stored as NaN", file=sys.stderr)
+            refused.setdefault(method, []).append(str(error))
     return fits
 
 
@@ -123,7 +121,11 @@ def work(job: Job) -> None:
             {method: Expansion(method, basis[part], sampled[part], indices) for method in EXPANDED[:2]}
             for part in designs_of(len(sampled))
         ]
-        found, fitted = designs[0], [fits_of(one) for one in designs]
+        refused: dict[str, list[str]] = {}
+        found, fitted = designs[0], [fits_of(one, refused) for one in designs]
+        for method, reasons in refused.items():
+            where = f"{method.replace('_', ' ')}, {len(reasons)} of {len(designs)} designs"
+            job.usage.warn(f"{where}: {reasons[0]}; its distribution is stored as NaN")
         fits = {method: fit for method, fit in fitted[0].items() if all(method in one for one in fitted)}
         pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
         reference = Reference(pressure["monte_carlo"], len(nodes), quantile_levels(pressure["monte_carlo"]))

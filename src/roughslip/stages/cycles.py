@@ -1,6 +1,6 @@
 """Stage cycles: the ensemble summed up, cycle counts against damping and the distribution of the reattachment point."""
 
-import sys
+from collections.abc import Callable
 
 import numpy as np
 
@@ -48,7 +48,7 @@ NORMALITY = {
 
 
 def normality_variables(
-    place: np.ndarray, owner: np.ndarray, generator: np.random.Generator
+    place: np.ndarray, owner: np.ndarray, generator: np.random.Generator, warn: Callable[[str], None]
 ) -> dict[str, store.Variable]:
     """Tests of normality of the reattachment point, and its correlation from one cycle to the next."""
     found, successive = None, np.nan
@@ -56,7 +56,7 @@ def normality_variables(
         found = normality(place, owner, generator)
         successive = float(found.autocorrelation[1]) if found.autocorrelation.size > 1 else np.nan
     except IllPosedError as error:
-        print(f"cycles: {error}; tests of normality are stored as NaN", file=sys.stderr)
+        warn(f"{error}; tests of normality are stored as NaN")
     variables = {
         f"normality_{name}": store.Variable((), getattr(found, name, np.nan), "1", title)
         for name, title in NORMALITY.items()
@@ -77,10 +77,15 @@ def work(job: Job) -> None:
         try:
             statistics = reattachment_statistics(place, owner, generator)
         except IllPosedError as error:
-            print(f"cycles: {error}; the statistics of the reattachment point are stored as NaN", file=sys.stderr)
-        tests = normality_variables(place, owner, generator)
+            job.usage.warn(f"{error}; the statistics of the reattachment point are stored as NaN")
+        tests = normality_variables(place, owner, generator, job.usage.warn)
     events, edges = np.histogram(place, HISTOGRAM_BINS)
-    last_cycle = store.join(batches, "last_cycle")
+    last_cycle, cut = store.join(batches, "last_cycle"), store.join(batches, "negative_friction") > 0
+    if cut.any():
+        job.usage.warn(
+            f"friction would be negative in {np.count_nonzero(cut)} of {cut.size} runs and is cut to zero there: its "
+            "mean is then higher and its scatter smaller than asked. See oscillator.negative_friction"
+        )
     still = np.array([cycling_share(column, duration) for column in last_cycle.T]).T
     share = cycling_share(store.join(batches, "nominal_last_cycle"), duration)
     of_damping = {

@@ -4,7 +4,6 @@ And how far mass and belt velocity may move until cycle or stability are others.
 """
 
 import math
-import sys
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import asdict, replace
 from typing import Any
@@ -54,12 +53,14 @@ RANGES = {
 }
 
 
-def where_it_exists(find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw) -> Any:
-    """What `find` finds; None, and a line in the log, where an oscillator has no such cycle or limit."""
+def where_it_exists(
+    find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw, job: Job
+) -> Any:
+    """What `find` finds; None, and a warning, where an oscillator has no such cycle or limit."""
     try:
         return find(belt, law)
     except (IllPosedError, ConvergenceError) as error:
-        print(f"deterministic: {error}; stored as NaN", file=sys.stderr)
+        job.usage.warn(f"{error}; stored as NaN")
         return None
 
 
@@ -72,8 +73,8 @@ def work(job: Job) -> None:
     with job.usage.core():
         limits, cycle = (np.nan, np.nan), None
         if belt.excitation_force_n == 0:
-            limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law)
-            cycle = where_it_exists(limit_cycle, belt, law)
+            limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law, job)
+            cycle = where_it_exists(limit_cycle, belt, law, job)
         options = MotionOptions(tolerance, integrator=scene.oscillator.integrator)
         duration, dampings = ensemble.duration_periods, ensemble.damping_ratios
         if ensemble.count_by_period:

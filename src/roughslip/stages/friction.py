@@ -118,6 +118,7 @@ def work(job: Job) -> None:
             | friction_table.white_variables(scene, strips, len(lags))
         )
     solved_windows, expanded = (windows_of[source][0] for source in SOURCES)
+    job.usage.warn(*friction_table.missing_warnings(table["missing_share"], percentiles))
     got = reached(job.arguments.allocation, percentiles, combined)
     job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size, **got)
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law

@@ -1,7 +1,5 @@
 """Stage karhunen_loeve: the Karhunen-Loeve modes of the square."""
 
-import sys
-
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
@@ -22,7 +20,7 @@ STAGE = Stage(
     memory_doubles={"square_modes": 4, "covariance_matrix": 3},
 )
 
-WELL_CAPTURED = 0.9  # share of the variance below which the log warns
+WELL_CAPTURED = 0.9  # share of the variance below which a warning says so
 INSTEAD = (
     "Figure 2 needs modes, so take a lower square.variance_share, or give their number as square.modes; "
     "the strips of Figure 3 are embedded anyway"
@@ -53,10 +51,9 @@ def work(job: Job) -> None:
     with job.usage.core():
         expansion = expanded(model.covariance, grid, job.scene.square)
     if expansion.captured_variance < WELL_CAPTURED:
-        print(
-            f"karhunen_loeve: {len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of "
-            "the square: take more of them, or a longer correlation length",
-            file=sys.stderr,
+        job.usage.warn(
+            f"{len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of the square: take "
+            "more of them, or a longer correlation length"
         )
     job.usage.count(modes=len(expansion.modes))
     captured = {

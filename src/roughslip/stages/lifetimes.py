@@ -99,13 +99,13 @@ def summed_up(from_rest: Sequence[Motion], from_sliding: Sequence[Motion]) -> Ru
     )
 
 
-def or_nan(ask: Callable[[], np.ndarray], where: str) -> np.ndarray:
-    """(3,) what `ask` finds, NaN for what has no bound; all NaN, and a line in the log, where nothing is determined."""
+def or_nan(ask: Callable[[], np.ndarray], where: str, reasons: list[str]) -> np.ndarray:
+    """(3,) what `ask` finds, NaN for what has no bound; all NaN, and one more reason, where it is undetermined."""
     try:
         found = np.reshape(ask(), 3)
         return np.where(np.isfinite(found), found, np.nan)
     except IllPosedError as error:
-        print(f"lifetimes: {where}: {error}; stored as NaN", file=sys.stderr)
+        reasons.append(f"{where}: {error}")
         return np.full(3, np.nan)
 
 
@@ -137,7 +137,7 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
 
 def point_variables(results: list[list[Runs]], dampings: np.ndarray, horizon: float) -> dict[str, store.Variable]:
     """Survival, kicks, lifetimes and waiting times at every point."""
-    times = np.linspace(0.0, horizon, TIMES)
+    times, reasons = np.linspace(0.0, horizon, TIMES), list[str]()
     columns: dict[str, list[Any]] = {name: [] for name in TITLES}
     for row, of_scatter in zip(dampings, results, strict=True):
         for ratio, runs in zip(row, of_scatter, strict=True):
@@ -145,8 +145,10 @@ def point_variables(results: list[list[Runs]], dampings: np.ndarray, horizon: fl
                 low, high = wilson_interval(int(hits.sum()), hits.size)
                 columns[name].append((hits.mean(), low, high))
             for name, part in (("lifetime", runs.cycling), ("waiting", runs.waiting)):
-                columns[name].append(or_nan(partial(mean_lifetime, part), f"{name} at D = {ratio:.4g}"))
+                columns[name].append(or_nan(partial(mean_lifetime, part), f"{name} at D = {ratio:.4g}", reasons))
             columns["survival_curve"].append(surviving_share(runs.first, times))
+    for reason in reasons:  # beyond the limit of existence no run shows the motion
+        print(f"lifetimes: {reason}; stored as NaN", file=sys.stderr)
     point = ("scatter", "point")
     variables = {"survival_time": store.Variable(("time",), times, "1", "natural periods since rest on the belt")}
     for name, title in TITLES.items():
@@ -171,11 +173,15 @@ def work(job: Job) -> None:
         dampings = np.linspace(least, response.limit + REACH * (scatter * deviations), asked.points, axis=1)
         results = run_all(job, scene, dampings, deviations)
         points = point_variables(results, dampings, horizon)
-        band = np.empty((len(deviations), len(STARTS), len(LEVELS), 3))
+        band, reasons = np.empty((len(deviations), len(STARTS), len(LEVELS), 3)), list[str]()
         for one, start, level in np.ndindex(band.shape[:3]):
             shares = np.array([runs.shares[start] for runs in results[one]]).T
             find = partial(damping_band, dampings[one], shares, (LEVELS[level],), generator)
-            band[one, start, level] = or_nan(find, f"band at a deviation of {deviations[one]:.3g}, {STARTS[start]}")
+            band[one, start, level] = or_nan(
+                find, f"band at a deviation of {deviations[one]:.3g}, {STARTS[start]}", reasons
+            )
+    if reasons:
+        job.usage.warn(f"{len(reasons)} of {band[..., 0].size} edges of bands are stored as NaN: {reasons[0]}")
     runs, drawn = 2 * dampings.size * asked.realisations, len(deviations) * asked.realisations
     job.usage.count(runs=runs)
     sticks = sum(one.sticks for of_scatter in results for one in of_scatter)

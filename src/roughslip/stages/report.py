@@ -89,6 +89,9 @@ def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list
         found[figure] = square_represented(store.read(folder / "surface" / "modes.nc"), scene)
     if "chaos_square" in stages:
         found["figure2"].append(variables_chosen(store.read(folder / "chaos" / "square.nc")))
+    if "scan" in stages:
+        model = store.read(folder / "surface" / "scan.nc")["model"][0]
+        found["figure_scan"] = [f"Surfaces are sampled from this model: {model}."]
     if "contact_strip" in stages:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         scan = folder / "surface" / "scan.nc" if "scan" in stages else None

@@ -3,6 +3,8 @@
 import sys
 from collections.abc import Iterator
 
+import numpy as np
+
 from roughslip import store
 from roughslip.scan.autocorrelation import Autocorrelation
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
@@ -13,6 +15,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import surface_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
+from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import KINDS
 
 STAGE = Stage(
@@ -25,7 +28,7 @@ STAGE = Stage(
     memory_doubles={"scan_points": 40},
 )
 
-FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which the log warns
+FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which a warning says so
 
 
 def work(job: Job) -> None:
@@ -34,25 +37,27 @@ def work(job: Job) -> None:
     sides = wanted.spacing_x_m, wanted.spacing_y_m
     spacing = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
     scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit), wanted.form)
-    kind, covariance = wanted.covariance, None
+    kind, covariance, fits = wanted.covariance, None, 0
     with job.usage.core():
         found = scan_statistics(scan)
         rms = float(found.rms_height.value)
         if kind != "measured":
             kinds = KINDS if kind == "best" else (kind,)
-            (best, *_), refused = fitted_covariances(kinds, scan, found)
-            covariance = best.covariance
+            (best, *others), refused = fitted_covariances(kinds, scan, found)
+            covariance, fits = best.covariance, 1 + len(others)
             for reason in refused:
-                say(f"not fitted: {reason}")
-            for what in misses(best, found.autocorrelation):
-                say(f"{covariance.kind} misses the {what}: try measured")
+                print(f"scan: not fitted: {reason}", file=sys.stderr)
+            job.usage.warn(*(f"{covariance.kind} {what}: try measured" for what in misses(best, found.autocorrelation)))
         marginal = fitted_marginal(wanted.marginal, scan, rms)
     if not found.sub_areas.sufficient:
-        say(f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths: intervals too narrow, scan a larger area")
+        lengths = f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths"
+        job.usage.warn(f"{lengths}: intervals of the scan are too narrow, scan a larger area")
     job.usage.count(points=scan.heights.size)
     correct = bool(wanted.correct_correlation)
     variables, attributes = surface_model.stored_model(covariance, marginal, correct, rms)
     variables |= scan_table.of_scan(scan, found)
+    words = model_in_words(covariance, fits)
+    variables["model"] = store.Variable(("model",), np.array([words]), "1", "model of the autocorrelation")
     store.write(job.arguments.output, variables, job.key, attributes)
 
 
@@ -60,15 +65,19 @@ def misses(fit: CovarianceFit, found: Autocorrelation) -> Iterator[str]:
     """What of the scan a model does not have."""
     for what, misfit in (("autocorrelation", fit.misfit), ("spectrum", fit.spectrum_misfit)):
         if misfit > FAR:
-            yield f"{what} by {misfit:.1f} standard errors"
+            yield f"misses the {what} by {misfit:.1f} standard errors"
     for axis, length, own in zip("xy", fit.covariance.axis_lengths_m, (found.length_x, found.length_y), strict=True):
         if not own.low <= length <= own.high:
-            yield f"1/e length along {axis}, {own.low:.3g} to {own.high:.3g} m, with {length:.3g} m"
+            yield f"misses the 1/e length along {axis}, {own.low:.3g} to {own.high:.3g} m, with {length:.3g} m"
 
 
-def say(text: str) -> None:
-    """A line in the log."""
-    print(f"scan: {text}", file=sys.stderr)
+def model_in_words(covariance: Covariance | None, fits: int) -> str:
+    """The model for picture and page. covariance : None for the measured autocorrelation; fits : models compared"""
+    if covariance is None:
+        return "measured autocorrelation"
+    shapes = [f"{name.replace('_', ' ')} {getattr(covariance, name):.3g}" for name in covariance.shapes]
+    best = [f"best of {fits} models"] if fits > 1 else []
+    return ", ".join([f"{covariance.kind.replace('_', ' ')} covariance", *shapes, *best])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """Stage stick_slip_map: the probability of stick-slip over damping and belt velocity, with the deterministic limits."""
 
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -31,13 +30,12 @@ STAGE = Stage(
 NODES = 4  # per correlation length: whether a mass sticks again depends on integrals over many of them
 
 
-def limits(belt: Oscillator, law: FrictionLaw) -> tuple[float, float]:
-    """Hopf damping and existence limit; NaN where there is no cycle."""
+def limits(belt: Oscillator, law: FrictionLaw) -> tuple[float, float, str]:
+    """Hopf damping and existence limit, NaN where there is no cycle, and why there is none."""
     try:
-        return hopf_damping(belt, law), existence_limit(belt, law)
+        return hopf_damping(belt, law), existence_limit(belt, law), ""
     except (IllPosedError, ConvergenceError) as error:
-        print(f"stick_slip_map: v0 = {belt.belt_velocity_m_per_s:.4g} m/s: {error}; stored as NaN", file=sys.stderr)
-        return hopf_damping(belt, law), np.nan
+        return hopf_damping(belt, law), np.nan, str(error)
 
 
 def work(job: Job) -> None:
@@ -60,7 +58,7 @@ def work(job: Job) -> None:
     share, steps = np.empty((runs, len(velocities), len(dampings))), 0
     sticks = 0
     with job.usage.core():
-        limit_curves = np.array([limits(one, law) for one in belts]).T
+        *limit_curves, reasons = zip(*(limits(one, law) for one in belts), strict=True)
         paths = recursion(process, process.correlation_length_m / NODES)
         for number in range(runs):
             nodes = mass_on_belt.path_nodes(paths, max(lengths), [scene.seed, geometry.STREAM_MAP, number])
@@ -72,6 +70,10 @@ def work(job: Job) -> None:
                     share[number, row, column] = cycling_share(motion, 0.5 * periods)
                     steps, sticks = steps + motion.steps, sticks + motion.cycles + motion.micro_slips
             job.usage.progress(number + 1, runs)
+    without = [(velocity, why) for velocity, why in zip(velocities, reasons, strict=True) if why]
+    if without:
+        where = f"{len(without)} of {len(velocities)} belt velocities, from {without[0][0]:.3g} m/s"
+        job.usage.warn(f"no existence limit at {where}: {without[0][1]}; stored as NaN")
     job.usage.count(runs=share.size, steps=steps)
     job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: share.size - runs})
     error = stdtrit(runs - 1, 0.975) * share.std(axis=0, ddof=1) / np.sqrt(runs)
@@ -83,10 +85,10 @@ def work(job: Job) -> None:
         "probability": store.Variable(point, share.mean(axis=0), "1", f"{title}, share of the second half of the runs"),
         "probability_error": store.Variable(point, error, "1", f"{title}, half width of Student's 95 % interval"),
         "hopf_damping": store.Variable(
-            velocity, limit_curves[0], "1", "damping ratio below which steady sliding is unstable"
+            velocity, np.array(limit_curves[0]), "1", "damping ratio below which steady sliding is unstable"
         ),
         "existence_limit": store.Variable(
-            velocity, limit_curves[1], "1", "damping ratio above which the stick-slip cycle does not exist"
+            velocity, np.array(limit_curves[1]), "1", "damping ratio above which the stick-slip cycle does not exist"
         ),
         "nominal_damping": store.Variable((), belt.damping_ratio, "1", "the scene's damping ratio"),
         "nominal_velocity": store.Variable((), belt.belt_velocity_m_per_s, "m s-1", "the scene's belt velocity"),

@@ -3,8 +3,6 @@
 The model is one of the surface without its form, so that no form is removed from twins.
 """
 
-import sys
-
 import numpy as np
 
 from roughslip import store
@@ -35,6 +33,7 @@ def work(job: Job) -> None:
     scan = store.read(job.arguments.scan)
     (nx, ny), (dx, dy) = scan["points"], scan["spacing"]
     twins: list[tuple[Topography, ScanStatistics]] = []
+    left_out: list[str] = []
     with job.usage.core():
         model = surface_model.restored_model(scan)
         sample = model.sampler(Grid(int(nx), int(ny), float(dx), float(dy)))
@@ -44,8 +43,12 @@ def work(job: Job) -> None:
             try:
                 twins.append((twin, scan_statistics(twin, scan_table.sub_areas_of(scan, twin))))
             except IllPosedError as error:
-                print(f"synthetic_surfaces: {number} left out: {error}", file=sys.stderr)
+                left_out.append(str(error))
             job.usage.progress(number + 1, TWINS)
+    if left_out:
+        job.usage.warn(
+            f"{len(left_out)} of {TWINS} sampled surfaces have no statistics and are left out: {left_out[0]}"
+        )
     job.usage.count(twins=len(twins))
     variables = {name: scan.variable(name) for name in scan if not name.startswith("marginal_")}
     variables |= scan_table.of_twins(twins, scan["density_edge"])

@@ -1,5 +1,7 @@
 """What the friction stage stores: statistics with units and titles, tests of what the paper says, summary.csv."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from roughslip import store
@@ -14,6 +16,7 @@ from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 
 WHITE_REPLICATES = 200
+MOST_MISSING = 0.01  # of the windows, above which a warning says that some have no friction coefficient
 FIT_POINTS = 91  # of mu_fit(d)
 STANDARD = np.linspace(-2.5, 3.5, 25)  # standardised mu at which the distributions of the levels are compared
 SOURCES = ("solved", "expansion")
@@ -141,6 +144,18 @@ def table_variables(
         ("lag",), triangular(lags, strip.window_m), "1", "autocorrelation that the window alone would give"
     )
     return variables
+
+
+def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterator[str]:
+    """One where more than MOST_MISSING of the windows of a penetration have no friction coefficient."""
+    missing = {f"{level:g} %": float(one.value) for level, one in zip(percentiles, shares, strict=True)}
+    worst = max(missing, key=lambda level: missing[level])
+    if missing[worst] > MOST_MISSING:
+        where = ", ".join(level for level, share in missing.items() if share > MOST_MISSING)
+        yield (
+            f"at penetrations of {where} up to {missing[worst]:.2g} of the windows have no friction coefficient and "
+            "are left out: take larger windows, or see friction.least_contact_fraction"
+        )
 
 
 def error_variables(combined: list[Combined]) -> dict[str, store.Variable]:

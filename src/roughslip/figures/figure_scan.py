@@ -98,7 +98,7 @@ def _correlation(axes: Axes, result: Arrays) -> None:
         axes.axhline(level, color="0.6", lw=0.6)
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
     model = f"model: {result['model'][0]}".replace(", ", "\n")
-    axes.annotate(model, (0.97, 0.95), xycoords="axes fraction", ha="right", va="top", fontsize="small")
+    axes.annotate(model, (0.97, 0.8), xycoords="axes fraction", ha="right", va="top", fontsize="small")
     legend_above(axes)
 
 

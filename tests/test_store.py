@@ -11,6 +11,7 @@ from random import Random
 import netCDF4
 import numpy as np
 import pytest
+import xarray
 
 from roughslip import store
 from roughslip.errors import InputError, StoreError
@@ -44,6 +45,21 @@ def test_what_is_written_is_read_back_with_what_made_it_and_has_the_same_bytes_a
     assert (dataset.pressure.units, dataset.attrs["first"]) == ("Pa", 4)
     store.write(tmp_path / "b.nc", example(), KEY, {"first": 4})
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+
+
+def test_xarray_selects_by_coordinates(tmp_path):
+    """Of a dimension whose coordinates have another name; one that is named like its dimension stays, as does a file
+    without them."""
+    cycles = store.Variable(("damping", "lag"), np.arange(6.0).reshape(3, 2), "1", "cycles")
+    damping = store.Variable(("damping",), np.array([0.05, 0.1, 0.3]), "1", "damping ratio D")
+    lag = store.Variable(("lag",), np.array([0.0, 2e-5]), "m", "lag")
+    store.write(tmp_path / "a.nc", {"cycles": cycles, "damping_ratio": damping, "lag": lag}, KEY)
+    with xarray.open_dataset(tmp_path / "a.nc") as found:
+        one = found.sel(damping=0.1)
+        assert (float(one.cycles.sel(lag=2e-5)), float(one.damping_ratio), found.damping.units) == (3.0, 0.1, "1")
+    assert float(store.read(tmp_path / "a.nc").dataset().sel(damping=0.29, method="nearest").cycles[0]) == 4.0
+    store.write(tmp_path / "b.nc", {"cycles": cycles}, KEY)
+    assert set(store.read(tmp_path / "b.nc")) == {"cycles"}
 
 
 def test_a_file_that_declares_more_than_it_holds_is_refused_before_it_fills_the_memory(tmp_path):

@@ -6,6 +6,7 @@ also available as an xarray Dataset. Stages do not use that, because importing x
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 import platform
@@ -25,6 +26,18 @@ from roughslip.errors import StoreError
 if TYPE_CHECKING:
     import xarray as xr
 
+# By dimension, the variable that holds its coordinates: they are also stored under the name of the dimension, so that
+# xarray selects by them: `sel(damping=0.1)`.
+COORDINATES = {
+    "damping": ("damping_ratio",),
+    "level": ("percentile", "band_level"),
+    "penetration": ("fit_percentile",),
+    "probability": ("quantile_probability",),
+    "scatter": ("scatter_factor",),
+    "start": ("band_start",),
+    "time": ("survival_time",),
+    "velocity": ("belt_velocity",),
+}
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 
 
@@ -117,10 +130,13 @@ def write(
 ) -> None:
     """Write arrays with units, the configuration, code hash, package versions, seed and a checksum of all of it.
 
+    Dimensions that COORDINATES names get their coordinates.
+
     The same arrays and key give the same bytes. Raises StoreError where a floating-point array holds an infinity, or
     where the file cannot be written. NaN marks a value that does not exist and is allowed.
     """
-    stored = {name: _storable(path, name, variable) for name, variable in sorted(variables.items())}
+    whole = {**_coordinates(variables), **variables}
+    stored = {name: _storable(path, name, variable) for name, variable in sorted(whole.items())}
     described = {
         **dict(attributes or {}),
         "configuration": json.dumps(key.configuration, sort_keys=True),
@@ -184,9 +200,24 @@ def read_json(path: Path) -> Any:
         raise StoreError(f"{path}: missing or not JSON ({error}); {_rebuild(path)}") from error
 
 
+def table_rows(text: str) -> list[dict[str, str]]:
+    """Rows of a table with commas, whose lines of comment begin with #."""
+    return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+
+
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that a number can depend on."""
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
+
+
+def _coordinates(variables: Mapping[str, Variable]) -> dict[str, Variable]:
+    """Of each dimension that COORDINATES names the first of its variables that is there."""
+    dimensions = {dimension for variable in variables.values() for dimension in variable.dimensions}
+    return {
+        dimension: next(variables[name] for name in names if name in variables)
+        for dimension, names in COORDINATES.items()
+        if dimension in dimensions and any(name in variables for name in names)
+    }
 
 
 def _storable(path: Path, name: str, variable: Variable) -> Variable:

@@ -1,7 +1,5 @@
 """Stage friction on known windows: its definitions, lengths, trends, and what is drawn and tabled."""
 
-import csv
-import io
 import math
 from itertools import pairwise
 
@@ -105,8 +103,13 @@ def test_what_is_drawn_and_tabled_is_at_its_penetration(known, folder):
     assert (edges[0], edges[-1]) == (pytest.approx(mu.min()), pytest.approx(mu.max()))
     counts = [np.count_nonzero((low <= mu) & (mu < high)) for low, high in pairwise(edges)]
     np.testing.assert_allclose(density[:-1], np.array(counts[:-1]) / mu.size / np.diff(edges)[:-1])
-    rows = list(csv.DictReader(io.StringIO((folder / "summary.csv").read_text())))
+    rows = store.table_rows((folder / "summary.csv").read_text())
     assert [float(row["percentile"]) for row in rows] == [10.0, 50.0, 90.0]
+    text = (folder / "summary.csv").read_text().splitlines()
+    explained = [line[2:].split(" [") for line in text if line.startswith("# ") and "]: " in line]
+    columns = [name for name in rows[0] if not name.removesuffix("_m").endswith(("_low", "_high"))]
+    assert [name for name, _ in explained] == columns  # each with its unit, and no other
+    assert ["combined_length_least_squares_m", "m"] in [[name, rest.split("]")[0]] for name, rest in explained]
     for level, row in enumerate(rows):
         assert float(row["combined_mean"]) == pytest.approx(found["combined_mean"][level], rel=1e-5)
         assert float(row["combined_skewness"]) == pytest.approx(found["combined_skewness"][level], rel=1e-5)

@@ -45,6 +45,7 @@ def test_every_statement_in_the_order_of_the_paper_with_a_rule_and_a_verdict():
             "id",
             "statement",
             "paper",
+            "unit",
             "ours",
             "interval",
             "shown",
@@ -121,7 +122,9 @@ def test_the_verdict_turns_where_the_interval_crosses_the_effect_size(name, bran
 def test_numbers_are_shown_in_the_unit_of_a_reader():
     claim = judge(friction_=friction())["mu-correlation-250um"]
     assert claim["shown"] == "250 µm (230 µm to 270 µm)"
-    assert claim["ours"] == 250e-6
+    assert (claim["ours"], claim["unit"]) == (250e-6, "m")
+    shares = judge(oscillator_=oscillator())["fig5-limit-cycle"]
+    assert (shares["shown"], shares["ours"], shares["unit"]) == ("100 % (98 % to 100 %)", 1.0, "1")
 
 
 SENTENCE = re.compile(

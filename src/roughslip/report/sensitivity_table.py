@@ -74,18 +74,24 @@ def _word(word: str) -> str:
     section, _, last = word.partition(".")
     if not section.isalpha() or not last:
         return word
-    return NAMES.get(word, last.removesuffix(_unit(last)[0]).replace("_", " "))
+    return NAMES.get(word, last.removesuffix(_end_of_unit(last)).replace("_", " "))
 
 
-def _unit(key: str) -> tuple[str, str]:
-    """The end of a key that names its unit, and the unit."""
-    return next(((end, f" {unit}") for end, unit in UNITS.items() if key.endswith(end)), ("", ""))
+def _end_of_unit(key: str) -> str:
+    """The end of a key that names its unit; empty without one."""
+    return next((end for end in UNITS if key.endswith(end)), "")
+
+
+def unit_of(key: str) -> str:
+    """The unit of a key of the scene, "1" without one."""
+    return UNITS.get(_end_of_unit(key), "1")
 
 
 def _range(found: Mapping[str, Any]) -> str:
     low, high = (_end(found[end], found[f"{end}_changes"]) for end in ("low", "high"))
     condition = f" ({found['by']})" if found["by"].startswith("with ") else ""
-    return f"{_name(found['input'])} {low} to {high}{_unit(found['input'])[1]}{condition}"
+    unit = unit_of(found["input"])
+    return f"{_name(found['input'])} {low} to {high}{'' if unit == '1' else f' {unit}'}{condition}"
 
 
 def _end(stands: float, changes: float | None) -> str:

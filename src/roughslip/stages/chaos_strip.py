@@ -12,7 +12,7 @@ from roughslip.chaos.strip import (
     turned_to_half,
 )
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene import expansion, geometry, strip_coordinates, surface_model
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -81,7 +81,7 @@ def work(job: Job) -> None:
     contact = covered[:, None] * means.contact
     whitened = "from local functionals to variables of unit variance"
     scatter = "root mean square of the target around what is expected of it"
-    variables = {
+    variables = strip_coordinates.of_levels(scene) | {
         "coefficients": store.Variable(("y", "term", "level"), fitted.coefficients, unit, "coefficients of the target"),
         "indices": store.Variable(("term", "variable"), fitted.indices, "1", "exponents of the terms"),
         "whiten": store.Variable(("y", "variable", "functional"), fitted.whiten, "m-1", whitened),

@@ -3,6 +3,7 @@
 import json
 
 from roughslip import store
+from roughslip.report.sensitivity_table import unit_of
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED
@@ -45,7 +46,10 @@ def work(job: Job) -> None:
         if "oscillator" in results:
             sensitivities |= of_the_oscillator(tested, results["oscillator"], results["deterministic"], scenes)
     job.usage.count(claims=len(found))
-    store.write_json(job.arguments.output, with_sensitivity(found, sensitivities))
+    whole = with_sensitivity(found, sensitivities)
+    for one in (one for claim in whole if claim["stands"] for one in claim["stands"]["ranges"]):
+        one["unit"] = unit_of(one["input"])
+    store.write_json(job.arguments.output, whole)
 
 
 if __name__ == "__main__":

@@ -116,6 +116,7 @@ def work(job: Job) -> None:
     density = events / max(events.sum(), 1) / np.diff(edges)
     variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
     variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")
+    variables["time"] = plain.variable("time")
     for name in ("position", "velocity"):
         drawn = store.join([batch for batch in batches if name in batch], name)
         variables[name] = store.Variable(("drawn", "time"), drawn, "m", f"{name} of the runs that are drawn")

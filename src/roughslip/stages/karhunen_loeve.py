@@ -62,6 +62,8 @@ def work(job: Job) -> None:
         "captured_at_corner": (expansion.captured_at((0, 0)), "at the corner"),
     }
     variables = {
+        "x": store.Variable(("x",), grid.x(), "m", "node along the belt"),
+        "y": store.Variable(("y",), grid.y(), "m", "node across the belt"),
         "modes": store.Variable(("mode", "x", "y"), expansion.modes, "m", "modes times the root of their eigenvalues"),
         "eigenvalue": store.Variable(("mode",), expansion.eigenvalues, "m2", "eigenvalues of the covariance matrix"),
         "variance": store.Variable(("x", "y"), expansion.variance(), "m2", "variance of the truncated expansion"),

@@ -78,6 +78,8 @@ def work(job: Job) -> None:
     run, event = ("realisation", "damping"), ("event",)
     cut = "steps and sticks at which negative friction was cut to zero"
     variables = {
+        "damping_ratio": store.Variable(run[1:], np.array(dampings), "1", "damping ratio D"),
+        "realisation": store.Variable(run[:1], np.arange(arguments.first, arguments.last), "1", "number of the run"),
         "cycles": store.Variable(run, cycles, "1", "cycles M_S"),
         "micro_slips": store.Variable(run, micro_slips, "1", "reattachments without a cycle"),
         "negative_friction": store.Variable(run, cuts, "1", cut),
@@ -88,6 +90,7 @@ def work(job: Job) -> None:
     }
     if drawn:
         kept = drawn[0].time >= 2 * np.pi * discarded
+        variables["time"] = store.Variable(("time",), drawn[0].time[kept], "1", "tau = omega t")
         for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):
             values = np.array([getattr(one, name)[kept] for one in drawn])
             variables[name] = store.Variable(("drawn", "time"), values, "m", title)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughslip.verdicts.statements import UNITS
+from roughslip.verdicts.statements import UNITLESS, UNITS
 
 REPRODUCED, CONTRADICTED, UNDECIDED = "reproduced", "contradicted", "undecided"
 CONTRADICTS, NOT_TESTED = "contradicts itself", "not tested"
@@ -55,7 +55,7 @@ def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> in
 
 def in_unit(name: str, number: float) -> str:
     """A number of a statement in the unit that a reader uses."""
-    scale, unit = UNITS.get(name, (1.0, ""))
+    _, scale, unit = UNITS.get(name, UNITLESS)
     return f"{scale * number:.3g}{unit}"
 
 

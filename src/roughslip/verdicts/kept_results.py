@@ -7,8 +7,6 @@ directly with random numbers of their own, is compared with that too.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import shutil
 from collections.abc import Mapping, Sequence
@@ -20,6 +18,7 @@ import numpy as np
 
 from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
+from roughslip.store import table_rows
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -77,7 +76,7 @@ def compared_summaries(found: str, kept: str) -> list[Compared]:
     """
     tables = []
     for text in (found, kept):
-        rows = list(csv.DictReader(io.StringIO(text)))
+        rows = table_rows(text)
         if not rows or "percentile" not in rows[0] or any(None in row.values() or None in row for row in rows):
             raise StoreError("summary.csv is not a table of penetrations: make the scene again")
         tables.append({row.pop("percentile"): row for row in rows})

@@ -30,6 +30,8 @@ from roughslip.verdicts.statements import (
     SEEN_RANGE,
     SKEWNESS_RANGE,
     STATEMENTS,
+    UNITLESS,
+    UNITS,
     VISIBLE,
 )
 
@@ -52,8 +54,8 @@ def claims(square: Arrays | None, friction: Arrays | None, oscillator: Arrays | 
 
     square, friction, oscillator : contents of chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc
 
-    Each is a mapping with id, statement, paper, ours, interval (low, high), shown (both in the unit that a reader
-    uses), verdict, turns (what would turn it), note and rule.
+    Each is a mapping with id, statement, paper, unit (of the next two), ours, interval (low, high), shown (both in the
+    unit that a reader uses), verdict, turns (what would turn it), note and rule.
     """
     both = None if friction is None or oscillator is None else {**friction, **oscillator}
     of_paper = (square, ON_THE_SQUARE), (friction, ON_FRICTION), (oscillator, ON_THE_OSCILLATOR)
@@ -78,7 +80,8 @@ def _claim(name: str, rule: Rule, arrays: Arrays | None) -> dict[str, Any]:
         judged = {"ours": found.ours, "interval": found.interval, "shown": shown, "turns": what_turns(name, found)}
         judged |= {"verdict": verdict, "note": note}
     statement, paper = STATEMENTS[name]
-    return {"id": name, "statement": statement, "paper": paper, **judged, "rule": RULES[name]}
+    unit = UNITS.get(name, UNITLESS)[0]
+    return {"id": name, "statement": statement, "paper": paper, "unit": unit, **judged, "rule": RULES[name]}
 
 
 def _number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:

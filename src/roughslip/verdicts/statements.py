@@ -46,15 +46,16 @@ STATEMENTS = {
     ),
 }
 
-# Factor from the unit of our number to the one that a reader uses, by id; without one the number is shown as it is.
+# Unit of our number, by id, and the factor to the one that a reader uses. Others have none and are shown as they are.
 UNITS = {
-    "fig2-pc-tail": (1.0, " decades"),
-    "mu-correlation-250um": (1e6, " µm"),
-    "mu-correlation-any-depth": (1e6, " µm"),
-    "fig5-limit-cycle": (100.0, " %"),
-    "fig5-range-beyond-limit": (100.0, " %"),
-    "own-fig5-under-load": (100.0, " %"),
+    "fig2-pc-tail": ("decades", 1.0, " decades"),
+    "mu-correlation-250um": ("m", 1e6, " µm"),
+    "mu-correlation-any-depth": ("m", 1e6, " µm"),
+    "fig5-limit-cycle": ("1", 100.0, " %"),
+    "fig5-range-beyond-limit": ("1", 100.0, " %"),
+    "own-fig5-under-load": ("1", 100.0, " %"),
 }
+UNITLESS = ("1", 1.0, "")
 
 # P-value of the friction statistics that the note on a statement reports, and the hypothesis that it tests.
 P_VALUES = {

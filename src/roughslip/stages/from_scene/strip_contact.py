@@ -7,7 +7,7 @@ import numpy as np
 from roughslip import store
 from roughslip.contact.area import contact_shares
 from roughslip.contact.solve import sweep
-from roughslip.stages.from_scene import elastic, geometry, surface_model
+from roughslip.stages.from_scene import elastic, geometry, strip_coordinates, surface_model
 from roughslip.stages.runtime.command import Job
 
 WINDOWS = {"area": ("m2", "contact area of the window"), "force": ("N", "normal force on the window")}
@@ -66,7 +66,7 @@ def solve_strips(job: Job, numbers: range) -> None:
     job.usage.count(solves=count * levels * len(meshes), convolutions=int(effort.sum()))
     job.usage.skip(skipped)
     dimensions, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
-    variables = {
+    variables = strip_coordinates.of_windows(scene, numbers, windows[0].count) | {
         "area_of_nodes": store.Variable(dimensions[:2], of_nodes, "m2", "area of the nodes in contact, all windows"),
         "area_corrected": store.Variable(dimensions[:2], corrected, "m2", "the same, less the mesh error at edges"),
         "residual": store.Variable(dimensions[:2], residual, "1", "largest relative residual of the complementarity"),

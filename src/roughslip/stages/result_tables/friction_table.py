@@ -31,6 +31,12 @@ LOAD = {  # further columns of summary.csv, of what stage friction stores of loa
     "load_std": "load_std",
 }
 GAINS = ("mean", "std")  # for which the ratio of solves at equal standard error is given
+SUMMARY = (
+    'Friction of sliding windows, a row a penetration. Python: pandas.read_csv("summary.csv", comment="#")',
+    "Columns with _low and _high are the ends of the 95 % interval of the column without. Columns combined_... take",
+    "solved windows with the expansion as control variate and, where the scene asks so, two meshes: use these. The",
+    "others take solved windows alone. Where beta_at_bound is 1, the shapes of the Beta are not determined.",
+)
 TITLES = {
     "mean": "mean friction coefficient",
     "std": "standard deviation of the friction coefficient",
@@ -198,23 +204,23 @@ def distribution(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]
 
 
 def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> str:
-    """summary.csv: a row a penetration; from all strips, and the Beta from the solved windows.
-
-    beta_at_bound is 1 where a shape of the Beta lies at the end of its range, so that the shapes are not determined.
-    """
+    """summary.csv: a row a penetration, after lines of comment that explain the columns."""
     columns = [f"combined_{name}" for name in ("mean", "std", "variation", "skewness", "kurtosis")]
     columns += ["combined_length_least_squares", "ratio_of_sums", "beta_a", "beta_b", "missing_share"]
     of_load = [name for name in LOAD if name in variables]
     names, loads = ([name + end for name in of for end in ("", "_low", "_high")] for of in (columns, of_load))
     titles = [f"{name}_m" if "length" in name else name for name in names]
     load_titles = [LOAD[name] + end for name in of_load for end in ("", "_low", "_high")]
-    header = ",".join(["percentile", *titles, "beta_at_bound", *load_titles])
+    header = ["percentile", *titles, "beta_at_bound", *load_titles]
+    shown = zip(header, ["percentile", *names, "beta_at_bound", *loads], strict=True)
+    explained = [(title, variables[name]) for title, name in shown if not name.endswith(("_low", "_high"))]
+    comment = [*SUMMARY, *(f"{title} [{one.units}]: {one.long_name}" for title, one in explained)]
     at_bound = np.asarray(variables["beta_at_bound"].values)
     rows = []
     for level, percentile in enumerate(percentiles):
         cells, of_load = ([f"{variables[name].values[level]:.6g}" for name in of] for of in (names, loads))
         rows.append(",".join([f"{percentile:g}", *cells, str(int(at_bound[level])), *of_load]))
-    return "\n".join([header, *rows]) + "\n"
+    return "\n".join([*(f"# {line}" for line in comment), ",".join(header), *rows]) + "\n"
 
 
 def candidate_variables(mu: Windows, weights: np.ndarray) -> dict[str, store.Variable]:

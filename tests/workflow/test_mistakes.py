@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from roughslip.errors import InputError
@@ -107,6 +108,36 @@ def test_no_rule_is_the_name_of_a_scene():
     }
     assert {"all", "comparison", "scene_report"} <= names
     assert names - {"all"} <= RULES
+
+
+def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
+    """A scan that is a plane and nothing else, one whose unit the scene does not state, and a wrong value elsewhere."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "config/scenes"
+    folder.mkdir(parents=True)
+    for name in ("paper", "resolved"):
+        (folder / f"{name}.yaml").write_bytes((ROOT / f"config/scenes/{name}.yaml").read_bytes())
+    np.savetxt(folder / "plane.txt", 1e-3 * np.add.outer(np.arange(40.0), 2 * np.arange(40.0)))
+    scan = "file: plane.txt, covariance: best, marginal: gaussian, form: plane"
+    stated = "spacing_x_m: 1.0e-6, spacing_y_m: 1.0e-6, height_unit: um"
+    for name, text in {
+        "flat": f"roughness: {{scan: {{{scan}, {stated}}}}}",
+        "bare": f"roughness: {{scan: {{{scan}}}}}",
+        "wrong": "seed: -1",
+    }.items():
+        (folder / f"{name}.yaml").write_text(f"extends: resolved\ntargets: [figure3]\n{text}\n")
+    words = ["flat", "bare", "wrong"]
+    with pytest.raises(InputError) as caught:
+        Scenes(tmp_path, words, checked_scans=tmp_path / "marks")
+    seed, bare, flat = caught.value.lines
+    assert seed.startswith("config/scenes/wrong.yaml: seed: -1 is not allowed")
+    assert bare.startswith("config/scenes/bare.yaml: roughness.scan.file: config/scenes/plane.txt: ")
+    assert flat == (
+        "config/scenes/flat.yaml: roughness.scan.form: nothing is left of the scan once its plane is removed: "
+        "remove less, or scan a surface"
+    )
+    (folder / "flat.yaml").write_text((folder / "flat.yaml").read_text().replace("form: plane", "form: mean"))
+    assert Scenes(tmp_path, ["flat"], checked_scans=tmp_path / "marks").asked == ["flat"]
 
 
 def test_a_file_in_place_of_a_folder_is_named(tmp_path, monkeypatch):

@@ -10,15 +10,7 @@ from matplotlib.figure import Figure
 from roughslip.figures.style import Arrays, draw_curve, heads, legend_above, panels, with_ends, with_interval_names
 
 DRAWN = [
-    *(
-        "position",
-        "velocity",
-        "deterministic_position",
-        "deterministic_velocity",
-        "histogram",
-        "histogram_edge",
-        "time",
-    ),
+    *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
     *("reattachment_mean", "reattachment_std", "deterministic_reattachment", "nominal_damping", "damping_ratio"),
     *("deterministic_cycles", "mean_cycles", *with_interval_names("difference")),
     *("deterministic_hopf_damping", "deterministic_existence_limit"),

@@ -95,15 +95,20 @@ def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarra
     return store.join([batch for batch in batches if batch.attributes["design"] == design], name)
 
 
-def fits_of(found: dict[str, Expansion], refused: dict[str, list[str]]) -> dict[str, Fit]:
-    """Fits by method. The paper's may be ill-posed (K <= P): they are left out, and the reason goes to `refused`."""
-    fits = {}
-    for method, one in found.items():
-        try:
-            fits[method] = one.fit()
-        except IllPosedError as error:
-            refused.setdefault(method, []).append(str(error))
-    return fits
+def fits_of(designs: list[dict[str, Expansion]], job: Job) -> list[dict[str, Fit]]:
+    """Fits by method of each design. The paper's may be ill-posed (K <= P): they are left out with a warning."""
+    refused: dict[str, list[str]] = {}
+    fitted: list[dict[str, Fit]] = [{} for _ in designs]
+    for found, fits in zip(designs, fitted, strict=True):
+        for method, one in found.items():
+            try:
+                fits[method] = one.fit()
+            except IllPosedError as error:
+                refused.setdefault(method, []).append(str(error))
+    for method, reasons in refused.items():
+        where = f"{method.replace('_', ' ')}, {len(reasons)} of {len(designs)} designs"
+        job.usage.warn(f"{where}: {reasons[0]}; its distribution is stored as NaN")
+    return fitted
 
 
 def work(job: Job) -> None:
@@ -121,11 +126,7 @@ def work(job: Job) -> None:
             {method: Expansion(method, basis[part], sampled[part], indices) for method in EXPANDED[:2]}
             for part in designs_of(len(sampled))
         ]
-        refused: dict[str, list[str]] = {}
-        found, fitted = designs[0], [fits_of(one, refused) for one in designs]
-        for method, reasons in refused.items():
-            where = f"{method.replace('_', ' ')}, {len(reasons)} of {len(designs)} designs"
-            job.usage.warn(f"{where}: {reasons[0]}; its distribution is stored as NaN")
+        found, fitted = designs[0], fits_of(designs, job)
         fits = {method: fit for method, fit in fitted[0].items() if all(method in one for one in fitted)}
         pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
         reference = Reference(pressure["monte_carlo"], len(nodes), quantile_levels(pressure["monte_carlo"]))

@@ -16,11 +16,18 @@ def draw_and_save(
     draw: Callable[[Mapping[str, np.ndarray]], Any],
     drawn: Sequence[str],
 ) -> None:
-    """Draw the results of a figure stage as PNG and SVG, and write the variables `drawn`; no name is in two results."""
+    """Draw the results of a figure stage as PNG and SVG, and write the variables `drawn` with their coordinates.
+
+    No name is in two results, but for coordinates.
+    """
     results = [store.read(path) for path in job.arguments.results]
     owner = {name: result for result in results for name in result}
     figure = draw({name: result[name] for name, result in owner.items()})
     for path in (job.arguments.png, job.arguments.svg):
         with replacing(path) as temporary:
             save(figure, temporary)
-    store.write(job.arguments.output, {name: owner.get(name, results[0]).variable(name) for name in drawn}, job.key)
+    kept = {name: owner.get(name, results[0]).variable(name) for name in drawn}
+    for name in {dimension for one in kept.values() for dimension in one.dimensions}.intersection(owner):
+        if owner[name].variable(name).dimensions == (name,):
+            kept.setdefault(name, owner[name].variable(name))
+    store.write(job.arguments.output, kept, job.key)

@@ -62,7 +62,7 @@ def _static_friction(scene: Values) -> Iterator[str]:
                 f"oscillator.static_friction = {static:.3g} is below {largest:.3g}, the largest of "
                 "oscillator.friction_table.values: stick ends at less friction than slip has. Check both"
             )
-    elif get(scene, "oscillator.penetration_percentile") < 50:
+    elif (get(scene, "oscillator.penetration_percentile") or 50.0) < 50:  # none where it follows from a load
         mean = SHALLOW * get(scene, "friction.mean_at_median")
         if static < mean:
             yield (

@@ -203,24 +203,55 @@ def field_result(nodes=8, modes=20, scale=1e8):
     return found
 
 
-def map_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
-    """Made up: a limit that falls with the velocity, lifetimes that cross near it."""
-    velocity, damping = np.geomspace(0.1, 2.0, points), np.linspace(0, 0.6, points)
-    limit = 0.5 / (1 + velocity)
-    share = 1 / (1 + np.exp((damping - limit[:, None]) / 0.03))
+def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
+    """Made up: a limit that falls along the second axis."""
+    x, y = (
+        (np.linspace(0, 0.6, points) if first == 0.0 else np.geomspace(first, 0.6, points)),
+        np.geomspace(0.1, 2.0, points),
+    )
+    limit = 0.5 / (1 + y)
+    share = 1 / (1 + np.exp((x[:, None] - limit) / 0.03))
+    found = {
+        "map_x": x,
+        "map_y": y,
+        "map_x_own": np.array(0.17),
+        "map_y_own": np.array(0.948),
+        "map_parameters": np.array(names),
+        "map_runs": np.array(20),
+        "is_computed": (np.indices((points, points)).sum(axis=0) % 3 == 0).astype(int),
+        "prediction_error": np.array(0.03),
+        "hopf_damping": 0.8 * limit,
+        "existence_limit": np.where(y > 1.5, np.nan, limit),
+    }
+    return found | with_interval("probability", share, 0.1)
+
+
+def design_result(names=("damping", "belt_velocity"), third=(np.nan,)):
+    """Made up: the map above at values of the third parameter, the cheapest point at more damping."""
+    share = map_result(first=0.05)
+    own, cheapest = [0.17, 0.948, 1.0][: len(names)], [0.4, 0.948, 1.0][: len(names)]
+    found = {
+        "design_own": np.array(own),
+        "design_cheapest": np.array(cheapest),
+        "design_weight": np.ones(len(names)),
+        "design_parameters": np.array(names),
+        "design_limit": np.array(0.05),
+        "design_map": np.array([share["probability"]] * len(third)),
+        "design_panel": np.array(third),
+        "design_x": share["map_x"],
+        "design_y": share["map_y"],
+    }
+    found |= with_interval("design_probability", np.array(0.02), 0.01)
+    return found | with_interval("design_cost", np.array(0.8), 0.05)
+
+
+def lifetimes_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
+    """Made up: lifetimes that cross near the limit."""
     deviation = 0.05 * np.array(scatters)
     grid = 0.32 + deviation[:, None] * np.linspace(-3, 3, points)
     time = np.linspace(0, 50, 9)
     lifetime, waiting = np.exp(-(grid - 0.32) / 0.03 + 2), np.exp((grid - 0.32) / 0.03 + 2)
     found = {
-        "belt_velocity": velocity,
-        "damping_ratio": damping,
-        "probability": share,
-        "hopf_damping": 0.8 * limit,
-        "existence_limit": np.where(velocity > 1.5, np.nan, limit),
-        "nominal_damping": np.array(0.17),
-        "nominal_velocity": np.array(0.948),
-        "map_runs": np.array(20),
         "scatter_factor": np.array(scatters),
         "friction_deviation": deviation,
         "survival_damping": grid,

@@ -14,8 +14,12 @@ from roughslip.figures.figure3 import COMPARED, FAMILIES, MOST, comparison, figu
 from roughslip.figures.figure3 import DRAWN as DRAWN_3
 from roughslip.figures.figure5 import DRAWN as DRAWN_5
 from roughslip.figures.figure5 import figure5
+from roughslip.figures.figure_design import DRAWN as DESIGN_DRAWN
+from roughslip.figures.figure_design import figure_design
 from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
 from roughslip.figures.figure_field import figure_field
+from roughslip.figures.figure_lifetimes import DRAWN as LIFETIMES_DRAWN
+from roughslip.figures.figure_lifetimes import figure_lifetimes
 from roughslip.figures.figure_map import DRAWN as MAP_DRAWN
 from roughslip.figures.figure_map import figure_map
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
@@ -26,8 +30,10 @@ from tests.figures.drawn import (
     Recorded,
     assert_all_is_in_its_place,
     assert_no_legend_covers_data,
+    design_result,
     field_result,
     friction,
+    lifetimes_result,
     map_result,
     oscillator,
     refused,
@@ -44,8 +50,11 @@ FIGURES = {
     "scan": (figure_scan, SCAN_DRAWN, scan_result()),
     "field": (figure_field, FIELD_DRAWN, field_result()),
     "map": (figure_map, MAP_DRAWN, map_result()),
+    "design": (figure_design, DESIGN_DRAWN, design_result()),
+    "lifetimes": (figure_lifetimes, LIFETIMES_DRAWN, lifetimes_result()),
 }
 NONE = np.array(np.nan)
+LIMITS, THREE = ("hopf_damping", "existence_limit"), ("damping", "belt_velocity", "mass")
 NO_LIMITS = {"deterministic_hopf_damping": NONE, "deterministic_existence_limit": NONE}
 NO_CYCLE = {"reattachment_mean": NONE, "reattachment_std": NONE, "deterministic_reattachment": NONE}
 EXCITED = oscillator() | NO_LIMITS | {"deterministic_reattachment": NONE}
@@ -81,10 +90,15 @@ CASES = {
     },
     "field": {"GPa": field_result(scale=5e9), "large": field_result(nodes=64, modes=300)},
     "map": {
-        "four scatters": map_result(),
-        "one scatter": map_result(5, (1.0,)),
-        "nothing decided": map_result()
-        | {"survival_curve": np.ones((4, 12, 9)), "existence_limit": np.full(12, np.nan)},
+        "from zero": map_result(),
+        "stick-slip everywhere": map_result() | {"probability": np.ones((12, 12))},
+        "no limits": map_result(9, ("mass", "load"), 0.02) | {name: np.full(9, np.nan) for name in LIMITS},
+    },
+    "design": {"two": design_result(), "three": design_result(THREE, (0.5, 1.0, 2.0))},
+    "lifetimes": {
+        "four scatters": lifetimes_result(),
+        "one scatter": lifetimes_result(5, (1.0,)),
+        "nothing decided": lifetimes_result() | {"survival_curve": np.ones((4, 12, 9))},
     },
 }
 
@@ -265,13 +279,31 @@ def test_the_field_draws_the_stored_numbers_in_its_units():
 
 def test_the_map_draws_the_stored_numbers():
     arrays = map_result()
-    over, curves, lifetimes, band = figure_map(arrays).axes[:4]
+    over = figure_map(arrays).axes[0]
     mesh = over.collections[0]
-    np.testing.assert_allclose(mesh.get_array(), arrays["probability"])
+    np.testing.assert_allclose(mesh.get_array(), arrays["probability"].T)
     assert mesh.get_clim() == (0, 1)
-    np.testing.assert_allclose(over.lines[0].get_xdata(), arrays["existence_limit"])
-    np.testing.assert_allclose(over.lines[1].get_xdata(), arrays["hopf_damping"])
-    assert (over.get_yscale(), over.lines[2].get_xdata()[0], over.lines[2].get_ydata()[0]) == ("log", 0.17, 0.948)
+    dots, limit, hopf, own = over.lines
+    assert len(dots.get_xdata()) == np.count_nonzero(arrays["is_computed"])
+    np.testing.assert_allclose(limit.get_xdata(), arrays["existence_limit"])
+    np.testing.assert_allclose(hopf.get_xdata(), arrays["hopf_damping"])
+    assert (over.get_xscale(), over.get_yscale()) == ("linear", "log")
+    assert (own.get_xdata()[0], own.get_ydata()[0]) == (0.17, 0.948)
+
+
+def test_the_design_draws_the_points_where_they_are():
+    """The scene and the cheapest point on the panels of their own third value alone."""
+    *every, _ = figure_design(design_result(THREE, (0.5, 1.0, 2.0))).axes
+    marks = [
+        [(*line.get_xdata(), *line.get_ydata()) for line in axes.lines if line.get_marker() in "*o"] for axes in every
+    ]
+    assert marks == [[], [(0.17, 0.948), (0.4, 0.948)], []]
+    assert every[1].texts[0].get_text() == "+135.3%, +0.0%, +0.0%"
+
+
+def test_the_lifetimes_draw_the_stored_numbers():
+    arrays = lifetimes_result()
+    curves, lifetimes, band = figure_lifetimes(arrays).axes
     *labels, scatter = [text.get_text() for text in curves.get_legend().get_texts()]
     assert scatter == f"std {arrays['friction_deviation'][2]:.3g}"
     places = [float(label.removeprefix("$D$ = ")) for label in labels]

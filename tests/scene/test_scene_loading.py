@@ -27,6 +27,7 @@ def test_overlays_merge_to_any_depth(mine):
     expected = copy.deepcopy(paper) | {"seed": 7}
     expected["strip"] |= {"samples": 20, "training_samples": 9}
     expected["ensemble"]["damping_ratios"] = [0.2]
+    expected["targets"].append("figure_map")  # none of the three names its own
     assert scene == expected
 
 
@@ -209,7 +210,9 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics", "batches"},
         "figure5": {"oscillator", "ensemble", "friction", "numerics", "batches"},
         "answer": {"oscillator", "friction", "numerics"},
-        "figure_map": {"oscillator", "map", "survival", "friction", "numerics"},
+        "figure_map": {"oscillator", "map", "friction", "numerics"},
+        "figure_lifetimes": {"oscillator", "survival", "friction", "numerics"},
+        "figure_design": {"oscillator", "design", "friction", "numerics"},
     }
     for target, sections in needed.items():
         all_sections = sections | needed["figure3"] if "oscillator" in sections else sections

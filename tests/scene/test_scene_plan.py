@@ -16,7 +16,10 @@ OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
 SOLVED_SQUARES = {"square_pilot", "contact_square", "adaptive_training", "field_square"}
 SOLVED_STRIPS = {"strip_pilot", "contact_strip"}
-FIGURES = {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"}
+FIGURES = {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"} | {
+    "figure_design",
+    "figure_lifetimes",
+}
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -83,7 +86,7 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
         assert figures(scene | {"targets": [target]}) == list(dict.fromkeys(["figure_scan", *sheets]))
     assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS
     assert skip_reasons(scene)["grinding"] == "roughness.scan.grinding is not given"
-    given = mine(f"extends: given\nroughness: {{scan: {SCAN}}}")
+    given = mine(f"extends: given\ntargets: [figure5]\nroughness: {{scan: {SCAN}}}")
     assert stages_needed(given) == OSCILLATOR | ALWAYS
     assert (
         skip_reasons(given)["synthetic_surfaces"] == skip_reasons(given)["grinding"] == "friction.statistics is given"
@@ -105,5 +108,6 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        assert square["contact_strip"] == square["friction"] == "not asked for: answer, figure3, figure5, figure_map"
+        asking = "not asked for: answer, figure3, figure5, figure_design, figure_lifetimes, figure_map"
+        assert square["contact_strip"] == square["friction"] == asking
         assert square["ensemble_pilot"] == "not asked for: figure5"

@@ -25,6 +25,7 @@ UNITS = {
     "rad_per_s": "rad/s",
     "m_per_s": "m/s",
     "s_per_m": "s/m",
+    "n_per_m": "N/m",
     "s2_per_m2": "s^2/m^2",
     "per_m2": "1/m^2",
     "m2": "m^2",

@@ -2,7 +2,10 @@
 # In:  results of the stages that the targets of the scene need.
 # Out: figures as png|svg|nc, claims.json, costs.json, report.html.
 
-FIGURES = ("figure2", "figure3", "figure3_law", "figure5", "figure_field", "figure_map", "figure_scan")
+FIGURES = (
+    *("figure2", "figure3", "figure3_law", "figure5"),
+    *("figure_design", "figure_field", "figure_lifetimes", "figure_map", "figure_scan"),
+)
 
 for figure in FIGURES:
 

@@ -151,6 +151,12 @@ def _path_nodes(scene: Scene) -> float:
     return float(min((way / length + 300) * (64 if nodes == AUTO else nodes), 2.0**26))
 
 
+def _dampings(scene: Scene) -> int:
+    """Damping ratios of figure5; the most that stages find where the list is left to them."""
+    given = get(scene, "ensemble.damping_ratios")
+    return 20 if given == AUTO else len(given)
+
+
 def _scan_points(scene: Scene) -> int:
     """Points of a scan: those of one that is made; else as many as are read at all, since its file is not read yet."""
     points = get(scene, "roughness.scan.grinding.points")
@@ -206,7 +212,7 @@ SIZES: dict[str, Callable[[Scene, int], float]] = {
     "path_nodes": _of_scene(_path_nodes),
     "drawn_realisations": _value("ensemble.drawn_realisations"),
     "realisations": _allotted("ensemble.realisations"),
-    "dampings": lambda scene, count: len(scene["ensemble"]["damping_ratios"]),
+    "dampings": _of_scene(_dampings),
     "periods": _value("ensemble.duration_periods"),
     "scan_points": _of_scene(_scan_points),
 }

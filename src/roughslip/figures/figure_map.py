@@ -1,126 +1,72 @@
-"""The stick-slip map: where stick-slip lives over damping and belt velocity, and how long near its limits."""
+"""The stick-slip map: the probability of stick-slip over two parameters of the oscillator and its friction."""
 
 from __future__ import annotations
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from roughslip.figures.style import Arrays, draw_curve, heads, legend_above, panels, with_ends, with_interval_names
+from roughslip.figures.style import Arrays, panels
 
 DRAWN = [
-    *("belt_velocity", "damping_ratio", "probability", "hopf_damping", "existence_limit"),
-    *("nominal_damping", "nominal_velocity", "map_runs"),
-    *("scatter_factor", "friction_deviation", "survival_damping", "survival_time"),
-    *("survival_limit", "survival_hopf", "band_level", "band_start"),
-    *with_interval_names("survival_curve", "lifetime", "waiting", "band"),
+    *("map_x", "map_y", "map_x_own", "map_y_own", "map_parameters", "map_runs", "is_computed"),
+    *("probability", "hopf_damping", "existence_limit"),
 ]
 
-CURVES = 6  # of survival that the eye can part
-DECIDED = 0.05  # mean survival over the time shown, below which a curve is all fall
 OUTLINE = (withStroke(linewidth=2.6, foreground="white"),)
+LABELS = {
+    "damping": "damping ratio $D$",
+    "belt_velocity": "belt velocity $v_0$ [m/s]",
+    "mass": "mass $m$ [kg]",
+    "stiffness": "stiffness $k$ [N/m]",
+    "load": "normal force $N$ [N]",
+    "windows": "windows in parallel $n$",
+    "correlation_length": "correlation length of friction [m]",
+    "mean_friction": "mean friction coefficient",
+}
+LEVELS = {0.05: ":", 0.5: "-", 0.95: ":"}
 
 
 def figure_map(result: Arrays) -> Figure:
-    """The map; survival near the limit; mean lifetimes of either motion; the band against the scatter of friction."""
-    figure, ((over, curves), (lifetimes, band)) = panels(2, 2, 5.2)
-    _map(over, result)
-    _curves(curves, result)
-    _lifetimes(lifetimes, result)
-    _band(band, result)
-    heads(
-        (over, curves, lifetimes, band),
-        f"probability of stick-slip, {int(result['map_runs'])} runs a point",
-        "stick-slip that survives, from rest on the belt",
-        *("mean lifetimes near the limit", "where stick-slip and sliding change places"),
-    )
-    for axes in (curves, lifetimes, band):
-        axes.spines[["top", "right"]].set_visible(False)
-    return figure
-
-
-def _map(axes: Axes, result: Arrays) -> None:
-    damping, velocity = result["damping_ratio"], result["belt_velocity"]
-    mesh = axes.pcolormesh(
-        damping, velocity, result["probability"], cmap="cividis", vmin=0, vmax=1, shading="nearest", rasterized=True
-    )
-    axes.set(yscale="log", xlabel="damping ratio $D$", ylabel="belt velocity $v_0$ [m/s]")
-    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
-    assert axes.figure is not None
-    axes.figure.colorbar(mesh, ax=axes, label="probability of stick-slip", shrink=0.9)
+    """The map with its levels 0.05, 0.5 and 0.95, the limits without scatter, and the point of the scene."""
+    figure, _ = panels(1, 1, 6.2)
+    axes = figure.axes[0]
+    x, y = result["map_x"], result["map_y"]
+    mesh = draw_probability(axes, x, y, result["probability"], list(map(str, result["map_parameters"])))
+    figure.colorbar(mesh, ax=axes, label="probability of stick-slip", shrink=0.9)
+    low, high = result["probability"].min(), result["probability"].max()
+    for level, style in LEVELS.items():
+        if low < level < high:
+            axes.contour(x, y, result["probability"].T, [level], colors="white", linewidths=0.8, linestyles=style)
+    at = np.nonzero(result["is_computed"])
+    axes.plot(x[at[0]], y[at[1]], "o", mfc="white", mec="0.2", mew=0.4, ms=2.6)
     for name, style, label in (
         ("existence_limit", "-", "cycle exists, left of it"),
         ("hopf_damping", "--", "sliding unstable, left of it"),
     ):
-        axes.plot(result[name], velocity, color="0.05", lw=1.3, ls=style, label=label, path_effects=OUTLINE)
-    nominal = float(result["nominal_damping"]), float(result["nominal_velocity"])
-    axes.plot(*nominal, "*", color="C1", mec="white", ms=12, label="the scene", clip_on=False, ls="none")
+        if np.isfinite(result[name]).any():
+            axes.plot(result[name], y, color="0.05", lw=1.3, ls=style, label=label, path_effects=OUTLINE)
+    own = float(result["map_x_own"]), float(result["map_y_own"])
+    axes.plot(*own, "*", color="C1", mec="white", ms=12, label="the scene", clip_on=False, ls="none")
     axes.legend(loc="lower left", fontsize="small", frameon=True, framealpha=0.9, handlelength=1.8)
+    axes.set_title(
+        f"probability of stick-slip, {int(result['map_runs'])} runs at each dot", loc="left", fontsize="medium"
+    )
+    return figure
 
 
-def _nominal(result: Arrays) -> int:
-    """The scatter nearest to the scene's own."""
-    return int(np.argmin(np.abs(np.log(result["scatter_factor"]))))
-
-
-def _curves(axes: Axes, result: Arrays) -> None:
-    row = _nominal(result)
-    mean = result["survival_curve"][row].mean(axis=-1)
-    undecided = np.flatnonzero((mean > DECIDED) & (mean < 1.0))
-    shown = undecided if undecided.size else np.arange(len(mean))
-    shown = shown[np.unique(np.linspace(0, len(shown) - 1, min(CURVES, len(shown))).astype(int))]
-    for colour, place in zip(sns.color_palette("viridis", len(shown)), shown, strict=True):
-        look = {"color": colour, "lw": 1.5, "label": f"$D$ = {result['survival_damping'][row, place]:.3f}"}
-        draw_curve(axes, result["survival_time"], with_ends(result, "survival_curve", (row, place)), look, alpha=0.15)
-    axes.set(xlabel="natural periods", ylabel="share of the runs", ylim=(0, 1.02), xlim=(0, None))
-    axes.plot([], [], " ", label=f"std {float(result['friction_deviation'][row]):.3g}")
-    legend_above(axes, columns=3)
-
-
-def _lifetimes(axes: Axes, result: Arrays) -> None:
-    deviations = result["friction_deviation"]
-    for row in range(len(deviations)):
-        colour, damping = f"C{row}", result["survival_damping"][row]
-        for name, marker, style in (("lifetime", "o", "-"), ("waiting", "s", "--")):
-            ends = with_ends(result, name, row)
-            known = np.isfinite(ends[0])
-            look = {"color": colour, "marker": marker, "ls": style, "ms": 3.5, "lw": 1.1}
-            draw_curve(axes, damping[known], [end[known] for end in ends], look, alpha=0.15)
-            bound = np.isfinite(ends[1]) & ~known
-            axes.plot(damping[bound], ends[1][bound], "^", ms=3, alpha=0.5, mfc="none", color=colour)
-    axes.set(yscale="log", xlabel="damping ratio $D$", ylabel="natural periods")
-    low, high = axes.get_ylim()
-    for name, style in (("survival_hopf", "--"), ("survival_limit", "-")):
-        if axes.get_xlim()[0] <= float(result[name]) <= axes.get_xlim()[1]:
-            axes.axvline(float(result[name]), color="0.3", lw=0.9, ls=style)
-    axes.set_ylim(low, high)
-    handles = [Line2D([], [], color=f"C{row}", lw=1.5, label=f"std {one:.3g}") for row, one in enumerate(deviations)]
-    handles += [
-        Line2D([], [], color="0.3", marker="o", ms=3.5, lw=1.1, label="stick-slip"),
-        Line2D([], [], color="0.3", marker="s", ms=3.5, lw=1.1, ls="--", label="steady sliding"),
-        Line2D([], [], color="0.3", marker="^", mfc="none", ms=4, ls="none", label="more than"),
-    ]
-    axes.set_ylim(low, high * (high / low) ** (0.08 * -(-len(handles) // 2)))
-    axes.legend(handles=handles, loc="upper right", ncols=2, fontsize="small", columnspacing=1.0)
-
-
-def _band(axes: Axes, result: Arrays) -> None:
-    deviation, (first, _, last) = result["friction_deviation"], result["band_level"]
-    for start, (name, marker) in enumerate(zip(result["band_start"], "os", strict=True)):
-        colour, (value, low, high) = f"C{start}", with_ends(result, "band", (slice(None), start))
-        axes.fill_between(deviation, value[:, 0], value[:, -1], color=colour, alpha=0.2, linewidth=0)
-        for column in (0, 2):
-            axes.plot(deviation, value[:, column], color=colour, lw=0.8)
-        error = [value[:, 1] - low[:, 1], high[:, 1] - value[:, 1]]
-        axes.errorbar(deviation, value[:, 1], error, fmt=f"{marker}-", ms=4, lw=1.4, color=colour, label=str(name))
-    for name, style, text in (("limit", "-", "cycle exists below"), ("hopf", "--", "sliding unstable below")):
-        limit = float(result[f"survival_{name}"])
-        axes.axhline(limit, color="0.3", lw=0.9, ls=style, label=f"{text} {limit:.4f}")
-    axes.set(xlabel="standard deviation of friction", ylabel="damping ratio $D$", xlim=(0, None))
-    bottom, top = axes.get_ylim()
-    axes.set_ylim(bottom, top + 0.45 * (top - bottom))  # room for the legend, which would hide a band
-    title = f"probability {last:g} to {first:g}"
-    axes.legend(loc="upper left", fontsize="small", title=title, title_fontsize="small")
+def draw_probability(axes: Axes, x: np.ndarray, y: np.ndarray, probability: np.ndarray, names: list[str]) -> QuadMesh:
+    """Probabilities (x, y) as colours, with scales and names of their axes; the limits of the axes are then fixed."""
+    mesh = axes.pcolormesh(x, y, probability.T, cmap="cividis", vmin=0, vmax=1, shading="nearest", rasterized=True)
+    axes.set(xlabel=LABELS[names[0]], ylabel=LABELS[names[1]])
+    for values, scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
+        if values[0] > 0.0:
+            scale("log")
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.set_minor_formatter(NullFormatter())
+    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    return mesh

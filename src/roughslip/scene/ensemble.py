@@ -1,4 +1,4 @@
-"""Sections `ensemble`, `map`, `survival` and `answer` of a scene: the runs of the oscillator."""
+"""Sections `ensemble`, `survival` and `answer` of a scene: the runs of the oscillator."""
 
 from __future__ import annotations
 
@@ -59,10 +59,12 @@ class Ensemble(Section):
         "its period; not with excitation",
         default=False,
     )
-    damping_ratios: tuple[float, ...] = many(
-        "Damping ratios of figure 5 (c), strictly increasing",
+    damping_ratios: tuple[float, ...] | Literal["auto"] = many(
+        "Damping ratios of figure 5 (c), strictly increasing; auto for a list around the scene's own limits",
         number("A damping ratio, as oscillator.damping_ratio", at_least=0, at_most=10),
         most=200,
+        or_word=AUTO,
+        default=AUTO,
     )
     drawn_realisations: int = integer(
         "Realisations drawn in figure 5 (a); only their whole trajectories are stored", at_least=1, at_most=1000
@@ -70,33 +72,8 @@ class Ensemble(Section):
 
 
 @section
-class StickSlipMap(Section):
-    """Probability of stick-slip over damping and belt velocity, of figure_map."""
-
-    belt_velocities_m_per_s: tuple[float, ...] = many(
-        "First and last velocity of the belt; those between are spaced evenly in their logarithm",
-        number("A velocity, as oscillator.belt_velocity_m_per_s", "m/s", above=0, at_most=1000),
-        fewest=2,
-        most=2,
-    )
-    damping_ratios: tuple[float, ...] = many(
-        "First and last damping ratio; those between are spaced evenly",
-        number("A damping ratio, as oscillator.damping_ratio", at_least=0, at_most=10),
-        fewest=2,
-        most=2,
-    )
-    points: int = integer("Points on either axis", at_least=2, at_most=200)
-    realisations: int = integer(
-        "Realisations of the friction process, the same at every point", at_least=8, at_most=10000
-    )
-    duration_periods: float = number(
-        "Duration of a run in natural periods, of which the second half counts", at_least=20, at_most=10000
-    )
-
-
-@section
 class Survival(Section):
-    """Lifetimes of stick-slip and of steady sliding near the limit of existence, of figure_map."""
+    """Lifetimes of stick-slip and of steady sliding near the limit of existence, of figure_lifetimes."""
 
     scatter_factors: tuple[float, ...] = many(
         "Multiples of the standard deviation of friction, strictly increasing",

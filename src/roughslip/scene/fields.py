@@ -74,9 +74,10 @@ def many(
     fewest: int = 1,
     most: int | None = None,
     unique: bool = False,
+    or_word: str | None = None,
     default: Any = REQUIRED,
 ) -> Any:
-    """A field for a list.
+    """A field for a list, or for one word in its place.
 
     item : the field of one of its elements; a section holds the list as a tuple
     fewest, most : bounds of its length
@@ -84,6 +85,7 @@ def many(
     """
     part = {"description": description, "type": "array", "minItems": fewest, "items": item.metadata["schema"]}
     part |= {} if most is None else {"maxItems": most}
+    part |= {} if or_word is None else {"type": ["array", "string"], "pattern": f"^{or_word}$"}
     return _field(part | ({"uniqueItems": True} if unique else {}), default)
 
 

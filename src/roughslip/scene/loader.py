@@ -16,10 +16,11 @@ from typing import Any, cast
 from jsonschema import Draft202012Validator, validators
 
 from roughslip.errors import InputError
-from roughslip.scene import accuracy, rules
+from roughslip.scene import accuracy, oscillator, rules
 from roughslip.scene.fields import WORD
 from roughslip.scene.load import derived
 from roughslip.scene.mistakes import Values, shown
+from roughslip.scene.plan import default_targets
 from roughslip.scene.schema import scene_schema
 from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read
 
@@ -44,6 +45,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         """Of the overlaid files that gave these values, the one that the user most likely edits."""
         return min((merged.file_of(path) for path in paths), key=chain.index)
 
+    if merged.file_of(("targets",)) != chain[0] and isinstance(merged.values["targets"], list):
+        merged.values["targets"] = default_targets(merged.values)
     faulty = set()
     for path, text, is_refused in _schema_mistakes(merged.values, schema):
         if is_refused:
@@ -55,7 +58,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         lines.append(line(topmost(paths), paths[0], text))
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
-    return derived(accuracy.settled(cast(Values, _with_floats(merged.values, schema))))
+    whole = oscillator.with_frequency(merged.values)
+    return derived(accuracy.settled(cast(Values, _with_floats(whole, schema))))
 
 
 def scene_names(scenes_folder: Path) -> list[str]:
@@ -302,7 +306,8 @@ def _guess(given: str, known: list[str]) -> str:
 
 def _with_floats(value: Any, schema: Values) -> Any:
     """A number is a float however it was written, so that 5 and 5.0 are the same scene."""
-    match schema["type"]:
+    kind = schema["type"]
+    match kind[0] if isinstance(kind, list) and not isinstance(value, str) else kind:
         case "object":
             return {key: _with_floats(item, schema["properties"][key]) for key, item in value.items()}
         case "array":

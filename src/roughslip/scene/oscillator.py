@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import Literal
 
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section
+from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
 TableInterpolation = Literal["monotone_cubic", "linear"]
 Follows = Literal["slip", "belt", "time"]
@@ -40,7 +43,14 @@ class Oscillator(Section):
 
     mass_kg: float = number("Mass m", "kg", above=0, at_most=1e6)
     natural_frequency_rad_per_s: float = number(
-        "Natural frequency omega; the spring has m omega^2", "rad/s", above=0, at_most=1e6
+        "Natural frequency omega; the spring has m omega^2", "rad/s", above=0, at_most=1e6, default=None
+    )
+    stiffness_n_per_m: float | None = number(
+        "Stiffness k of the spring, in place of natural_frequency_rad_per_s, which is then sqrt(k / m)",
+        "N/m",
+        above=0,
+        at_most=1e15,
+        default=None,
     )
     damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", at_least=0, at_most=10)
     belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", above=0, at_most=1000)
@@ -100,3 +110,28 @@ class Oscillator(Section):
         at_most=1_000_000,
         default=1,
     )
+
+
+_FREQUENCY, _STIFFNESS, _MASS = "natural_frequency_rad_per_s", "stiffness_n_per_m", "mass_kg"
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
+    "oscillator": {_FREQUENCY: (_STIFFNESS,), _STIFFNESS: (_FREQUENCY,)},
+}
+
+
+def mistakes(scene: Values) -> Iterator[Mistake]:
+    """The spring is given by the natural frequency or by its stiffness, one of them."""
+    found = scene["oscillator"]
+    if _FREQUENCY in found and _STIFFNESS in found:
+        yield not_together(f"oscillator.{_STIFFNESS}", found[_STIFFNESS], f"oscillator.{_FREQUENCY}")
+    elif _FREQUENCY not in found and _STIFFNESS not in found:
+        yield missing(f"give it, or oscillator.{_STIFFNESS}", f"oscillator.{_FREQUENCY}")
+
+
+def with_frequency(scene: Values) -> Values:
+    """The scene with the natural frequency that follows from stiffness and mass, where it gives these instead."""
+    found = scene.get("oscillator")
+    if isinstance(found, dict) and _FREQUENCY not in found:
+        stiffness, mass = found.get(_STIFFNESS), found.get(_MASS)
+        if isinstance(stiffness, int | float) and isinstance(mass, int | float) and min(stiffness, mass) > 0:
+            return scene | {"oscillator": found | {_FREQUENCY: math.sqrt(stiffness / mass)}}
+    return scene

@@ -16,11 +16,11 @@ from roughslip.limits import (
     TRAINING_SPACING,
     VARIABLE_COUNTS,
 )
-from roughslip.scene import accuracy, contact, friction, load, roughness
+from roughslip.scene import accuracy, contact, friction, load, oscillator, ranges, roughness
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, shown, strictly_increasing
-from roughslip.scene.plan import needs, stages_needed
+from roughslip.scene.plan import FREE, needs, stages_needed
 from roughslip.scene.types import get
 
 # Keys that one word of another key takes, and no other word: the key, the other key, the word.
@@ -30,11 +30,12 @@ _TAKEN_BY = (
 )
 
 # In an overlay, by section: keys that a key replaces, where the overlay does not give those too.
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = friction.REPLACES | contact.REPLACES | roughness.REPLACES
-REPLACES[""] = accuracy.REPLACES[""] | load.REPLACES[""]
+REPLACES: dict[str, dict[str, tuple[str, ...]]] = {}
+for _part in (accuracy, load, friction, contact, roughness, oscillator, ranges):
+    for _section, _keys in _part.REPLACES.items():
+        REPLACES.setdefault(_section, {}).update(_keys)
 for _key, _other, _ in _TAKEN_BY:
-    _section, _, _name = _other.partition(".")
-    REPLACES.setdefault(_section, {})[_name] = (_key.partition(".")[2],)
+    REPLACES.setdefault(_other.partition(".")[0], {})[_other.partition(".")[2]] = (_key.partition(".")[2],)
 
 
 class _Rule(NamedTuple):
@@ -59,10 +60,7 @@ _AT_MOST = (
     ("roughness.fractal.longest_wavelength_m", "strip.length_m"),
 )
 _EXTENDED = ("sobol", "monte_carlo")  # designs
-_ASCENDING = (
-    *("strip.penetration_percentiles", "ensemble.damping_ratios"),
-    *("map.belt_velocities_m_per_s", "map.damping_ratios", "survival.scatter_factors"),
-)
+_ASCENDING = ("strip.penetration_percentiles", "ensemble.damping_ratios", "survival.scatter_factors")
 _STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
 _FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
 _HARDNESS, _EXTRAPOLATE, _MARGINAL = "material.hardness_pa", "numerics.extrapolate_mesh", "ensemble.marginal"
@@ -198,7 +196,7 @@ _RULES = (
         lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
         f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
-    *(_Rule((key,), strictly_increasing, "strictly increasing") for key in _ASCENDING),
+    *(_Rule((key,), lambda v: v == AUTO or strictly_increasing(v), "strictly increasing") for key in _ASCENDING),
     _Rule(
         ("expansion.design", "expansion.samples"),
         lambda design, samples: samples != AUTO or design in _EXTENDED,
@@ -270,8 +268,8 @@ _RULES = (
     ),
     _Rule(
         ("targets", _FORCE),
-        lambda targets, force: "figure_map" not in targets or force == 0,
-        f"figure_map draws limits of the free oscillator, and {_FORCE} is not 0",
+        lambda targets, force: not FREE.intersection(targets) or force == 0,
+        f"{', '.join(sorted(FREE))} are for the free oscillator, and {_FORCE} is not 0",
     ),
     *(
         _Rule(
@@ -354,8 +352,9 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
 
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
-    sections = {"friction": friction, "square": contact, "roughness": roughness}
-    for form in (accuracy, load, *(one for name, one in sections.items() if isinstance(scene.get(name), dict))):
+    sections = {"friction": friction, "square": contact, "roughness": roughness, "oscillator": oscillator}
+    found_in = [one for name, one in sections.items() if isinstance(scene.get(name), dict)]
+    for form in (accuracy, load, ranges, *found_in):
         yield from (mistake for mistake in form.mistakes(scene) if all(map(sound, mistake.keys)))
     for key, other, word in _TAKEN_BY:
         value, found = given(scene, key), get(scene, other)
@@ -366,8 +365,9 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
         elif found != word and value is not None:
             yield not_together(key, value, other, found, allowed=f"only {word} takes it")
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
+    whole = oscillator.with_frequency(scene)
     for keys, holds, allowed in _RULES:
-        values = [get(scene, key) for key in keys]
+        values = [get(whole, key) for key in keys]
         known = all(value is not None for value in values) and all(map(sound, keys))
         if known and unread.isdisjoint(key.partition(".")[0] for key in keys) and not holds(*values):
             words = (shown(value) if isinstance(value, list) else value for value in values)

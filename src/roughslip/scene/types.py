@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from roughslip.scene.accuracy import Accuracy
 from roughslip.scene.contact import Material, Square, Strip
-from roughslip.scene.ensemble import Answer, Ensemble, StickSlipMap, Survival
+from roughslip.scene.ensemble import Answer, Ensemble, Survival
 from roughslip.scene.expansion import Expansion
 from roughslip.scene.fields import (
     Section,
@@ -32,6 +32,7 @@ from roughslip.scene.friction import Friction
 from roughslip.scene.load import Load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
+from roughslip.scene.ranges import Design, StickSlipMap
 from roughslip.scene.roughness import Roughness
 
 ContactArea = Literal["corrected", "nodes"]
@@ -102,6 +103,7 @@ class Scene(Section):
     map: StickSlipMap = group(StickSlipMap)
     survival: Survival = group(Survival)
     answer: Answer = group(Answer)
+    design: Design = group(Design)
     numerics: Numerics = group(Numerics)
     batches: Batches = group(Batches)
 

@@ -18,6 +18,7 @@ from roughslip.oscillator.limits import counts_by_period, cycle_period, existenc
 from roughslip.oscillator.motion import MotionOptions, ensemble_counts, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
+from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.verdicts.bracket import REACH, end
@@ -76,14 +77,14 @@ def work(job: Job) -> None:
             limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law, job)
             cycle = where_it_exists(limit_cycle, belt, law, job)
         options = MotionOptions(tolerance, integrator=scene.oscillator.integrator)
-        duration, dampings = ensemble.duration_periods, ensemble.damping_ratios
+        duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers)
         if ensemble.count_by_period:
             counts = counts_by_period(belt, law, duration, dampings, options)
         else:
             counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
         periods = ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, options)
-        ranges = range_variables(belt, law, dampings)
+        ranges = range_variables(belt, law, dampings, scene.oscillator.stiffness_n_per_m)
     kept = drawn.time >= 2 * np.pi * ensemble.discarded_periods
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
     sticks = 0 if ensemble.count_by_period else np.sum(counts.cycles + counts.micro_slips)
@@ -132,10 +133,13 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
         )
 
 
-def range_variables(belt: Oscillator, law: FrictionLaw, dampings: Sequence[float]) -> dict[str, store.Variable]:
+def range_variables(
+    belt: Oscillator, law: FrictionLaw, dampings: Sequence[float], stiffness: float | None
+) -> dict[str, store.Variable]:
     """Ranges of mass and belt velocity, each alone, as factors of the scene's value, without scatter.
 
     dampings : the list of damping ratios, ascending
+    stiffness : [N/m] where the scene gives it, so that the natural frequency follows from the mass
 
     Each variable is (parameter, 2, 2): lower and upper end, up to where it is as in the scene and from where it is
     not; NaN where nothing changes within a factor of ten, or where an excited oscillator, or a belt at rest, has none.
@@ -158,17 +162,24 @@ def range_variables(belt: Oscillator, law: FrictionLaw, dampings: Sequence[float
     answers = dict(zip(RANGES, (cycle, unstable, sides), strict=True))
     variables = {"parameter": store.Variable(("parameter",), np.array(PARAMETERS), "1", "input of the oscillator")}
     for name, answer in answers.items():
-        ends = [_ends(belt, parameter, answer) if free else np.full((2, 2), np.nan) for parameter in PARAMETERS]
+        ends = [
+            _ends(belt, parameter, answer, stiffness) if free else np.full((2, 2), np.nan) for parameter in PARAMETERS
+        ]
         variables[name] = store.Variable(("parameter", "end", "side"), np.array(ends), "1", RANGES[name])
     return variables
 
 
-def _ends(belt: Oscillator, parameter: str, answer: Callable[[Oscillator], Hashable | None]) -> np.ndarray:
+def _ends(
+    belt: Oscillator, parameter: str, answer: Callable[[Oscillator], Hashable | None], stiffness: float | None
+) -> np.ndarray:
     """(2, 2) lower and upper end: the last factor with the answer of the scene, the first with another one."""
     value = getattr(belt, parameter)
 
     def of_factor(factor: float) -> Hashable | None:
-        return answer(replace(belt, **{parameter: factor * value}))
+        changed = {parameter: factor * value}
+        if parameter == "mass_kg" and stiffness is not None:
+            changed["natural_frequency_rad_per_s"] = math.sqrt(stiffness / changed[parameter])
+        return answer(replace(belt, **changed))
 
     if of_factor(1.0) is None:
         return np.full((2, 2), np.nan)

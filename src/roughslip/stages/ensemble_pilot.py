@@ -23,6 +23,7 @@ from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Stage
 from roughslip.scene.expansion import AUTO
 from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -83,7 +84,7 @@ def pilot_counts(job: Job) -> np.ndarray:
     scene = job.scene
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    periods, dampings = scene.ensemble.duration_periods, scene.ensemble.damping_ratios
+    periods, dampings = scene.ensemble.duration_periods, damping_ratios(scene, numbers)
     options = mass_on_belt.motion_options(scene)
     std = numbers.standard_deviation
     counts = np.empty((2, RUNS, len(dampings)))
@@ -116,7 +117,7 @@ def work(job: Job) -> None:
     from_nodes = slope * missing_scatter(nodes, ensemble.interpolation)
     if ensemble.realisations == AUTO:
         runs = max(runs_for(deviation, RUNS, asked - from_nodes), ensemble.drawn_realisations)
-        each = PERIOD_S * len(ensemble.damping_ratios) * ensemble.duration_periods
+        each = PERIOD_S * counts.shape[-1] * ensemble.duration_periods
         affordable = min(MOST_RUNS, int(job.scene.accuracy.cost_limit_cpu_s / each))
         if runs > affordable:
             nearest = half_width(deviation, RUNS, max(affordable, FEWEST_RUNS))
@@ -129,7 +130,7 @@ def work(job: Job) -> None:
     else:
         runs = int(ensemble.realisations)
     job.usage.count(
-        runs=2 * RUNS * len(ensemble.damping_ratios),
+        runs=counts.size,
         runs_chosen=runs,
         nodes_chosen=nodes,
         cycles_asked=asked,

@@ -1,4 +1,4 @@
-"""Stage figure_map: draw where stick-slip lives and write the numbers that it draws."""
+"""Stage figure_map: draw where stick-slip occurs and write the numbers that it draws."""
 
 from functools import partial
 
@@ -10,16 +10,13 @@ from roughslip.stages.runtime.drawing import draw_and_save
 STAGE = Stage(
     name="figure_map",
     reads="description",
-    many={"results": "stick_slip_map lifetimes"},
+    many={"results": "stick_slip_map"},
     result="figure_map.nc",
     target="figure_map",
-    caption="Where stick-slip occurs. (a) Its probability, the share of stick-slip in the second half of runs "
-    "from rest on the belt, with the deterministic limits. (b) How long it survives at the damping "
-    "ratios named, by the estimate of Kaplan and Meier. (c) Mean lifetime of stick-slip, and of steady "
-    "sliding until the mass sticks; exponential, censored at the end of the runs. (d) The damping ratio "
-    "at which stick-slip has the probability of one half, and the band from 0.1 to 0.9, by how the runs "
-    "begin. Where the two bands differ, both motions last longer than the runs. Bands around lines are "
-    "95 % intervals.",
+    caption="Where stick-slip occurs: its probability, the share of stick-slip in the second half of runs from rest "
+    "on the belt, over two parameters. The others stay as in the scene, with spring and damper. Dots are the points "
+    "that were run; a spline gives the others. Lines without scatter, where one axis is damping: the cycle exists left "
+    "of the solid one, steady sliding is unstable left of the dashed one.",
     memory_mb=320,
 )
 

@@ -7,6 +7,7 @@ from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt, shares
+from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -39,7 +40,7 @@ def work(job: Job) -> None:
     nodes = int(found["nodes_per_correlation_length"]) if found else int(ensemble.nodes_per_correlation_length)
     taken = shares.numbers_of(job, "runs")
     periods, discarded = ensemble.duration_periods, ensemble.discarded_periods
-    dampings = ensemble.damping_ratios
+    dampings = damping_ratios(scene, numbers)
     count = len(taken)
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
     last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)

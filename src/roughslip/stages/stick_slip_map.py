@@ -1,20 +1,14 @@
-"""Stage stick_slip_map: the probability of stick-slip over damping and belt velocity, with the deterministic limits."""
-
-from dataclasses import replace
+"""Stage stick_slip_map: the probability of stick-slip over two parameters, with the deterministic limits."""
 
 import numpy as np
-from scipy.special import stdtrit
 
 from roughslip import store
-from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.friction.recursion import recursion
-from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import existence_limit, hopf_damping
-from roughslip.oscillator.motion import simulate
-from roughslip.oscillator.survival import cycling_share
+from roughslip.chaos.sampling import wilson_interval
+from roughslip.probability.lattice_map import lattice_map
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene import geometry, mass_on_belt, variation
+from roughslip.stages.from_scene.own_limits import limits_or_nan
+from roughslip.stages.from_scene.point_runs import PointRuns, box, spaced
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -27,74 +21,59 @@ STAGE = Stage(
     memory_mb=620,
 )
 
-NODES = 4  # per correlation length: whether a mass sticks again depends on integrals over many of them
-
-
-def limits(belt: Oscillator, law: FrictionLaw) -> tuple[float, float, str]:
-    """Hopf damping and existence limit, NaN where there is no cycle, and why there is none."""
-    try:
-        return hopf_damping(belt, law), existence_limit(belt, law), ""
-    except (IllPosedError, ConvergenceError) as error:
-        return hopf_damping(belt, law), np.nan, str(error)
+DEFAULT = ("damping", "belt_velocity")
+LIMITS = {
+    "hopf_damping": "damping ratio below which steady sliding is unstable",
+    "existence_limit": "damping ratio above which the stick-slip cycle does not exist",
+}
 
 
 def work(job: Job) -> None:
-    """Write the share of stick-slip in the second half of the runs at every point, and limits at every velocity.
-
-    The same paths serve every point, so that neighbours err together and the map is smooth.
-    """
-    scene = job.scene
-    asked = scene.map
+    """Write the share of stick-slip in the second half of the runs, and the limits in damping along the other axis."""
+    scene, asked = job.scene, job.scene.map
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    process = mass_on_belt.friction_process(scene, numbers, job.arguments.friction)
-    (slow, fast), (light, heavy) = asked.belt_velocities_m_per_s, asked.damping_ratios
-    velocities = np.geomspace(slow, fast, asked.points)
-    dampings = np.linspace(light, heavy, asked.points)
-    periods, runs = asked.duration_periods, asked.realisations
-    options = mass_on_belt.motion_options(scene)
-    belts = [replace(belt, belt_velocity_m_per_s=float(velocity)) for velocity in velocities]
-    lengths = [mass_on_belt.path_length(one, periods, options.friction_follows) for one in belts]
-    share, steps = np.empty((runs, len(velocities), len(dampings))), 0
-    sticks = 0
+    own, ranges = variation.system(scene, numbers), box(scene, numbers, asked, DEFAULT)
+    names = tuple(ranges)
+    axes = [spaced(*ranges[name], asked.points) for name in names]
+    runs = range(asked.realisations)
+    at_points = PointRuns(scene, numbers, job.arguments.friction, ranges, asked.duration_periods, geometry.STREAM_MAP)
+
+    def probability(i: int, j: int) -> float:
+        values = {name: float(axis[k]) for name, axis, k in zip(names, axes, (i, j), strict=True)}
+        return float(np.mean(at_points.shares(values, runs)))
+
     with job.usage.core():
-        *limit_curves, reasons = zip(*(limits(one, law) for one in belts), strict=True)
-        paths = recursion(process, process.correlation_length_m / NODES)
-        for number in range(runs):
-            nodes = mass_on_belt.path_nodes(paths, max(lengths), [scene.seed, geometry.STREAM_MAP, number])
-            for row, (one, length) in enumerate(zip(belts, lengths, strict=True)):
-                path = nodes[: int(np.ceil(length / paths.spacing)) + 2]
-                for column, ratio in enumerate(dampings):
-                    damped = replace(one, damping_ratio=float(ratio))
-                    motion = simulate(damped, law, path, paths.spacing, periods, options)
-                    share[number, row, column] = cycling_share(motion, 0.5 * periods)
-                    steps, sticks = steps + motion.steps, sticks + motion.cycles + motion.micro_slips
-            job.usage.progress(number + 1, runs)
-    without = [(velocity, why) for velocity, why in zip(velocities, reasons, strict=True) if why]
-    if without:
-        where = f"{len(without)} of {len(velocities)} belt velocities, from {without[0][0]:.3g} m/s"
-        job.usage.warn(f"no existence limit at {where}: {without[0][1]}; stored as NaN")
-    job.usage.count(runs=share.size, steps=steps)
-    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: share.size - runs})
-    error = stdtrit(runs - 1, 0.975) * share.std(axis=0, ddof=1) / np.sqrt(runs)
-    point, velocity = ("velocity", "damping"), ("velocity",)
-    title = "probability of stick-slip"
-    variables = {
-        "belt_velocity": store.Variable(velocity, velocities, "m s-1", "belt velocity v0"),
-        "damping_ratio": store.Variable(("damping",), dampings, "1", "damping ratio D"),
-        "probability": store.Variable(point, share.mean(axis=0), "1", f"{title}, share of the second half of the runs"),
-        "probability_error": store.Variable(point, error, "1", f"{title}, half width of Student's 95 % interval"),
-        "hopf_damping": store.Variable(
-            velocity, np.array(limit_curves[0]), "1", "damping ratio below which steady sliding is unstable"
-        ),
-        "existence_limit": store.Variable(
-            velocity, np.array(limit_curves[1]), "1", "damping ratio above which the stick-slip cycle does not exist"
-        ),
-        "nominal_damping": store.Variable((), belt.damping_ratio, "1", "the scene's damping ratio"),
-        "nominal_velocity": store.Variable((), belt.belt_velocity_m_per_s, "m s-1", "the scene's belt velocity"),
-        "map_periods": store.Variable((), periods, "1", "natural periods of a run"),
-        "map_runs": store.Variable((), runs, "1", "runs at a point"),
+        found = lattice_map(probability, asked.points, min(asked.computed_points, asked.points**2))
+        limits = np.full((2, asked.points), np.nan)
+        if names[0] == "damping":
+            changed = [variation.changed(scene, numbers, {names[1]: float(value)}) for value in axes[1]]
+            limits = np.array([limits_or_nan(one.belt, one.law) for one in changed]).T
+            if (without := axes[1][np.isnan(limits[1])]).size:
+                where = f"{without.size} values of {names[1]}, {without[0]:.4g} to {without[-1]:.4g}"
+                job.usage.warn(f"no stick-slip cycle at {where}; its limit is stored as NaN")
+    job.usage.count(runs=at_points.runs, steps=at_points.steps)
+    spared = asked.points**2 * asked.realisations - at_points.runs
+    skipped = {skip_reasons.STICK: at_points.sticks, skip_reasons.KEPT: at_points.runs - at_points.paths}
+    job.usage.skip(skipped | {skip_reasons.BETWEEN: spared})
+    point = ("x", "y")
+    shares = found.probability
+    interval = shares, *wilson_interval(asked.realisations * shares, asked.realisations)
+    title = "probability of stick-slip, share of the second half of the runs"
+    variables = store.with_interval("probability", point, interval, "1", title)
+    for axis, name, values in zip(point, names, axes, strict=True):
+        parameter = variation.PARAMETERS[name]
+        variables[f"map_{axis}"] = store.Variable((axis,), values, parameter.unit, parameter.title)
+        variables[f"map_{axis}_own"] = store.Variable((), parameter.value(own), parameter.unit, f"{name} of the scene")
+    for (name, label), values in zip(LIMITS.items(), limits, strict=True):
+        variables[name] = store.Variable(("y",), values, "1", label)
+    numbers_of = {
+        "is_computed": (point, found.is_computed.astype(np.int8), "1 where runs were made, 0 where the spline says"),
+        "prediction_error": ((), found.prediction_error, "mean error of the spline at the last third of the points"),
+        "map_parameters": (("axis",), np.array(names), "parameters of the axes x and y"),
+        "map_periods": ((), asked.duration_periods, "natural periods of a run"),
+        "map_runs": ((), asked.realisations, "runs at a point"),
     }
+    variables |= {name: store.Variable(dims, value, "1", label) for name, (dims, value, label) in numbers_of.items()}
     store.write(job.arguments.output, variables, job.key)
 
 

@@ -26,6 +26,7 @@ ENOUGH_PATHS = "runs: fewer paths determine the error"
 ENOUGH_NODES = "numbers of nodes: the error asked is reached"
 STICK = "stick phases integrated: their end is known from the friction path"
 KEPT = "friction paths: kept for other runs"
+BETWEEN = "runs: the probability is smooth between the points"
 UNREAD = "nodes of friction paths: slip came to its end before them"
 BY_PERIOD = "natural periods: cycles repeat the first"
 

@@ -1,0 +1,24 @@
+"""Stage figure_design: draw the cheapest change that keeps stick-slip rare and write the numbers that it draws."""
+
+from functools import partial
+
+from roughslip.figures.figure_design import DRAWN, figure_design
+from roughslip.scene.declarations import Stage
+from roughslip.stages.runtime.command import execute
+from roughslip.stages.runtime.drawing import draw_and_save
+
+STAGE = Stage(
+    name="figure_design",
+    reads="description",
+    many={"results": "cheapest_change"},
+    result="figure_design.nc",
+    target="figure_design",
+    caption="The cheapest change of the parameters that keeps the probability of stick-slip below the limit. The cost "
+    "is the sum of weight times |log(new value / old value)|. The upper end of the 95 % interval of the probability is "
+    "at the limit at the cheapest point. The line is where a map of fewer runs has the limit; beyond it, changes are "
+    "acceptable.",
+    memory_mb=320,
+)
+
+if __name__ == "__main__":
+    execute(STAGE, partial(draw_and_save, draw=figure_design, drawn=DRAWN))

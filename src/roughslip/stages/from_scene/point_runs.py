@@ -1,0 +1,102 @@
+"""Runs of the oscillator at points of a box of parameters, on the same realisations of friction at every point."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from roughslip.errors import InputError
+from roughslip.friction.recursion import recursion
+from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.survival import cycling_share
+from roughslip.scene.expansion import AUTO
+from roughslip.scene.ranges import KEYS, Ranges
+from roughslip.scene.types import Scene
+from roughslip.stages.from_scene import mass_on_belt, variation
+from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
+from roughslip.stages.from_scene.own_limits import own_range
+
+NODES = 4  # per correlation length: whether a mass sticks again depends on integrals over many of them
+OF_FRICTION = ("windows", "correlation_length", "mean_friction")  # parameters that change the friction process
+Box = dict[str, tuple[float, float]]
+
+
+def box(scene: Scene, numbers: FrictionNumbers, ranges: Ranges | None, default: Sequence[str] = ()) -> Box:
+    """First and last value of each parameter that a section gives, by names of `variation.PARAMETERS` in their order.
+
+    ranges : section `map` or `design`
+    default : the parameters where it gives none; auto stands for `own_range`
+
+    Raises InputError for a parameter without effect in the scene.
+    """
+    own = variation.system(scene, numbers)
+    given = {name: value for name, key in KEYS.items() if (value := getattr(ranges, key, None)) is not None}
+    changeable = variation.changeable(scene)
+    for name in given:
+        if name not in changeable:
+            allowed = ", ".join(KEYS[one] for one in changeable)
+            raise InputError(f"{KEYS[name]} has no effect in this scene; choose of: {allowed}")
+    given = given or dict.fromkeys(default, AUTO)
+    return {
+        name: own_range(name, own) if isinstance(given[name], str) else (float(given[name][0]), float(given[name][1]))
+        for name in variation.PARAMETERS
+        if name in given
+    }
+
+
+def spaced(first: float, last: float, points: int) -> np.ndarray:
+    """Values from first to last, evenly in their logarithm, or evenly from zero."""
+    return np.geomspace(first, last, points) if first > 0.0 else np.linspace(first, last, points)
+
+
+class PointRuns:
+    """Shares of stick-slip in the second half of runs from rest on the belt.
+
+    One generator per realisation serves every point, so that neighbours err together. Results do not depend on the
+    order of the points.
+
+    scene : with sections `oscillator`, `numerics`, `ensemble.marginal` and `ensemble.interpolation`
+    numbers, statistics : friction of the scene, and its file if any
+    box : the parameters and their ranges
+    periods : natural periods of a run
+    stream : of the random numbers
+    runs, steps, sticks, paths : counts of what was done
+    """
+
+    def __init__(
+        self, scene: Scene, numbers: FrictionNumbers, statistics: Path | None, box: Box, periods: float, stream: int
+    ) -> None:
+        self._scene, self._numbers, self._statistics = scene, numbers, statistics
+        self._periods, self._seed = periods, (scene.seed, stream)
+        self._options = mass_on_belt.motion_options(scene)
+        corners = (dict(zip(box, corner, strict=True)) for corner in itertools.product(*box.values()))
+        self._longest = max(self._length(variation.changed(scene, numbers, corner)) for corner in corners)
+        self._of_friction: tuple[float, ...] | None = None
+        self._nodes: dict[int, np.ndarray] = {}
+        self.runs = self.steps = self.sticks = self.paths = 0
+
+    def _length(self, system: variation.System) -> float:
+        return mass_on_belt.path_length(system.belt, self._periods, self._options.friction_follows)
+
+    def shares(self, values: Mapping[str, float], realisations: Sequence[int]) -> np.ndarray:
+        """(realisations,) [-] at a point, given by values of the parameters of the box."""
+        system = variation.changed(self._scene, self._numbers, values)
+        of_friction = tuple(values[name] for name in OF_FRICTION if name in values)
+        if of_friction != self._of_friction:
+            process = variation.process(self._scene, system, self._statistics)
+            self._recursion = recursion(process, process.correlation_length_m / NODES)
+            self._of_friction, self._nodes = of_friction, {}
+        spacing = self._recursion.spacing
+        length = max(self._length(system), 0.0)
+        found = np.empty(len(realisations))
+        for row, number in enumerate(realisations):
+            if number not in self._nodes:
+                self._nodes[number] = mass_on_belt.path_nodes(self._recursion, self._longest, [*self._seed, number])
+                self.paths += 1
+            path = self._nodes[number][: int(np.ceil(length / spacing)) + 2]
+            motion = simulate(system.belt, system.law, path, spacing, self._periods, self._options)
+            found[row] = cycling_share(motion, 0.5 * self._periods)
+            self.runs, self.steps = self.runs + 1, self.steps + motion.steps
+            self.sticks += motion.cycles + motion.micro_slips
+        return found

@@ -3,51 +3,129 @@
 import numpy as np
 import pytest
 
-from roughslip.errors import IllPosedError
-from roughslip.stages import lifetimes, stick_slip_map
+from roughslip.errors import IllPosedError, InputError
+from roughslip.scene.types import scene_of
+from roughslip.stages import cheapest_change, lifetimes, stick_slip_map
+from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
+from roughslip.stages.from_scene.own_limits import damping_ratios
+from tests.stages.scenes import OSCILLATOR
 from tests.stages.test_stages_motion import scattered
 
 MAP = {
     "belt_velocities_m_per_s": [0.474, 1.896],
     "damping_ratios": [0.1, 0.5],
-    "points": 3,
+    "points": 5,
+    "computed_points": 25,
     "realisations": 8,
     "duration_periods": 40,
 }
 SURVIVAL = {"scatter_factors": [0.5, 1.0], "points": 5, "realisations": 8, "duration_periods": 40}
+DESIGN = {
+    "damping_ratios": [0.1, 1.0],
+    "normal_forces_n": [2000.0, 3000.0],
+    "weights": {"load": 100.0},
+    "realisations": 80,
+    "duration_periods": 20,
+}
+LIMIT = 0.324424  # of existence in damping, by tests/oscillator/test_limits.py
 
 
 def asked(std: float, **others: object) -> dict:
-    found = scattered(std, **others) | {"map": MAP, "survival": SURVIVAL}
+    found = scattered(std, **others) | {"map": MAP, "survival": SURVIVAL, "design": DESIGN}
     del found["ensemble"]  # not read
     return found
 
 
 def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run):
     """0 or 1 at every point, as runs begin in stick. mu_D' of eq. (13) by hand: the paper's own velocity is the middle
-    one, and friction rises with speed soon after."""
+    one, and friction rises with speed soon after. Of as many computed points as there are, none is left to the spline."""
     hardly = run(stick_slip_map, asked(1e-9))
-    v = hardly["belt_velocity"]
-    np.testing.assert_allclose(v, [0.474, 0.948, 1.896], rtol=1e-12)
-    np.testing.assert_allclose(hardly["damping_ratio"], [0.1, 0.3, 0.5])
-    exists = hardly["damping_ratio"] < hardly["existence_limit"][:, None]
+    damping, v = hardly["map_x"], hardly["map_y"]
+    assert list(hardly["map_parameters"]) == ["damping", "belt_velocity"]
+    np.testing.assert_allclose(v[[0, 2, 4]], [0.474, 0.948, 1.896], rtol=1e-12)
+    np.testing.assert_allclose(damping[1] / damping[0], 5**0.25)
+    exists = damping[:, None] < hardly["existence_limit"]
     np.testing.assert_array_equal(hardly["probability"], exists)
     assert 0 < exists.sum() < exists.size
-    assert not hardly["probability_error"].any()
+    assert hardly["is_computed"].all()
+    low, high = hardly["probability_low"], hardly["probability_high"]
+    assert np.all(high - low == pytest.approx(1.96**2 / (8 + 1.96**2), abs=1e-4))  # Wilson's, of 0 or 8 of 8
     slope = -0.3 * 1.42 / (1 + 1.42 * v) ** 2 + 0.02 * v
     np.testing.assert_allclose(hardly["hopf_damping"], -slope * 2500 / (2 * 316), rtol=1e-9)
-    assert hardly["existence_limit"][1] == pytest.approx(0.324424, abs=1e-6)
+    assert hardly["existence_limit"][2] == pytest.approx(LIMIT, abs=1e-6)
     assert np.all(hardly["existence_limit"] > hardly["hopf_damping"])  # subcritical
+
+
+def test_the_map_of_few_points_is_that_of_all_where_it_has_them(run):
+    """The same realisations at every point, in any order; here the paths change with one of the parameters."""
+    ranges = {"normal_forces_n": [2000.0, 6000.0], "correlation_lengths_m": [1e-4, 1e-3]}
+    plane = {key: value for key, value in MAP.items() if "_m_per_s" not in key and "damping" not in key} | ranges
+    scene = asked(0.05, damping_ratio=0.4) | {"map": plane}
+    whole = run(stick_slip_map, scene, "whole")
+    few = run(stick_slip_map, scene | {"map": plane | {"computed_points": 18}}, "few")
+    computed = few["is_computed"] == 1
+    assert computed.sum() == 18
+    np.testing.assert_array_equal(few["probability"][computed], whole["probability"][computed])
+    assert np.isnan(whole["existence_limit"]).all()  # no axis is the damping
+    assert 0.05 < whole["probability"].mean() < 0.95
+
+
+def test_without_scatter_the_cheapest_damping_is_the_limit_of_existence(run):
+    """The other parameter is a hundred times as dear. A ray is bisected to 0.1 % of its length, ln(1 / 0.17)."""
+    found = run(cheapest_change, asked(1e-9))
+    damping, load = found["design_cheapest"]
+    accuracy = 1e-3 * np.log(1 / 0.17)
+    assert load == 2500.0
+    assert -1e-9 <= np.log(damping / LIMIT) < accuracy
+    assert found["design_cost_high"] == pytest.approx(np.log(damping / 0.17))
+    assert found["design_probability"] == 0.0
+    assert found["design_probability_high"] == pytest.approx(1.96**2 / (80 + 1.96**2), abs=1e-4)
+    np.testing.assert_array_equal(np.shape(found["design_map"]), [1, 25, 25])
+
+
+def test_designs_without_a_solution_or_with_ranges_elsewhere_are_refused(run):
+    with pytest.raises(IllPosedError, match="no change within the ranges of section design"):
+        run(cheapest_change, asked(1e-9) | {"design": DESIGN | {"damping_ratios": [0.1, 0.2]}}, "none")
+    with pytest.raises(InputError, match=r"design.damping_ratios: \[0.2, 0.5\] must hold the scene's own value, 0.17"):
+        run(cheapest_change, asked(1e-9) | {"design": DESIGN | {"damping_ratios": [0.2, 0.5]}}, "none")
+    with pytest.raises(InputError, match="windows_in_parallel has no effect in this scene; choose of: damping_ratios"):
+        scene = asked(1e-9) | {
+            "design": DESIGN | {"windows_in_parallel": [1, 5]},
+            "ensemble": {"marginal": "empirical"},
+        }
+        run(cheapest_change, scene, "none")
+
+
+def test_lists_of_dampings_surround_the_scenes_own_limits():
+    """From below the Hopf damping, 0.2311, to above the limit. The scatter moves it by 0.58 of its own standard deviation
+    at the published length (`grazing_response`), so that more windows draw the list together."""
+    numbers = FrictionNumbers(0.3, 0.05, 2.5e-4, 2.1, 5.0)
+    spread = []
+    for windows in (1, 100):
+        values = {"oscillator": OSCILLATOR | {"windows_in_parallel": windows}, "ensemble": {"damping_ratios": "auto"}}
+        found = np.array(damping_ratios(scene_of(values), numbers))
+        assert len(found) <= 20
+        assert np.all(np.diff(found) > 0)
+        assert found[0] == pytest.approx(0.2 * 0.2311, abs=1e-4)
+        assert found[-1] >= 1.25 * LIMIT
+        assert np.min(np.abs(found - LIMIT)) > 1e-6  # there the count without scatter is undecided
+        spread.append(np.sort(np.abs(found - LIMIT))[11])
+    assert spread[0] > 5 * spread[1]
+    given = scene_of({"ensemble": {"damping_ratios": [0.1, 0.2]}})
+    assert damping_ratios(given, numbers) == (0.1, 0.2)
+    fast = {"oscillator": OSCILLATOR | {"belt_velocity_m_per_s": 20.0}, "ensemble": {}}
+    with pytest.raises(IllPosedError, match="takes a list around the limits .* give a list"):
+        damping_ratios(scene_of(fast), numbers)
 
 
 @pytest.mark.slow
 def test_where_no_cycle_exists_the_limit_is_nan_and_sliding_certain(run, capsys):
     """At 20 m/s eq. (13) rises with speed: the quadratic term has the slope 0.4 s/m there."""
-    fast = asked(1e-9) | {"map": MAP | {"belt_velocities_m_per_s": [0.948, 20.0], "points": 2}}
+    fast = asked(1e-9) | {"map": MAP | {"belt_velocities_m_per_s": [0.948, 20.0]}}
     found = run(stick_slip_map, fast, "fast")
-    np.testing.assert_array_equal(np.isnan(found["existence_limit"]), [False, True])
-    assert found["hopf_damping"][1] < 0
-    assert "v0 = 20 m/s: no stick-slip cycle" in capsys.readouterr().err
+    assert list(np.isnan(found["existence_limit"][[0, -1]])) == [False, True]
+    assert found["hopf_damping"][-1] < 0
+    assert "values of belt_velocity" in capsys.readouterr().err
 
 
 @pytest.mark.slow

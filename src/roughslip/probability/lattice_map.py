@@ -12,7 +12,7 @@ from scipy.special import ndtr, ndtri
 from roughslip.errors import ParameterError
 
 START = 4  # nodes along either axis of the coarse lattice at the beginning
-LEAST = 0.01  # the spline passes through probabilities between this and 1 - this
+LEAST = 0.01  # probabilities p enter the spline as LEAST + (1 - 2 LEAST) p, whose quantiles are finite
 FLAT = 1e-3  # variance of an outcome that nodes have where the probability is 0 or 1, so that none is never added
 
 
@@ -73,6 +73,6 @@ def lattice_map(probability: Callable[[int, int], float], points: int, computed:
 
 def _spline(place: np.ndarray, known: list[int], values: list[float]) -> np.ndarray:
     """(nodes,) the spline at all nodes through the values at the known ones."""
-    quantiles = ndtri(np.clip(values, LEAST, 1.0 - LEAST))
+    quantiles = ndtri(LEAST + (1.0 - 2.0 * LEAST) * np.array(values))
     spline = RBFInterpolator(place[known], quantiles, kernel="thin_plate_spline")
     return np.clip((ndtr(spline(place)) - LEAST) / (1.0 - 2.0 * LEAST), 0.0, 1.0)

@@ -44,7 +44,7 @@ def test_the_map_is_the_full_lattice_where_both_have_points():
 
 
 def test_each_node_is_asked_for_once_and_most_are_in_the_band():
-    """Of the nodes added, two in three lie where the probability is neither 0 nor 1 to 2 %; of all nodes, one in four."""
+    """Of the nodes added, three in five lie where the probability is neither 0 nor 1 to 2 %; of all, one in three."""
     asked = []
     lattice_map(lambda i, j: (asked.append((i, j)), band(i, j))[1], POINTS, 56)
     assert len(set(asked)) == len(asked) == 56

@@ -19,8 +19,9 @@ def test_a_scene_with_neither_says_so(mine):
     oscillator = {key: 1.0 for key in shipped_scene("paper")["oscillator"] if "natural" not in key}
     oscillator |= {"law": "stribeck", "stochastic_static_limit": "true", "windows_in_parallel": 1}
     text = ", ".join(f"{key}: {value}" for key, value in oscillator.items())
-    (line,) = lines_of(mine, f"description: own\nseed: 1\ntargets: [figure_scan]\noscillator: {{{text}}}")[:1]
-    assert "oscillator.natural_frequency_rad_per_s: missing; give it, or oscillator.stiffness_n_per_m" in line
+    lines = lines_of(mine, f"description: own\nseed: 1\ntargets: [figure_scan]\noscillator: {{{text}}}")
+    line = "oscillator.natural_frequency_rad_per_s: missing; give it, or oscillator.stiffness_n_per_m"
+    assert f"scenes/mine.yaml: {line}" in lines
 
 
 @pytest.mark.parametrize("changed", ["oscillator: {mass_kg: 2}", "friction: {mean_at_median: 0.2}"])

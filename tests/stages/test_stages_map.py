@@ -38,7 +38,7 @@ def asked(std: float, **others: object) -> dict:
 
 def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run):
     """0 or 1 at every point, as runs begin in stick. mu_D' of eq. (13) by hand: the paper's own velocity is the middle
-    one, and friction rises with speed soon after. Of as many computed points as there are, none is left to the spline."""
+    one, and friction rises with speed soon after. All points are computed."""
     hardly = run(stick_slip_map, asked(1e-9))
     damping, v = hardly["map_x"], hardly["map_y"]
     assert list(hardly["map_parameters"]) == ["damping", "belt_velocity"]
@@ -88,17 +88,14 @@ def test_designs_without_a_solution_or_with_ranges_elsewhere_are_refused(run):
         run(cheapest_change, asked(1e-9) | {"design": DESIGN | {"damping_ratios": [0.1, 0.2]}}, "none")
     with pytest.raises(InputError, match=r"design.damping_ratios: \[0.2, 0.5\] must hold the scene's own value, 0.17"):
         run(cheapest_change, asked(1e-9) | {"design": DESIGN | {"damping_ratios": [0.2, 0.5]}}, "none")
+    scene = asked(1e-9) | {"design": DESIGN | {"windows_in_parallel": [1, 5]}, "ensemble": {"marginal": "empirical"}}
     with pytest.raises(InputError, match="windows_in_parallel has no effect in this scene; choose of: damping_ratios"):
-        scene = asked(1e-9) | {
-            "design": DESIGN | {"windows_in_parallel": [1, 5]},
-            "ensemble": {"marginal": "empirical"},
-        }
         run(cheapest_change, scene, "none")
 
 
 def test_lists_of_dampings_surround_the_scenes_own_limits():
-    """From below the Hopf damping, 0.2311, to above the limit. The scatter moves it by 0.58 of its own standard deviation
-    at the published length (`grazing_response`), so that more windows draw the list together."""
+    """From below the Hopf damping, 0.2311, to above the limit. The scatter moves the limit
+    (`grazing_response`), a tenth as far with a hundred windows, so that the list draws together."""
     numbers = FrictionNumbers(0.3, 0.05, 2.5e-4, 2.1, 5.0)
     spread = []
     for windows in (1, 100):
@@ -107,14 +104,14 @@ def test_lists_of_dampings_surround_the_scenes_own_limits():
         assert len(found) <= 20
         assert np.all(np.diff(found) > 0)
         assert found[0] == pytest.approx(0.2 * 0.2311, abs=1e-4)
-        assert found[-1] >= 1.25 * LIMIT
+        assert found[-1] >= 1.2499 * LIMIT
         assert np.min(np.abs(found - LIMIT)) > 1e-6  # there the count without scatter is undecided
         spread.append(np.sort(np.abs(found - LIMIT))[11])
     assert spread[0] > 5 * spread[1]
     given = scene_of({"ensemble": {"damping_ratios": [0.1, 0.2]}})
     assert damping_ratios(given, numbers) == (0.1, 0.2)
     fast = {"oscillator": OSCILLATOR | {"belt_velocity_m_per_s": 20.0}, "ensemble": {}}
-    with pytest.raises(IllPosedError, match="takes a list around the limits .* give a list"):
+    with pytest.raises(IllPosedError, match=r"takes a list around the limits .* give a list"):
         damping_ratios(scene_of(fast), numbers)
 
 

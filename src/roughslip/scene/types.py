@@ -84,7 +84,7 @@ class Scene(Section):
         text(
             "A figure of the paper, or one of three others. In figure_scan, a scan is compared with surfaces sampled "
             "from its models. In figure_field, statistics of the pressure are shown at every node of the square. In "
-            "figure_map, the probability of stick-slip is shown over damping and belt velocity, with its lifetimes. "
+            "figure_map, the probability of stick-slip is shown over two parameters. "
             "answer, without a figure, is that probability and its limits; it comes with figure5 and figure_map",
             longest=40,
         ),

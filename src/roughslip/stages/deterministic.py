@@ -134,7 +134,7 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
 
 
 def range_variables(
-    belt: Oscillator, law: FrictionLaw, dampings: Sequence[float], stiffness: float | None
+    belt: Oscillator, law: FrictionLaw, dampings: Sequence[float], stiffness: float | None = None
 ) -> dict[str, store.Variable]:
     """Ranges of mass and belt velocity, each alone, as factors of the scene's value, without scatter.
 

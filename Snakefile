@@ -24,6 +24,7 @@ from roughslip.scene.loader import scene_names
 from roughslip.stages.runtime.usage import PARENT
 from workflow.keys import key_files
 from workflow.recovery import earlier_runs, start
+from workflow.recovery.snakemake_metadata import SHARED
 from workflow.study.closing import closing_lines
 from workflow.study.commands import log, outputs, run
 from workflow.study.options import check_config, check_targets
@@ -37,6 +38,7 @@ os.environ[PARENT] = str(os.getpid())
 DESCRIBES = {"--lint", "--list-rules", "--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary", "--unlock"}
 
 # Mistakes of the user end here, a line each. A job on another machine does not recover: its run has done that.
+shared = {}
 try:
     names = scene_names(ROOT / "config" / "scenes")
     options = check_config(config, names)
@@ -48,7 +50,8 @@ try:
     scenes = Scenes(ROOT, sys.argv[1:], options["memory_mb"], default=options["scenes"], checked_scans=scans)
     compared = scenes.compared(config.get("compare"))
     if workflow.is_main_process:
-        print("".join(f"{line}\n" for line in start.recover(scenes)), end="", file=sys.stderr)
+        lines, shared = start.recover(scenes)
+        print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)

@@ -65,8 +65,9 @@ def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
     """All scenes in one dry run. A result is a target too, and no dry run leaves a key file."""
     project = empty.copy(tmp_path / "copy")
     names = [f"mine{number}" for number in range(len(STAGES))]
-    for name, text in zip(names, STAGES, strict=True):
-        project.scene(name, f"extends: tiny\ndescription: Mine\n{text}\n")
+    for number, (name, text) in enumerate(zip(names, STAGES, strict=True)):  # no two alike, which would share
+        unlike = f"seed: {number}\nsquare: {{modes: {63 - number}}}\noscillator: {{mass_kg: 1.0{number:02}}}"
+        project.scene(name, f"extends: tiny\n{unlike}\n{text}\n")
     planned = plan(project.folder, *names, "results/given/figure5.png", "results/tiny/contact/strip-0-8.nc")
     assert planned.pop("given") == {**FIGURE5, "oscillator": 2}
     assert planned.pop("tiny") == {"contact_strip": 1}

@@ -12,7 +12,8 @@ import os
 import re
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from graphlib import TopologicalSorter
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,7 @@ class Job:
     made : its results
     damaged : those that differ from what it wrote
     is_complete : whether all results exist
-    read : its inputs
+    read : by input the checksum of what it read
     changed : by name the present checksum of inputs that differ from what it read
     """
 
@@ -44,7 +45,7 @@ class Job:
     made: tuple[str, ...] = ()
     damaged: tuple[str, ...] = ()
     is_complete: bool = True
-    read: tuple[str, ...] = ()
+    read: Mapping[str, str] = field(default_factory=dict)
     changed: Mapping[str, str] | None = None
 
     def is_up_to_date(self) -> bool:
@@ -90,6 +91,7 @@ def repair(jobs: Iterable[Job], state: Path = Path(".snakemake")) -> list[str]:
             if Path(name).stat().st_mtime_ns <= _oldest_time(job):
                 os.utime(name)
     _restore_key_times(kept)
+    _restore_result_times(job for job in kept if not job.changed)
     return lines
 
 
@@ -128,7 +130,7 @@ def _compare(path: Path, content: Mapping[str, Any], checksum: Any) -> Job:
         made=tuple(made),
         damaged=tuple(name for name in there if checksum(name) != made[name]),
         is_complete=len(there) == len(made),
-        read=tuple(read),
+        read=read,
         changed={name: value for name, value in present.items() if value != read[name]},
     )
 
@@ -163,3 +165,18 @@ def _restore_key_times(jobs: Iterable[Job]) -> None:
     for name in oldest.keys() - changed:
         if Path(name).stat().st_mtime_ns > oldest[name]:
             os.utime(name, ns=(oldest[name], oldest[name]))
+
+
+def _restore_result_times(jobs: Iterable[Job]) -> None:
+    """Make results no older than the unchanged inputs that they were made from, from the first job to the last.
+
+    Without its own records Snakemake compares times, and results that scenes share have one time in all of them.
+    """
+    by_file = {name: job for job in jobs for name in (*job.made, job.record.as_posix())}
+    by_record = {job.record: job for job in by_file.values()}
+    graph = {job.record: {by_file[name].record for name in job.read if name in by_file} for job in by_record.values()}
+    for job in (by_record[record] for record in TopologicalSorter(graph).static_order()):
+        newest = max((Path(name).stat().st_mtime_ns for name in job.read if Path(name).is_file()), default=0)
+        for path in (*map(Path, job.made), job.record):
+            if path.stat().st_mtime_ns < newest:
+                os.utime(path, ns=(newest, newest))

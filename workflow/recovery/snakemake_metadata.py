@@ -12,16 +12,21 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+SHARED = ".shared"  # ends the name of a rule that takes results from other scenes
+
 
 def remove_damaged(state: Path) -> list[str]:
     """Remove damaged records from Snakemake's folder; lines for the user. Only while no other run is at work.
 
-    What is marked as incomplete stays so: such a mark may be empty.
+    What is marked as incomplete stays so: such a mark may be empty. The records of results that scenes share are
+    removed too: they name another rule than that of the stage, which would run it again.
     """
     lines = []
-    for file in sorted((state / "metadata").rglob("*")):
-        if file.is_file() and not _read(file):
+    for file in filter(Path.is_file, sorted((state / "metadata").rglob("*"))):
+        content = _read(file)
+        if not content or str(content.get("rule")).endswith(SHARED):
             file.unlink()
+        if not content:
             lines.append(f"{file}: damaged record of Snakemake; removed, file times decide what runs again")
     for mark in sorted((state / "incomplete").rglob("*")):
         if mark.is_file() and mark.stat().st_size and _read(mark) is None:

@@ -7,13 +7,16 @@ from pathlib import Path
 from workflow.keys import code_hash, key_files
 from workflow.recovery import earlier_runs, integrity, snakemake_metadata
 from workflow.study.scenes import Scenes
+from workflow.study.sharing import Taken, taken
 
 STATE = Path(".snakemake")
 JOINT_FOLDERS = ("", "evidence", "benchmarks")  # below results, of what belongs to several scenes
 
 
-def recover(scenes: Scenes) -> list[str]:
-    """Clear what an earlier run left, and check the results of the scenes asked for. Returns lines for the user.
+def recover(scenes: Scenes) -> tuple[list[str], dict[str, Taken]]:
+    """Clear what an earlier run left, and check the results of the scenes asked for.
+
+    Returns lines for the user, and by scene what it takes from others.
 
     A dry run changes nothing outside .snakemake, and nothing is changed while another run is at work. Raises InputError
     where the folder cannot be written to, and where jobs of an earlier run are queued.
@@ -22,7 +25,7 @@ def recover(scenes: Scenes) -> list[str]:
     is_alone, found = earlier_runs.hold(STATE)
     lines += found
     if not is_alone:
-        return lines
+        return lines, {}
     lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
     lines += snakemake_metadata.remove_damaged(STATE)
     if not key_files.is_dry_run():
@@ -33,7 +36,8 @@ def recover(scenes: Scenes) -> list[str]:
     jobs = integrity.jobs_of(
         [*_joint_records(), *(record for name in scenes.asked for record in scenes.all_records(name))]
     )
-    return lines + (integrity.announce(jobs) if key_files.is_dry_run() else integrity.repair(jobs, STATE))
+    lines += integrity.announce(jobs) if key_files.is_dry_run() else integrity.repair(jobs, STATE)
+    return lines, taken(scenes, jobs)
 
 
 def _joint_records() -> list[str]:

@@ -71,3 +71,23 @@ rule reference:
         mem_mb=scenes.memory("reference"),
     shell:
         run("reference", scenes=DEFAULT_FOLDERS, output="results/reference")
+
+
+# What a scene takes from others: hard links, made in seconds. workflow/study/sharing.py says when.
+for name, own in shared.items():
+
+    rule:
+        name:
+            f"{name}{SHARED}"
+        input:
+            own.awaited,
+        output:
+            own.made,
+        log:
+            f"results/{name}/logs/shared.log",
+        localrule: True
+        params:
+            scene=name,
+            records=own.records,
+        shell:
+            'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.share --scene {params.scene} --records {params.records:q} 2> {log:q}'

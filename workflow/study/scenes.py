@@ -279,11 +279,18 @@ class Scenes:
         return self._records(name, self.stages(name).difference(plan.stages_after_costs()))
 
     def _records(self, name: str, stages: frozenset[str]) -> list[str]:
-        return [
-            f"results/{name}/usage/{job_name(declarations()[stage], **job)}.json"
-            for stage in sorted(stages)
-            for job in self.jobs(name, stage)
-        ]
+        return [record for stage in sorted(stages) for record in self.records(name, stage)]
+
+    def records(self, name: str, stage: str) -> list[str]:
+        """The records of cost of the jobs of a stage."""
+        declared = declarations()[stage]
+        return [f"results/{name}/usage/{job_name(declared, **job)}.json" for job in self.jobs(name, stage)]
+
+    def files(self, name: str, stage: str) -> list[str]:
+        """Every file that the jobs of a stage write, and their records of cost."""
+        made = declarations()[stage].results.values()
+        files = [f"results/{name}/{file.format(**job)}" for job in self.jobs(name, stage) for file in made]
+        return [*files, *self.records(name, stage)]
 
 
 def checked(name: str, folder: Path) -> dict[str, Any]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -134,6 +135,19 @@ def _reason(stage: Stage) -> str:
     """Why a stage does not run whose condition does not hold."""
     key, _, value = stage.runs_if.removeprefix("not ").partition(" = ")
     return f"{key} is {'given' if value or stage.runs_if.startswith('not ') else 'not given'}"
+
+
+def makers(stage: str, stages: Set[str]) -> list[str]:
+    """Those of the stages of a scene that make inputs of one of them."""
+    found = {name for name, _ in _edges(declarations()[stage])} & stages
+    if stage == "chaos_strip" and "strip_pilot" in found:  # the pilot then has all training strips
+        found.discard("contact_strip")
+    return sorted(found)
+
+
+def in_order(stages: Set[str]) -> list[str]:
+    """The stages of a scene, each after those that make its inputs."""
+    return list(TopologicalSorter({stage: makers(stage, stages) for stage in sorted(stages)}).static_order())
 
 
 def _edges(stage: Stage) -> Iterator[tuple[str, bool]]:

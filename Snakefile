@@ -20,7 +20,7 @@ configfile: f"{ROOT}/config/config.yaml"
 
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
-from roughslip.scene.loader import scene_names
+from roughslip.scene.sweep import all_names
 from roughslip.stages.runtime.usage import PARENT
 from workflow.keys import key_files
 from workflow.recovery import earlier_runs, start
@@ -40,7 +40,7 @@ DESCRIBES = {"--lint", "--list-rules", "--dag", "--rulegraph", "--filegraph", "-
 # Mistakes of the user end here, a line each. A job on another machine does not recover: its run has done that.
 shared = {}
 try:
-    names = scene_names(ROOT / "config" / "scenes")
+    names = [name for one, found in all_names(ROOT / "config" / "scenes").items() for name in (one, *found)]
     options = check_config(config, names)
     if workflow.output_settings.dryrun or DESCRIBES.intersection(sys.argv):
         key_files.write_drafts()

@@ -13,7 +13,7 @@ CONFIG = Path(__file__).parents[2] / "config"
 SCHEMA = scene_schema()
 SCENES = (
     *("coulomb", "elastoplastic", "excited", "excited_away", "fractal", "given", "measured", "nongaussian", "paper"),
-    *("resolved", "smoke"),
+    *("quick", "resolved", "smoke"),
 )
 PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))

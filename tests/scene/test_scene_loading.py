@@ -13,6 +13,7 @@ from roughslip.scene import load as load_section
 from roughslip.scene import roughness, rules
 from roughslip.scene.loader import RESERVED, describe_allowed, load
 from roughslip.scene.plan import slice_for
+from roughslip.scene.sweep import all_names
 from roughslip.stages.from_scene.geometry import training_columns
 from tests.scene.shipped import FIGURES, FRACTAL, KINDS, PAPER, SCAN, SCHEMA, TABLE, lines_of, shipped_scene
 
@@ -223,3 +224,33 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "scenes/mine.yaml: seed: missing; a whole number >= 0 and <= 4294967295",
         f"scenes/mine.yaml: targets: missing; a list of at least 1, each once, of one of {FIGURES}",
     ]
+
+
+SWEPT = "extends: paper\nsweep: {material.hardness_pa: [1.0e+9, 2.0e+9], oscillator.damping_ratio: [0.1, 0.2, 7]}\n"
+
+
+def test_a_sweep_makes_a_variant_of_each_combination(mine, folder):
+    """A variant is the scene with its values, under the same rules; a scene that extends the swept one has none."""
+    scene = mine(SWEPT, other="extends: mine")
+    found = all_names(folder / "scenes")
+    assert list(found["mine"]) == [f"mine-{n}" for n in range(1, 7)]
+    assert found["other"] == {}
+    assert found["mine"]["mine-5"] == {"material.hardness_pa": 2.0e9, "oscillator.damping_ratio": 0.2}
+    expected = copy.deepcopy(scene) | {
+        "description": f"{scene['description']}: hardness_pa 2000000000.0, damping_ratio 0.2"
+    }
+    expected["material"]["hardness_pa"] = 2.0e9
+    expected["oscillator"]["damping_ratio"] = 0.2
+    assert load("mine-5", folder / "scenes") == load(folder / "scenes/mine-5.yaml", folder / "scenes") == expected
+    assert load("other", folder / "scenes") == scene
+    assert lines_of(load, "mine-7", folder / "scenes") == ["scenes/mine-7.yaml: no such file; mine has 6 variants"]
+
+
+def test_mistakes_of_variants(mine, folder):
+    """Those of values come with each variant, those of names with the scene."""
+    mine(SWEPT.replace("[0.1, 0.2, 7]", "[-1, 0.1]"))
+    line = "scenes/mine.yaml: oscillator.damping_ratio: -1 is not allowed; a number >= 0 and <= 10"
+    assert lines_of(load, "mine-1", folder / "scenes") == [line]
+    named = {"mine-2": "extends: paper"}
+    line = "scenes/mine.yaml: sweep: mine-2.yaml has the name of a variant; rename that file"
+    assert lines_of(mine, SWEPT, **named) == [line]

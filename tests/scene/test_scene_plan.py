@@ -11,7 +11,7 @@ from roughslip.scene.types import without_nulls
 from tests.scene.shipped import SCAN, SCENES, SCHEMA, properties, shipped_scene
 
 ALWAYS = {"claims", "costs", "report"}
-SEVERAL = {"reference", "comparison", "verify"}  # of several scenes together, asked for by name
+SEVERAL = {"reference", "comparison", "sweep", "verify"}  # of several scenes together, asked for by name
 OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
 SOLVED_SQUARES = {"square_pilot", "contact_square", "adaptive_training", "field_square"}
@@ -27,7 +27,7 @@ def test_slices_read_keys_of_the_schema_and_leave_none_out():
     read = {key for stage in declarations().values() for key in stage.keys}
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
-    assert {key for key in unread if not key.startswith("batches")} == {"extends"}
+    assert {key for key in unread if not key.startswith("batches")} == {"extends", "sweep"}
 
 
 def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():

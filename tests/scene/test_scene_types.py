@@ -99,7 +99,7 @@ def test_the_schema_for_editors_is_current():
 def test_the_schema_is_closed_described_and_gives_units():
     Draft202012Validator.check_schema(SCHEMA)
     for key, part in {"": SCHEMA, **properties(SCHEMA)}.items():
-        if part["type"] == "object":
+        if part["type"] == "object" and key != "sweep":  # its keys are dotted, and scene/sweep.py checks them
             assert part["additionalProperties"] is False, key
             assert set(part.get("required", [])) <= set(part["properties"]), key
         assert len(part["description"].split()) >= 2, key

@@ -13,8 +13,8 @@ import re
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from graphlib import TopologicalSorter
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -175,7 +175,7 @@ def _restore_result_times(jobs: Iterable[Job]) -> None:
     by_file = {name: job for job in jobs for name in (*job.made, job.record.as_posix())}
     by_record = {job.record: job for job in by_file.values()}
     graph = {job.record: {by_file[name].record for name in job.read if name in by_file} for job in by_record.values()}
-    for job in (by_record[record] for record in TopologicalSorter(graph).static_order()):
+    for job in map(by_record.__getitem__, TopologicalSorter(graph).static_order()):
         newest = max((Path(name).stat().st_mtime_ns for name in job.read if Path(name).is_file()), default=0)
         for path in (*map(Path, job.made), job.record):
             if path.stat().st_mtime_ns < newest:

@@ -1,7 +1,7 @@
 # What takes several scenes together; each is asked for by name.
 # In:  products of the default scenes, or of those that `--config compare=resolved,mine` names; the kept results.
 # Out: results/report.html; results/comparison.png|svg|nc, Figure 3 of several scenes in one picture; results/verify.json|txt;
-#      results/reference, the small results that git keeps.
+#      results/reference, the small results that git keeps. `clean_unused` removes what no scene uses.
 DEFAULT_FOLDERS = " ".join(f"results/{name}" for name in scenes.default)
 
 
@@ -73,6 +73,25 @@ rule reference:
         run("reference", scenes=DEFAULT_FOLDERS, output="results/reference")
 
 
+# Variants of a scene, in one table. The scene itself is the first row.
+rule sweep:
+    input:
+        key=scenes.key("sweep"),
+        scenes=lambda wildcards: [
+            f"results/{name}/report.html" for name in (wildcards.scene, *scenes.variants[wildcards.scene])
+        ],
+    output:
+        **outputs("sweep"),
+    log:
+        log("sweep"),
+    resources:
+        mem_mb=scenes.memory("sweep"),
+    params:
+        folders=lambda wildcards: [f"results/{name}" for name in (wildcards.scene, *scenes.variants[wildcards.scene])],
+    shell:
+        run("sweep", scenes="{params.folders}")
+
+
 # What a scene takes from others: hard links, made in seconds. workflow/study/sharing.py says when.
 for name, own in shared.items():
 
@@ -91,3 +110,11 @@ for name, own in shared.items():
             records=own.records,
         shell:
             'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.share --scene {params.scene} --records {params.records:q} 2> {log:q}'
+
+
+rule clean_unused:
+    log:
+        "results/logs/clean_unused.log",
+    localrule: True
+    shell:
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.unused 2> {log:q}'

@@ -22,7 +22,7 @@ _WITHOUT_VALUE = (
     "--nolock",
     "--printshellcmds",
 )
-_FOLDERS = ("reference", "benchmarks", "stress", "evidence", "logs", "usage")  # below results, of no scene
+FOLDERS = ("reference", "benchmarks", "stress", "evidence", "logs", "usage")  # below results, of no scene
 
 
 def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def check_targets(words: Sequence[str], scenes: Collection[str], rules: Collecti
         parts = Path(word).parts
         name = parts[1] if len(parts) > 2 and parts[0] == "results" else word
         is_value = before.startswith("--") and "=" not in before and before not in _WITHOUT_VALUE
-        known = name in scenes or name in rules or name in _FOLDERS
+        known = name in scenes or name in rules or name in FOLDERS
         is_target = not (is_value or known or name.startswith("-") or "=" in word or Path(word).exists())
         if is_target and difflib.get_close_matches(name, scenes):
             lines.append(f"{shown(word)} is no target: no scene {shown(name)}; {_guess(name, sorted(scenes))}")

@@ -14,7 +14,8 @@ from roughslip.limits import SHARES
 from roughslip.scene import plan, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
-from roughslip.scene.loader import load, scene_names
+from roughslip.scene.loader import load
+from roughslip.scene.sweep import all_names, scene_file
 from roughslip.scene.types import get
 from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
@@ -34,7 +35,7 @@ EVIDENCE = (
     *CAMPAIGNS,
     *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")),
 )
-RULES = frozenset({*declarations(), "scene_report", "report_of_the_default_scenes", *EVIDENCE})
+RULES = frozenset({*declarations(), "scene_report", "report_of_the_default_scenes", "clean_unused", *EVIDENCE})
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
@@ -64,12 +65,15 @@ class Scenes:
         self._beside_mb = 0 if memory_mb is None else memory.NODE_MB
         folder = root / "config" / "scenes"
         self.default = list(default)
-        asked = {_scene_of(word) for word in words} & set(scene_names(folder))
+        self.variants = all_names(folder)
+        self.names = sorted(name for one, names in self.variants.items() for name in (one, *names))
+        asked = {_scene_of(word) for word in words}.intersection(self.names)
         if not asked or DEFAULT_TARGETS.intersection(words):
             asked.update(self.default)
+        asked.update([variant for name in asked for variant in self.variants.get(name, ())])
         self.valid: dict[str, dict[str, Any]] = {}
         mistakes: list[str] = []
-        for name in scene_names(folder):
+        for name in self.names:
             try:
                 self.valid[name] = checked(name, folder)
             except InputError as error:
@@ -129,6 +133,9 @@ class Scenes:
             part = plan.slice_for(self.valid[name], stage)
             if stage == "costs":
                 part |= {"not_needed": plan.skip_reasons(self.valid[name]), "warnings": self.warnings(name)}
+            if stage == "sweep" and (variants := self.variants.get(name)):
+                own = {key: get(self.valid[name], key) for key in next(iter(variants.values()))}
+                part["variants"] = list({name: own, **variants}.items())
             if stage == "report":
                 part["captions"] = plan.captions()
             write_key(
@@ -174,7 +181,7 @@ class Scenes:
         needed += self._beside_mb
         if needed <= self.memory_mb:
             return []
-        file = strict_yaml.display(self.root / "config" / "scenes" / f"{name}.yaml")
+        file = strict_yaml.display(scene_file(name, self.root / "config" / "scenes"))
         return [
             f"{file}: stage {stage} would take some {needed} MB of memory, and {self.memory_mb} MB are there; take "
             "fewer nodes, modes, samples or draws, or say how much there is where the jobs run: --config memory_mb=..."
@@ -246,7 +253,7 @@ class Scenes:
 
     def _surface_mistakes(self, name: str, checked_scans: Path | None) -> list[str]:
         """A line if the scan of the scene cannot be read, or if no surface has the numbers of the scene."""
-        scene, file = self.valid[name], self.root / "config" / "scenes" / f"{name}.yaml"
+        scene, file = self.valid[name], scene_file(name, self.root / "config" / "scenes")
         try:
             surface_of(scene)
         except RoughslipError as error:
@@ -268,7 +275,14 @@ class Scenes:
     def all_of(self, name: str) -> list[str]:
         """What the scene's own target asks for: its products, and of every job the record, so that one whose result
         got lost or damaged runs again."""
-        return [*self.products(name), *self.all_records(name)]
+        variants = self.variants.get(name, {})
+        page = [f"results/{name}/{file}" for file in declarations()["sweep"].results.values() if variants]
+        return [
+            *self.products(name),
+            *self.all_records(name),
+            *(file for one in variants for file in self.all_of(one)),
+            *page,
+        ]
 
     def all_records(self, name: str) -> list[str]:
         """The records of cost of every job of the scene."""
@@ -310,7 +324,7 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
         if not (found.is_file() and _is_inside(found, folder.parents[1])):
             where = ("roughness", "scan", "file")
-            raise InputError(strict_yaml.line(folder / f"{name}.yaml", where, f"{strict_yaml.shown(file)} {text}"))
+            raise InputError(strict_yaml.line(scene_file(name, folder), where, f"{strict_yaml.shown(file)} {text}"))
     return scene
 
 

@@ -64,7 +64,9 @@ def taken(scenes: Scenes, jobs: Iterable[Job]) -> dict[str, Taken]:
             if is_made(name, stage, name):
                 continue
             key = chain_key(name, stage)
-            equal = [other for other in scenes.valid if stage in scenes.stages(other) and chain_key(other, stage) == key]
+            equal = [
+                other for other in scenes.valid if stage in scenes.stages(other) and chain_key(other, stage) == key
+            ]
             on_disk = [other for other in equal if other != name and is_made(other, stage, name)]
             other = on_disk[0] if on_disk else first.setdefault(key, name)
             if other != name:

@@ -16,7 +16,7 @@ from typing import Any, cast
 from jsonschema import Draft202012Validator, validators
 
 from roughslip.errors import InputError
-from roughslip.scene import accuracy, oscillator, rules
+from roughslip.scene import accuracy, oscillator, rules, sweep
 from roughslip.scene.fields import WORD
 from roughslip.scene.load import derived
 from roughslip.scene.mistakes import Values, shown
@@ -25,6 +25,7 @@ from roughslip.scene.schema import scene_schema
 from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read
 
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
+LONGEST = 200  # characters of a description
 _NAME = re.compile(WORD)
 _NAME_ALLOWED = "a small letter, then at most 39 small letters, digits, _ or -"
 
@@ -32,14 +33,24 @@ _NAME_ALLOWED = "a small letter, then at most 39 small letters, digits, _ or -"
 def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     """The scene of a name, or of a file anywhere, with its overlays merged and every rule checked.
 
-    name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml
+    name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml;
+        a variant has a name but no file
     scenes_folder : folder of the names, also of those after `extends`
 
-    Returns the scene as nested dicts, without `extends` and with what follows from its load; a key that takes a
+    Returns the scene as nested dicts, without `extends` and `sweep`, and with what follows from its load; a key that takes a
     `number` holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
     """
     schema = scene_schema()
-    chain, merged, lines = _read_chain(_locate(name_or_path, scenes_folder), scenes_folder)
+    asked = _locate(name_or_path, scenes_folder)
+    top = sweep.scene_file(asked.stem, asked.parent)
+    chain, merged, lines = _read_chain(top, scenes_folder)
+    try:
+        variants = sweep.variants(top)
+        if top.stem != asked.stem and asked.stem not in variants:
+            lines.append(f"{display(asked)}: no such file; {top.stem} has {len(variants)} variants")
+        merged.overlay(top, _of_the_variant(asked.stem, variants, merged.values))
+    except InputError as error:
+        lines += error.lines
 
     def topmost(paths: list[KeyPath]) -> Path:
         """Of the overlaid files that gave these values, the one that the user most likely edits."""
@@ -113,6 +124,14 @@ def _keys(values: Values) -> Iterator[str]:
         yield from (f"{name}.{key}" for key in _keys(value)) if isinstance(value, dict) else ()
 
 
+def _of_the_variant(name: str, variants: dict[str, Values], scene: Values) -> Values:
+    """What a variant changes in the scene that it is one of: the values of `sweep`, and the description."""
+    if name not in variants:
+        return {}
+    values = ", ".join(f"{key.rpartition('.')[2]} {shown(value)}" for key, value in variants[name].items())
+    return {**sweep.nested(variants[name]), "description": f"{scene.get('description')}: {values}"[:LONGEST]}
+
+
 def _inside(values: Values, section: list[str]) -> Values:
     """The section of that name; empty where there is none."""
     for name in section:
@@ -134,7 +153,7 @@ def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
     if is_path:
         return Path(given)
     file = scenes_folder / f"{name}.yaml"
-    if not file.is_file():
+    if not sweep.scene_file(name, scenes_folder).is_file():
         raise InputError(f"{display(file)}: no such file; {_nearest(name, scene_names(scenes_folder), 'scenes')}")
     return file
 
@@ -164,6 +183,7 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
         if isinstance(both, int | float) and not isinstance(both, bool):
             values["accuracy"] = accuracy.of_all(both)
         lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.idle(values)]
+        values.pop("sweep", None)  # of the file, not of those that extend it
         documents.append(values)
         if "extends" not in values:
             break

@@ -1,0 +1,91 @@
+"""The variants of a scene: one for each combination of the values that its `sweep` lists by dotted key."""
+
+from __future__ import annotations
+
+import difflib
+from itertools import product
+from math import prod
+from pathlib import Path
+from typing import Any
+
+from roughslip.errors import InputError
+from roughslip.scene.mistakes import Values, shown
+from roughslip.scene.schema import scene_schema
+from roughslip.scene.strict_yaml import KeyPath, line, read
+
+MOST = 50  # variants of a scene
+_NOT_SWEPT = ("description", "targets")
+_ALLOWED = "a dotted key with a list of values, each once, as in oscillator.damping_ratio: [0.1, 0.2]"
+
+
+def variants(file: Path) -> dict[str, Values]:
+    """Names of the variants of a scene file, <scene>-1, <scene>-2, ..., each with its values by dotted key.
+
+    The last key changes fastest. Raises InputError with a line for each mistake of `sweep`.
+    """
+    swept = read(file)[0].get("sweep", {})
+    lines = [line(file, path, text) for path, text in _mistakes(swept)]
+    names = [f"{file.stem}-{n}" for n in range(1, 1 + prod(map(len, swept.values())))] if swept and not lines else []
+    for name in names:
+        if file.with_name(f"{name}.yaml").exists():
+            lines.append(line(file, ("sweep",), f"{name}.yaml has the name of a variant; rename that file"))
+    if lines:
+        raise InputError(lines)
+    chosen = product(*swept.values()) if names else ()
+    return {name: dict(zip(swept, values, strict=True)) for name, values in zip(names, chosen, strict=True)}
+
+
+def all_names(scenes_folder: Path) -> dict[str, dict[str, Values]]:
+    """By the name of each scene file, sorted, its variants; none where the file or its `sweep` has a mistake."""
+    found: dict[str, dict[str, Values]] = {}
+    for file in sorted(scenes_folder.glob("*.yaml")):
+        try:
+            found[file.stem] = variants(file)
+        except InputError:
+            found[file.stem] = {}
+    return found
+
+
+def scene_file(name: str, scenes_folder: Path) -> Path:
+    """The file of a scene; of a variant, that of the scene that it is one of."""
+    own, swept = (scenes_folder / f"{stem}.yaml" for stem in (name, name.rpartition("-")[0]))
+    return swept if not own.exists() and swept.is_file() else own
+
+
+def nested(values: Values) -> Values:
+    """Values by dotted key as the sections of a scene."""
+    found: Values = {}
+    for key, value in values.items():
+        *sections, last = key.split(".")
+        inner = found
+        for section in sections:
+            inner = inner.setdefault(section, {})
+        inner[last] = value
+    return found
+
+
+def _mistakes(swept: Any) -> list[tuple[KeyPath, str]]:
+    if not isinstance(swept, dict):
+        return [(("sweep",), f"{shown(swept)} is not allowed; {_ALLOWED}")]
+    keys, found = _keys(scene_schema()), []
+    for key, values in swept.items():
+        path: KeyPath = ("sweep", *key.split("."))
+        if key not in keys:
+            near = difflib.get_close_matches(key[:100], keys, 1)
+            found.append((path, f"unknown key; {f'did you mean {near[0]}? ' if near else ''}allowed: {_ALLOWED}"))
+        elif not isinstance(values, list) or not values or any(one in values[:n] for n, one in enumerate(values)):
+            found.append((path, f"{shown(values)} is not allowed; {_ALLOWED}"))
+    if not found and (count := prod(map(len, swept.values()))) > MOST:
+        found.append((("sweep",), f"{count} variants are too many; at most {MOST}"))
+    return found
+
+
+def _keys(schema: Values, prefix: str = "") -> list[str]:
+    """All dotted keys that hold no section and may be swept."""
+    found = []
+    for name, part in schema["properties"].items():
+        if "properties" in part:
+            found += _keys(part, f"{prefix}{name}.")
+        elif prefix or name not in ("extends", "sweep", *_NOT_SWEPT):
+            found.append(f"{prefix}{name}")
+    return found

@@ -123,7 +123,7 @@ def test_names_and_files(folder, monkeypatch):
     rule = "a small letter, then at most 39 small letters, digits, _ or -"
     assert lines("papr") == [
         "scenes/papr.yaml: no such file; did you mean paper? scenes: coulomb, elastoplastic, excited, excited_away, "
-        "fractal, given, measured, nongaussian, paper, resolved, smoke"
+        "fractal, given, measured, nongaussian, paper, quick, resolved, smoke"
     ]
     for name in ("Paper", "", "2d", "a" * 41, "a.b"):
         assert lines(name) == [f"scenes: {name!r} is not allowed as the name of a scene; {rule}"]

@@ -39,7 +39,7 @@ def test_the_scenes_that_it_shows_are_valid(tmp_path):
     for text in shown:
         (tmp_path / "mine.yaml").write_text(text)
         loaded.append(load("mine", tmp_path))
-    oscillator, scan, change = loaded
+    oscillator, _, scan, change = loaded
     assert oscillator["oscillator"]["normal_force_n"] == 1200.0
     assert set(scan["roughness"]) == {"scan"}
     assert change["targets"][-2:] == ["figure_map", "figure_design"]

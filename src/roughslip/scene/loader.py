@@ -37,8 +37,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         a variant has a name but no file
     scenes_folder : folder of the names, also of those after `extends`
 
-    Returns the scene as nested dicts, without `extends` and `sweep`, and with what follows from its load; a key that takes a
-    `number` holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
+    Returns the scene as nested dicts, without `extends` and `sweep`, and with what follows from its load; a key that
+    takes a `number` holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
     """
     schema = scene_schema()
     asked = _locate(name_or_path, scenes_folder)

@@ -1,342 +1,216 @@
-"""Measure the whole chain: the error budget of every number in the figures, and the cost of the same error otherwise.
+"""Measure work and precision of the chain of friction: the CPU time that an accuracy of mean and scatter takes.
 
-Figure 2: the pressure at the centre at median penetration. Figure 3: mean and standard deviation of mu at three
-penetrations, in units of the mean at the median. Figure 5: cycles at three damping ratios.
+An accuracy is the largest half width of the 95 % intervals at penetrations from 20 to 95 %, in units of the mean at the
+median. The stages of scene `resolved` run in this process, on cells h and 2h with extrapolation, and on cells h alone.
+Seconds are those of all stages from strip_pilot to friction, without start-up and compilation.
 
-`cost` compares the CPU time of the stages with that of textbook methods without what this project adds. The seconds of
-a unit of work are measured on short samples and multiplied by the number of units; `how` states how it was counted:
+The plain way solves every strip on cells h at each penetration from a cold start, without control variate:
 
-    - Errors are standard errors. A plain mean over K independent samples has the error sigma / sqrt(K). For our error e
-      it needs K = K' (s' / e)^2 samples, where K' samples leave the error s'. Of several numbers, the median of K
-      counts.
-    - Meshes, spacings and tolerances are those of the scene in both, and their errors are in both.
-    - Neither includes what both need or what takes seconds: modes, statistics of windows, designs, limits of the cycle,
-      figures, start-up, compilation. Our fits and expansions are included.
+    - Independent strips leave the half width w = 1.96 sigma / sqrt(K), so that K = (1.96 sigma / w)^2 strips are
+      counted, not solved. sigma is the scatter of the influence of a strip, from our run with most strips.
+    - The seconds of a strip are measured on one, with conjugate gradients of Polonsky and Keer in numpy.
+    - `mesh_error` is what the extrapolation of our most accurate run changes. No number of strips reduces it.
+
+`true_error` is the largest difference of our numbers from the kept Monte Carlo reference of 4000 direct strips, whose
+standard error there is `reference_error`. Both are compared on cells h, thus before our extrapolation.
 """
 
 from __future__ import annotations
 
 import math
-import statistics
+import tempfile
 import time
-from collections import defaultdict
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from roughslip import store
-from roughslip.contact.solve import solve
-from roughslip.grid import Grid
-from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.motion import ensemble_counts
-from roughslip.oscillator.path import KeptPath
-from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import geometry, mass_on_belt, surface_model
-from workflow.benchmarks import chain_budget as budget
-from workflow.benchmarks import oscillator
-from workflow.benchmarks.chaos import KEPT_RESULTS, MEDIAN, MonteCarloReference, Square, read_references
+from roughslip.errors import IllPosedError
+from roughslip.friction.allocation import PERCENTILES, influences
+from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.limits import SHARES
+from roughslip.scene.expansion import AUTO
+from roughslip.scene.loader import load
+from roughslip.scene.mistakes import Values
+from roughslip.scene.types import Scene, scene_of
+from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, strip_allocation, strip_pilot
+from roughslip.stages.from_scene import geometry, surface_model
+from roughslip.stages.runtime.command import Job
+from roughslip.stages.runtime.usage import Usage
+from workflow.benchmarks.chaos import KEPT_RESULTS, ROOT
 from workflow.benchmarks.contact_peers import PolonskyKeer, tune
 from workflow.benchmarks.contact_problem import Judge, Problem
-from workflow.benchmarks.runner import report_progress, run_command
-from workflow.evidence.rows import Row, fields
-from workflow.monte_carlo.friction import solve_windows
+from workflow.benchmarks.runner import OURS, make_row, report_progress, run_command
+from workflow.evidence.rows import Row, case, fields
 
-METHOD = "RK45"  # solve_ivp's own choice
-STREAM = 30  # the second entry of every seed
+SCENE = "resolved"
+PLAIN = "plain"
+MESHES = {"extrapolated": True, "as_given": False}
+ASKED, QUICK = (0.1, 0.05, 0.03, 0.02, 0.01), (0.1, 0.05)
+LIMIT_S = 900.0  # accuracy.cost_limit_cpu_s: an accuracy that the mesh hardly allows is refused
+STREAM = 30  # the second entry of the seed of the plain strip
+NORMAL_95 = 1.96
 
-
-class Sizes(NamedTuple):
-    """What is measured: scenes, the samples of the error budget, those of the cost, and natural periods by scipy."""
-
-    scenes: tuple[str, ...] = ("paper", "resolved")
-    surfaces: int = 2000
-    strips: int = 40
-    paths: int = 400
-    cost_surfaces: int = 100
-    cost_strips: int = 16
-    cost_paths: int = 4
-    plain_periods: float = 2.0
+Windows = tuple[np.ndarray, np.ndarray]  # mu in units of the shear strength, and valid, each (strips, windows)
 
 
-QUICK = Sizes(("paper",), 100, 4, 5, 20, 3, 1, 0.4)
+class Run(NamedTuple):
+    """What an accuracy took: CPU seconds, strips, half width reached, results of stage friction, windows of strips."""
+
+    asked: float
+    seconds: float
+    strips: int
+    half_width: float
+    friction: store.Result
+    solved: list[Windows]
 
 
-def summarise(rows: Sequence[Row]) -> dict[str, dict[str, object]]:
-    """Return for each number its value, its error from all sources, as if independent, and the largest source."""
-    by_number: dict[str, list[Row]] = defaultdict(list)
-    for row in rows:
-        by_number[row["case"]].append(row)
-    return {
-        case: {
-            "value": of_number[-1]["value"],
-            "error": math.sqrt(sum(row["error"] ** 2 for row in of_number)),
-            "largest": max(of_number, key=lambda row: row["error"])["method"],
-        }
-        for case, of_number in by_number.items()
-    }
+def changed(scene: Values, **changes: Mapping[str, object]) -> Values:
+    """Return the scene with changed values in its sections."""
+    return {**scene, **{name: {**scene.get(name, {}), **values} for name, values in changes.items()}}
 
 
-# The cost of a stage.
-
-
-def work(units: float, seconds_each: float, other_seconds: float = 0.0) -> dict[str, float]:
-    """Return units of work, the seconds of each, the seconds of all other work, and those of the whole stage."""
-    found = {"units": float(units), "seconds_each": seconds_each, "other_seconds": other_seconds}
-    return {**found, "seconds": units * seconds_each + other_seconds}
-
-
-def stage_cost(
-    stage: str,
-    unit: str,
-    ours: dict[str, float],
-    plain: dict[str, float],
-    how: str,
-    as_asked: dict[str, float] | None = None,
-) -> dict[str, Any]:
-    """Return what the file holds of a stage. `as_asked` is the plain method at the scene's own tolerance."""
-    return {
-        "stage": stage,
-        "unit": unit,
-        "ours": ours,
-        "plain": plain,
-        "ratio": plain["seconds"] / ours["seconds"],
-        "ratio_at_the_tolerance_asked": (as_asked or plain)["seconds"] / ours["seconds"],
-        "how": how,
-    }
-
-
-def sum_stages(scene: str, stages: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return the seconds of the whole chain by both methods, and their ratios."""
-    ours, plain = (sum(stage[way]["seconds"] for stage in stages) for way in ("ours", "plain"))
-    as_asked = sum(stage["ratio_at_the_tolerance_asked"] * stage["ours"]["seconds"] for stage in stages)
-    ratios = {"ratio": plain / ours, "ratio_at_the_tolerance_asked": as_asked / ours}
-    return {"scene": scene, "ours_seconds": ours, "plain_seconds": plain, **ratios}
-
-
-def samples_for(error: float, samples: int, left: float) -> float:
-    """Return how many samples have a mean of this error, if `samples` of them leave the error `left`."""
-    return samples * (left / error) ** 2 if error > 0.0 else math.inf
-
-
-def mean_cpu_seconds(call: Callable[[Any], object], arguments: Sequence[Any]) -> float:
-    """Return the mean CPU seconds of a call."""
+def run_stage(stage: ModuleType, scene: Values, output: Path, **arguments: object) -> tuple[float, dict[str, float]]:
+    """Run a stage in this process; return its CPU seconds and its counts."""
+    options = {"scan": None, "allocation": None, "summary": output.with_suffix(".csv"), "output": output, **arguments}
+    usage = Usage(output.with_suffix(".json"), stage.STAGE.name)
     start = time.process_time()
-    for argument in arguments:
-        call(argument)
-    return (time.process_time() - start) / len(arguments)
+    stage.work(Job(store.Key(scene, "benchmark"), Namespace(**options), usage))
+    return time.process_time() - start, usage.did
 
 
-def plain_contact(grid: Grid, interference: np.ndarray, tolerance: float) -> Callable[[np.ndarray], np.ndarray]:
-    """Return solves by conjugate gradients of Polonsky and Keer in numpy, each from a cold start.
+def run_chain(scene: Values, asked: Sequence[float], folder: Path) -> tuple[list[Run], dict[float, str]]:
+    """Run the chain once for each accuracy; return the runs, and why the others were refused.
 
-    interference : (nx, ny) [m] a first problem, to which the solver is tuned
+    All share the pilot and the expansion, whose seconds count in each.
     """
-    solver = PolonskyKeer(grid)
-    setting = tune(solver, Problem(grid, interference, 0.0), 0.0, tolerance, 5 * tolerance, Judge(grid)).setting
-    return lambda one: solver.solve(Problem(grid, one, 0.0), 0.0, setting)[0]
+    scene = changed(scene, strip={"samples": AUTO, "expansion_samples": AUTO})
+    pilot, fitted, allocation, statistics = (folder / f"{name}.nc" for name in ("pilot", "fit", "allocation", "end"))
+    typed = scene_of(scene)
+    least = typed.friction.least_contact_fraction * typed.strip.window_m * typed.strip.width_m
+    shared = run_stage(strip_pilot, scene, pilot)[0] + run_stage(chaos_strip, scene, fitted, contact=[pilot])[0]
+    runs, refused = [], {}
+    for one in asked:
+        scene = changed(scene, accuracy={"friction_mean": one, "friction_std": one, "cost_limit_cpu_s": LIMIT_S})
+        try:
+            seconds, _ = run_stage(strip_allocation, scene, allocation, pilot=pilot, expansion=fitted)
+        except IllPosedError as error:
+            refused[one] = str(error)
+            continue
+        files: dict[ModuleType, list[Path]] = {contact_strip: [pilot], expansion_strip: []}
+        for stage, paths in files.items():
+            for share in range(SHARES):
+                paths.append(folder / f"{stage.STAGE.name}-{share}.nc")
+                place = {"first": share, "last": share + 1, "allocation": allocation, "expansion": fitted}
+                seconds += run_stage(stage, scene, paths[-1], **place)[0]
+        contact, expansion = files.values()
+        made = {"contact": contact, "expansion": expansion, "allocation": allocation}
+        last, did = run_stage(friction, scene, statistics, **made)
+        reached = max(did["friction_mean_reached"], did["friction_std_reached"])
+        area, force = friction.area_and_force(store.read_all(contact))
+        solved, strips = list(zip(*friction_coefficient(area, force, 1.0, least), strict=True)), area.shape[1]
+        runs.append(Run(one, shared + seconds + last, strips, reached, store.read(statistics), solved))
+        report_progress(f"{one}: {strips} strips, {runs[-1].seconds:.1f} s, half width {reached:.4f}")
+    return runs, refused
 
 
-def count_surfaces(rows: Sequence[Row], reference: MonteCarloReference) -> dict[str, float]:
-    """Return by number the surfaces that direct Monte Carlo needs for the error of the expansion.
+def is_judged(percentiles: np.ndarray) -> np.ndarray:
+    """Return at which penetrations an accuracy holds."""
+    return (percentiles >= PERCENTILES[0]) & (percentiles <= PERCENTILES[1])
 
-    rows : of the budget. The error of the expansion combines its own estimate and its difference from the reference
-        beyond the error of that
+
+def find_true_error(found: Mapping[str, np.ndarray], reference: Mapping[str, np.ndarray]) -> tuple[float, float]:
+    """Return the largest relative difference from direct strips on the same cells, and their relative standard error.
+
+    found : of stage friction; reference : area over force [1/Pa], at all its penetrations
     """
-    counts = {}
-    for name, left in reference.plain_error.items():
-        by_source = {row["method"]: row for row in rows if fields(row["case"])["number"] == name}
-        off, sampling = by_source["expansion"], by_source["sampling"]
-        missed = max(0.0, off["error"] ** 2 - off["standard_error"] ** 2)
-        counts[name] = samples_for(math.sqrt(sampling["error"] ** 2 + missed), reference.surfaces, left)
-    return counts
+    places, judged = np.searchsorted(reference["percentile"], found["percentile"]), is_judged(found["percentile"])
+    (median,) = np.flatnonzero(found["percentile"] == 50.0)
+    errors: list[tuple[float, float]] = []
+    for name in ("mean", "std"):
+        ours = found[f"combined_{name}"] / (1.0 + found[f"mesh_change_of_{name}"]) / found["combined_mean"][median]
+        direct = reference[name][places] / reference["mean"][places[median]]
+        known = (reference[f"{name}_standard_error"] / reference[name])[places]
+        errors += zip(np.abs(ours / direct - 1.0)[judged].tolist(), known[judged].tolist(), strict=True)
+    return max(errors)
 
 
-def square_cost(square: Square, rows: Sequence[Row], reference: MonteCarloReference, surfaces: int) -> dict[str, Any]:
-    """Compare the expansion of few surfaces with direct Monte Carlo of many, for the pressure at the centre."""
-    tolerance, plane = square.scene.numerics.contact_tolerance, square.planes[MEDIAN]
-    xi = square.design("monte_carlo", surfaces, 1)
-    plain = plain_contact(square.grid, square.surface(xi[0]) - plane, tolerance)
-    solve(square.influence, square.surface(xi[0]) - plane, tolerance)  # compiles
-    ours_each = mean_cpu_seconds(lambda one: solve(square.influence, square.surface(one) - plane, tolerance), xi)
-    plain_each = mean_cpu_seconds(lambda one: plain(square.surface(one) - plane), xi)
-    fit_seconds = next(row["fit_seconds"] for row in rows if "fit_seconds" in row)
-    how = (
-        "Ours: surfaces of the scene's expansion, its fit and draws. Plain: surfaces of direct Monte Carlo with four "
-        "nodes each, whose variance is from the kept reference. Our error is from the budget. Median of the numbers."
-    )
-    ours = work(square.scene.expansion.samples, ours_each, fit_seconds)
-    needed = work(statistics.median(count_surfaces(rows, reference).values()), plain_each)
-    return stage_cost("contact_square", "solves, surface included", ours, needed, how)
+# The plain way.
 
 
-def count_strips(
-    scene: Scene, area: np.ndarray, force: np.ndarray, summary: Path, levels: Sequence[float]
-) -> dict[str, float]:
-    """Return by number the strips that direct solves need for the error of a run of the scene.
-
-    area, force : (strips, levels, windows) [m2], [N] of a few strips, whose jackknife gives the variance of a strip
-    summary : the kept summary.csv of the scene, whose intervals give our errors
-    """
-    numbers, rows, counts = budget.window_moments(scene, area, force, levels), budget.read_summary(summary), {}
-    whole = numbers(np.arange(len(area)))
-    for name, change in budget.compare_paired(len(area), numbers, lambda _: whole).items():
-        _, kind, percentile = name.split("_")
-        value, error = budget.read_number(rows[float(percentile)], f"combined_{kind}")
-        counts[name] = samples_for(error / value, len(area), change.error)
-    return counts
+def scatter_of_strip(solved: Sequence[Windows], percentiles: np.ndarray) -> float:
+    """Return the largest standard deviation of a strip's influence on a number that an accuracy holds for."""
+    judged = [windows for windows, counts in zip(solved, is_judged(percentiles), strict=True) if counts]
+    of_median = influences(*solved[int(np.flatnonzero(percentiles == 50.0)[0])])[:, :1]
+    return float(max((influences(*windows) - of_median).std(axis=0, ddof=1).max() for windows in judged))
 
 
-def strip_cost(scene: Scene, kept: Path, sample: int) -> dict[str, Any]:
-    """Compare sweeps of few strips, with an expansion as control variate, with cold solves of many.
+def count_strips(scatter: float, half_width: float) -> float:
+    """Return how many independent strips leave a half width."""
+    return (NORMAL_95 * scatter / half_width) ** 2
 
-    kept : the folder of the scene's kept results
-    """
-    levels, tolerance = scene.strip.penetration_percentiles, scene.numerics.contact_tolerance
+
+def time_plain_strip(scene: Scene) -> float:
+    """Return CPU seconds of the cold solves of one strip at all penetrations, with a solver tuned to the tolerance."""
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
-    draw = model.sampler(grid)
-    generators = [np.random.default_rng([scene.seed, STREAM, number]) for number in range(sample + 1)]
-    solve_windows(scene, [draw(generators.pop())], levels, tolerance)  # compiles
+    solver, tolerance = PolonskyKeer(grid), scene.numerics.contact_tolerance
+    rough = model.heights(model.sampler(grid)(np.random.default_rng([scene.seed, STREAM, 0])))
+    percentiles = np.array([50.0, *scene.strip.penetration_percentiles])
+    problems = [Problem(grid, rough, float(plane)) for plane in model.plane_height(percentiles)]
+    setting = tune(solver, problems[0], 0.0, tolerance, 5 * tolerance, Judge(grid)).setting
     start = time.process_time()
-    drawn = [draw(generator) for generator in generators]
-    area, force = solve_windows(scene, drawn, levels, tolerance)
-    ours_each = (time.process_time() - start) / sample
-    rough = model.heights(drawn[0])
-    planes = [float(plane) for plane in model.plane_height(np.array([levels[0], 50.0, levels[-1]], dtype=float))]
-    plain = plain_contact(grid, rough - planes[1], tolerance)
-    plain_each = mean_cpu_seconds(lambda plane: plain(rough - plane), planes)
-    counts = count_strips(scene, area, force, kept / "summary.csv", levels)
-    cpu = {row["stage"]: row["cpu_seconds"] for row in store.read_json(kept / "costs.json")}
-    share = (cpu["chaos_strip"] + cpu["expansion_strip"]) / cpu["contact_strip"]
-    strips = scene.strip.samples
-    how = (
-        f"Ours: strips of the scene, swept over {len(levels)} penetrations, and fit and expansion of "
-        f"{scene.strip.expansion_samples} strips: {share:.2f} of the solves by the kept costs.json. Plain: strips of "
-        f"direct solves, each penetration from a cold start, mean over {len(planes)} of them. The variance of a strip "
-        f"is from a jackknife of {sample} strips, known to {np.sqrt(2 / (sample - 1)):.0%}. Our errors are from the "
-        "kept summary.csv. Median of the numbers."
-    )
-    ours = work(strips, ours_each, share * strips * ours_each)
-    needed = work(statistics.median(counts.values()), plain_each * len(levels))
-    return stage_cost("contact_strip", "strips", ours, needed, how)
+    for problem in problems[1:]:
+        solver.solve(problem, 0.0, setting)
+    return time.process_time() - start
 
 
-class PlainMotion(NamedTuple):
-    """A motion by scipy: cycles, evaluations of the right-hand side, and X [m] where the mass stuck again last."""
-
-    cycles: int
-    evaluations: int
-    stuck_m: float
+# The file.
 
 
-def simulate_plainly(
-    belt: Oscillator, law: StribeckLaw, path: np.ndarray, spacing: float, periods: float, tolerance: float, x: float
-) -> PlainMotion:
-    """Simulate a motion by scipy from rest on the belt, without excitation.
-
-    path : (nodes,) mu_S at the slipped distances 0, spacing, ...
-    spacing : [m]
-    x : [m] X at the start
-
-    Stick lasts until the force reaches the static limit; slip is integrated until X' = V.
-    """
-    scatter, end = oscillator.interpolate(path, spacing), 2 * np.pi * periods
-    tau, s, cycles, evaluations = 0.0, 0.0, 0, 0
-    while True:
-        stuck = x
-        limit = belt.F * max(law.static + float(scatter(s)), 0.0) - 2 * belt.damping_ratio * belt.V
-        tau, x = tau + max(limit - x, 0.0) / belt.V, max(limit, x)
-        if tau + oscillator.OFF >= end:
-            return PlainMotion(cycles, evaluations, stuck)
-        found = oscillator.integrate_slip(belt, law, scatter, (tau, x, s), end, METHOD, tolerance)
-        evaluations += found.nfev
-        if not len(found.t_events[0]):
-            return PlainMotion(cycles, evaluations, stuck)
-        cycles += bool((found.y[1] < 0.0).any())
-        tau, (x, _, s) = float(found.t_events[0][0]), found.y_events[0][0]
+def summarise(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return by mesh k of our seconds ~ asked^-k, by least squares; by case the seconds of the plain way over ours."""
+    ours, plain = ({row["case"]: row["seconds"] for row in rows if row["method"] == one} for one in (OURS, PLAIN))
+    exponents = {}
+    for mesh in MESHES:
+        found = [(fields(name), seconds) for name, seconds in ours.items() if fields(name)["mesh"] == mesh]
+        if len(found) > 1:
+            asked, seconds = np.log([(float(pairs["asked"]), seconds) for pairs, seconds in found]).T
+            exponents[mesh] = -float(np.polyfit(asked, seconds, 1)[0])
+    return {"exponent": exponents, "plain_over_ours": {name: plain[name] / seconds for name, seconds in ours.items()}}
 
 
-def find_equal_tolerance(tolerance: float, nodes: int) -> tuple[float, float, float]:
-    """Return the loosest of TOLERANCES where scipy's error of a slip on a path is at most ours at our tolerance.
-
-    Returns it, our error and scipy's.
-    """
-    slip = oscillator.choose_slips(nodes)[1]
-    exact = oscillator.exact_place(slip)
-    error = abs(oscillator.slip_by_roughslip(slip, "fehlberg45", tolerance)[0] / exact - 1.0)
-    for one in oscillator.TOLERANCES:
-        plain = abs(oscillator.slip_by_scipy(slip, METHOD, one)[0] / exact - 1.0)
-        if plain <= error:
-            break
-    return one, error, plain
-
-
-def oscillator_cost(scene: Scene, summary: Path, paths: int, plain_periods: float) -> dict[str, Any]:
-    """Compare compiled motions of the ensemble with scipy's on the same paths, at the error of a slip.
-
-    scipy's error control steps over the nodes of a path, where its error far exceeds its tolerance. One ratio is at the
-    tolerance where a slip has our error, the other at the tolerance that the scene sets.
-    """
-    friction, _ = budget.read_friction(summary)
-    ensemble, nodes = scene.ensemble, scene.ensemble.nodes_per_correlation_length
-    drawn, options = friction.paths(nodes), mass_on_belt.motion_options(scene)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, friction.mean)
-    periods = float(ensemble.duration_periods)
-
-    def run(number: int, duration: float = periods) -> None:
-        path = KeptPath(drawn.realisation([scene.seed, STREAM, number]))
-        ensemble_counts(belt, law, path, drawn.spacing, duration, budget.DAMPING, options)
-
-    run(0, 1.0)  # compiles
-    ours_each = mean_cpu_seconds(run, range(paths)) / (len(budget.DAMPING) * periods)
-    tolerance, our_error, plain_error = find_equal_tolerance(options.tolerance, nodes)
-    length = int(np.ceil(mass_on_belt.path_length(belt, plain_periods) / drawn.spacing)) + 2
-    whole = next(iter(drawn.realisation([scene.seed, STREAM, 0], length)))
-
-    def plain_each(asked: float) -> float:
-        """Return seconds of a natural period, from where a mass departs."""
-
-        def run_plainly(damping: float) -> None:
-            one = replace(belt, damping_ratio=damping)
-            departs = one.F * law.static - 2 * one.damping_ratio * one.V
-            simulate_plainly(one, law, whole, drawn.spacing, plain_periods, asked, departs)
-
-        return mean_cpu_seconds(run_plainly, budget.DAMPING) / plain_periods
-
-    units = ensemble.realisations * len(ensemble.damping_ratios) * periods
-    how = (
-        f"Both: realisations x damping ratios x duration. Measured at D in {budget.DAMPING}: ours over {paths} paths, "
-        f"scipy's {METHOD} over {plain_periods:g} natural periods of one. At scipy's tolerance {tolerance:g} the error "
-        f"of a slip on a path is {plain_error:.1e}, ours {our_error:.1e} at our tolerance {options.tolerance:g}."
-    )
-    plain, as_asked = work(units, plain_each(tolerance)), work(units, plain_each(options.tolerance))
-    return stage_cost("oscillator", "natural periods", work(units, ours_each), plain, how, as_asked)
+def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Sequence[float]) -> dict[str, Any]:
+    """Return the summary and the rows."""
+    found, refused, rows = {}, {}, []
+    with tempfile.TemporaryDirectory() as folder:
+        few = changed(scene, strip={"penetration_percentiles": [20.0, 50.0, 95.0]})
+        run_chain(few, [0.3], Path(folder))  # compiles
+        for mesh, extrapolated in MESHES.items():
+            on_mesh = changed(scene, numerics={"extrapolate_mesh": extrapolated})
+            found[mesh], reasons = run_chain(on_mesh, asked, Path(folder))
+            refused |= {case(scene=SCENE, mesh=mesh, asked=one): why for one, why in reasons.items()}
+    typed, most = scene_of(scene), max((run for runs in found.values() for run in runs), key=lambda run: run.strips)
+    scatter, each = scatter_of_strip(most.solved, most.friction["percentile"]), time_plain_strip(typed)
+    finest = found["extrapolated"][-1].friction
+    changes = [np.abs(finest[f"mesh_change_of_{name}"][is_judged(finest["percentile"])]) for name in ("mean", "std")]
+    left = {"mesh_error": float(np.max(changes))}
+    for mesh, run in [(mesh, run) for mesh, runs in found.items() for run in runs]:
+        name, strips = case(scene=SCENE, mesh=mesh, asked=run.asked), count_strips(scatter, run.half_width)
+        judged = dict(zip(("true_error", "reference_error"), find_true_error(run.friction, reference), strict=True))
+        rows.append(make_row(name, OURS, run.half_width, [run.seconds], run.strips, **judged))
+        rows.append(make_row(name, PLAIN, run.half_width, [strips * each], math.ceil(strips), **left))
+    measured = {"scatter_of_strip": scatter, "strips": most.strips, "plain_strip_seconds": each}
+    return {"summary": {**summarise(rows), "refused": refused, "measured": measured}, "rows": rows}
 
 
 def measure(quick: bool, _: bool) -> dict[str, Any]:
-    """Return the summary, the cost and the rows."""
-    sizes = QUICK if quick else Sizes()
-    rows: list[Row] = []
-    cost: dict[str, list[dict[str, Any]]] = {"stages": [], "chain": []}
-    for name in sizes.scenes:
-        square, reference = Square(name), read_references(name)[MEDIAN]
-        scene, kept = square.scene, KEPT_RESULTS / name
-        of_expansion = list(budget.expansion_budget(square, reference))
-        rows += budget.square_budget(square, sizes.surfaces)
-        rows += of_expansion
-        rows += budget.strip_budget(name, scene, sizes.strips)
-        rows += budget.strip_sampling(name, kept / "summary.csv")
-        rows += budget.oscillator_budget(name, scene, sizes.paths, kept / "summary.csv")
-        stages = [square_cost(square, of_expansion, reference, sizes.cost_surfaces)]
-        stages.append(strip_cost(scene, kept, sizes.cost_strips))
-        stages.append(oscillator_cost(scene, kept / "summary.csv", sizes.cost_paths, sizes.plain_periods))
-        cost["stages"] += [{"scene": name, **stage} for stage in stages]
-        cost["chain"].append(sum_stages(name, stages))
-        report_progress(f"{name}: cost {cost['chain'][-1]}")
-    return {"summary": summarise(rows), "cost": cost, "rows": rows}
+    """Return the summary and the rows."""
+    reference = store.read(KEPT_RESULTS / SCENE / "friction.nc")
+    return measure_scene(load(SCENE, ROOT / "config" / "scenes"), reference, QUICK if quick else ASKED)
 
 
 if __name__ == "__main__":

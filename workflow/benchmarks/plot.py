@@ -1,4 +1,4 @@
-"""Draw a benchmark from its file: error against time, and what the budget shows.
+"""Draw a benchmark from its file: error against time.
 
 The figure follows from the name of the file, results/benchmarks/<name>.json.
 """
@@ -16,6 +16,7 @@ import numpy as np
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from roughslip.figures.figure2 import METHODS
 from roughslip.figures.style import head, panels, save
@@ -49,19 +50,11 @@ DISTRIBUTIONS: Looks = {
     "equation_9": ("PC, eq. (9)", {**METHODS["equation_9"][1], "marker": "v"}),
     "roughslip": ("PC, all samples", {**METHODS["roughslip"][1], "linewidth": 2.2, "marker": "o"}),
 }
-SOURCES = {
-    "mesh": ("C0", "s"),
-    "modes": ("C1", "D"),
-    "solver tolerance": ("C2", "v"),
-    "expansion": ("C3", "^"),
-    "path nodes": ("C0", "P"),
-    "integrator": ("C2", "<"),
-    "friction mean": ("C4", "d"),
-    "friction std": ("C4", "X"),
-    "friction length_m": ("C4", "*"),
-    "sampling": ("0.15", "o"),
+WAYS: Looks = {
+    "roughslip": ("roughslip, half width", LOOKS["roughslip"][1]),
+    "plain": ("direct cold solves, counted", {"color": "C2", "marker": "v", "linestyle": "-."}),
 }
-"""Colour and marker of the sources of the error budget."""
+TRUE_ERROR = {"label": "roughslip, true error", "color": "C3", "marker": "D", "linestyle": "", "markerfacecolor": "w"}
 
 
 def plot_methods(axes: Axes, rows: Sequence[Row], x: Callable[[Row], float], looks: Looks = LOOKS) -> None:
@@ -190,31 +183,29 @@ def draw_oscillator(rows: Sequence[Row]) -> Figure:
 
 
 def draw_chain(rows: Sequence[Row]) -> Figure:
-    """Draw what each source leaves in every number: a row of panels a scene, a panel a figure of the paper."""
-    figures = {"2": ("contact", "mean_p", "quantile"), "3": ("mu_",), "5": ("cycles",)}
-    least = 1e-6  # of the axis
-    scenes = values_of(rows, "scene")
-    canvas, grid = panels(len(figures), len(scenes), 4.6)
-    handles = {}
-    for number, axes in enumerate(grid.flat):
-        scene, figure = scenes[number // len(figures)], list(figures)[number % len(figures)]
-        here = [row for row in rows if of_case(row, "scene") == scene]
-        here = [row for row in here if of_case(row, "number").startswith(figures[figure])]
-        numbers = values_of(here, "number")
-        for source, (colour, marker) in SOURCES.items():
-            found = [row for row in here if row["method"] == source]
-            places = [-numbers.index(of_case(row, "number")) for row in found]
-            errors = [max(row["error"], least) for row in found]
-            ends = [max(row["error"] + 2 * row["standard_error"], least) for row in found]
-            if found:
-                axes.hlines(places, errors, ends, color=colour, lw=0.8)
-                (handles[source],) = axes.plot(errors, places, marker, color=colour, ms=5)
-        axes.axvline(0.01, color="0.7", lw=0.6)
-        axes.set(xscale="log", xlabel="error as a share of the number", xlim=(least, 3))
-        axes.set_yticks([-place for place in range(len(numbers))], [name.replace("_", " ") for name in numbers])
-        head(axes, LETTERS[number], f"{scene}, Figure {figure}")
-    labels = [source.removesuffix("_m") for source in handles]
-    canvas.legend(handles.values(), labels, loc="outside lower center", ncols=5)
+    """Draw half widths and true errors against CPU time, extrapolated to cells of no size and on the cells h."""
+    titles = {"extrapolated": "extrapolated to cells of no size", "as_given": "on the cells of the scene"}
+    canvas, places = panels(len(titles), 1, 5.2)
+    canvas.set_figheight(4.2)
+    for letter, axes, (mesh, title) in zip(LETTERS, places, titles.items(), strict=False):
+        here = [row for row in rows if of_case(row, "mesh") == mesh]
+        plot_methods(axes, here, seconds, WAYS)
+        ours = [row for row in here if row["method"] == OURS]
+        errors, known = ([row[name] for row in ours] for name in ("true_error", "reference_error"))
+        axes.errorbar([seconds(row) for row in ours], errors, known, **TRUE_ERROR)
+        for row in ours:
+            place, text = (seconds(row), row["error"]), f"{of_case(row, 'asked')} asked"
+            axes.annotate(text, place, xytext=(4, 5), textcoords="offset points", fontsize="small")
+        floor = max((row["mesh_error"] for row in here if "mesh_error" in row), default=FLOOR)
+        axes.axhline(floor, color="C2", linewidth=0.8, linestyle=":", label="mesh error on the cells")
+        lowest = min([floor, *errors, *(row["error"] for row in here)])
+        axes.set(xlabel="CPU time [s]", ylabel="relative half width or error", ylim=(0.6 * lowest, None))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_formatter("{x:g}")
+        axes.minorticks_off()
+        head(axes, letter, title)
+    canvas.legend(*places[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return canvas
 
 

@@ -16,7 +16,6 @@ import pytest
 
 from roughslip import store
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
-from tests.report.test_report import COST
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -70,8 +69,7 @@ def text():
         scenes.append(SceneReport(name, "Kept", figures, dict.fromkeys(figures, "A caption."), {}, claims, costs, "{}"))
     picture = (REFERENCE / "paper" / "figure2.png").read_bytes()
     stress = [{"stage": "a", "problems": 1, "outcomes": {"converged": 1}, "worst_residual_over_tolerance": 0.1}]
-    budget = {"scene=paper number=mu_std_50": {"value": 0.1, "error": 0.01, "largest": "mesh"}}
-    return page(scenes, store.versions(), Evidence(dict.fromkeys(MEASURED, picture), budget, COST, stress))
+    return page(scenes, store.versions(), Evidence(dict.fromkeys(MEASURED, picture), stress))
 
 
 @pytest.fixture(scope="module", params=[(390, 844), (1280, 900)], ids=["phone", "desk"])

@@ -4,7 +4,7 @@ An accuracy is the largest half width of the 95 % intervals at penetrations from
 median. The stages of scene `resolved` run in this process, on cells h and 2h with extrapolation, and on cells h alone.
 Seconds are those of all stages from strip_pilot to friction, without start-up and compilation.
 
-The plain way solves every strip on cells h at each penetration from a cold start, without control variate:
+The plain way solves every strip on cells h, at each penetration from a cold start, without control variate:
 
     - Independent strips leave the half width w = 1.96 sigma / sqrt(K), so that K = (1.96 sigma / w)^2 strips are
       counted, not solved. sigma is the scatter of the influence of a strip, from our run with most strips.

@@ -27,7 +27,7 @@ from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol_places
 from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
 from roughslip.scene.loader import load
-from roughslip.scene.types import Scene, scene_of
+from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
 from roughslip.stages.result_tables.centre_distribution import Expansion, draw
@@ -40,8 +40,6 @@ ROOT = Path(__file__).parents[2]
 KEPT_RESULTS = ROOT / "results" / "reference"  # folders of scenes whose results git keeps
 # The second entry of every seed; the study and the reference use other streams.
 STREAMS = {"monte_carlo": 21, "latin_hypercube": 22, "sobol": 23}
-MEDIAN = 1  # index of the median penetration in PERCENTILES
-JUDGED = (0.5, 0.9, 0.99)  # quantiles given contact
 EQUATIONS = ("equation_8", "equation_9")
 EQUATION_DESIGNS = 3  # of each number of solves to which the equations are fitted
 
@@ -78,52 +76,18 @@ USUAL = Sizes(
 QUICK = Sizes({"paper": Plan({250: 1, 500: 1}, 1)}, 20_000)
 
 
-def load_scene(name: str, changes: Mapping[str, object] | None = None) -> Scene:
-    """Return a scene of the project.
-
-    changes : values of dotted keys, such as strip.cell_m, that replace those of the scene
-    """
-    values = load(name, ROOT / "config" / "scenes")
-    for key, value in (changes or {}).items():
-        section, field = key.split(".")
-        values = {**values, section: {**values[section], field: value}}
-    return scene_of(values)
-
-
 # The judge.
-
-
-def describe(pressure: np.ndarray) -> dict[str, float]:
-    """Return contact probability, mean [Pa], and quantiles given contact [Pa] of pressures of any shape."""
-    positive = pressure[pressure > 0]
-    quantiles = np.quantile(positive, JUDGED) if positive.size else np.full(len(JUDGED), np.nan)
-    found = {"contact_probability": positive.size / pressure.size, "mean_pressure": float(pressure.mean())}
-    return found | {f"quantile_{100 * p:.0f}": float(value) for p, value in zip(JUDGED, quantiles, strict=True)}
 
 
 class MonteCarloReference:
     """The kept Monte Carlo reference of a scene at one penetration.
 
     level, cumulative, error : (n,) [Pa], [-] the distribution with standard errors; level 0 is no contact
-    surfaces : how many were solved
-    numbers : value and standard error of what `describe` returns
-    plain_error : relative standard error of the same without control variate, where a surface counts its four nodes
     """
 
     def __init__(self, kept: Mapping[str, np.ndarray], row: int) -> None:
         self.level, self.cumulative = kept["level"][row], kept["cumulative"][row]
-        self.error, self.surfaces = kept["cumulative_standard_error"][row], int(kept["surfaces"])
-        of_row = {
-            name: (float(kept[name][row]), float(kept[f"{name}_standard_error"][row]))
-            for name in ("contact_probability", "mean_pressure", "controlled_mean_pressure")
-        }
-        for probability in JUDGED:
-            place = row, int(np.argmin(np.abs(kept["probability"] - probability)))
-            numbers = float(kept["quantile"][place]), float(kept["quantile_standard_error"][place])
-            of_row[f"quantile_{100 * probability:.0f}"] = numbers
-        controlled = of_row.pop("controlled_mean_pressure")
-        self.plain_error = {name: error / value for name, (value, error) in of_row.items()}
-        self.numbers = {**of_row, "mean_pressure": controlled}
+        self.error = kept["cumulative_standard_error"][row]
 
     def distance(self, pressure: np.ndarray) -> float:
         """Return the largest difference of the distribution of pressures (n,) [Pa], including the atom at zero.
@@ -174,7 +138,7 @@ class Square:
     """
 
     def __init__(self, name: str) -> None:
-        self.name, self.scene = name, load_scene(name)
+        self.name, self.scene = name, scene_of(load(name, ROOT / "config" / "scenes"))
         self.seed, self.degree, section = self.scene.seed, self.scene.expansion.degree, self.scene.square
         self.model, self.grid = surface_model.gaussian_model(self.scene), geometry.square_grid(self.scene)
         found = karhunen_loeve(self.model.covariance, self.grid, section.modes, share=section.variance_share)

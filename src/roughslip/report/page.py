@@ -6,6 +6,7 @@ The joint page also shows the kept benchmarks and stress campaigns, which a run 
 from __future__ import annotations
 
 import base64
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,19 +20,17 @@ from roughslip.report.sensitivity_table import legend, sensitivity_line
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
-BUDGET = "chain"  # the benchmark that measures each source of error
+ACCURACY = re.compile(r"(\w+?)_(asked|expected|reached|from_\w+)")  # counts of stages in costs.json
 MEASURED = {
     "surface": "Surfaces: times of leading modes and exact samples; error of the covariance against time.",
     "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
     "chaos": "Pressure at the centre: distance of the distribution from its Monte Carlo reference against contact "
     "solves.",
     "oscillator": "Oscillator: error of the point where the mass sticks again against the time of a cycle.",
-    "skips": "What is not computed: the time with everything computed, divided by the time as it is. And the "
-    "difference of the two results relative to the tolerance, at the edge where they are equal to the bit.",
-    BUDGET: "What each source leaves in every number of the figures, the others as the scene has them. To the right of "
-    "each mark: two standard errors of it. Sources vary with common random numbers. Errors of mesh and path nodes are "
-    "twice their change on halving, as of first order. Numbers in units of the mean friction coefficient at median "
-    "penetration; cycles by damping ratio.",
+    "chain": "Friction of strips: half width of the 95 % intervals against the CPU time of all stages, the largest "
+    "of mean and scatter at penetrations from 20 to 95 %. For comparison direct strips, each penetration from a cold "
+    "start, as many as leave the same half width. They are counted from the scatter of a strip and the time of one. "
+    "True errors are largest differences from 4000 direct strips on the same cells, with one standard error.",
 }
 
 
@@ -40,31 +39,18 @@ class Evidence:
     """Kept benchmarks and stress campaigns.
 
     pictures : PNG bytes by benchmark
-    budget : of every number in the figures, by the name of its case, value, error and largest source
-    cost : of the chain and of the plain way at the same error: stages, and scenes with all of them
     stress : rows with stage, problems, outcomes, worst residual over tolerance
     machine : on which the benchmarks ran, by benchmark
     """
 
     pictures: Mapping[str, bytes] = field(default_factory=dict)
-    budget: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    cost: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
     stress: Sequence[Mapping[str, Any]] = ()
     machine: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def measured(self) -> dict[str, bytes]:
-        """Pictures of the benchmarks of single stages."""
-        return {name: self.pictures[name] for name in MEASURED if name in self.pictures and name != BUDGET}
-
-    @property
-    def budget_rows(self) -> list[dict[str, Any]]:
-        """The error budget, a row a number with its scene."""
-        rows = []
-        for case, number in self.budget.items():
-            names = dict(pair.split("=", 1) for pair in case.split(" "))
-            rows.append({**number, "scene": names["scene"], "number": names["number"].replace("_", " ")})
-        return rows
+        """Pictures of the benchmarks, in their order on the page."""
+        return {name: self.pictures[name] for name in MEASURED if name in self.pictures}
 
     def caption(self, name: str) -> str:
         """Caption of the picture of a benchmark."""
@@ -131,9 +117,9 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
     environment.filters |= {
         "base64": lambda content: base64.b64encode(content).decode(),
         "digits": lambda number, digits: f"{number:.{digits}g}",
-        "grouped": lambda number: f"{number:,.3g}",
         "limit_rows": limit_rows,
         "counts": _counts,
+        "accuracies": _accuracies,
         "verdicts": lambda claims: Counter(claim["verdict"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,
         "sensitivity_legend": legend,
@@ -144,8 +130,29 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
 
 
 def _counts(counts: Mapping[str, int]) -> str:
-    """`80,400 convolutions, 3 field fits`, without zeros."""
-    return ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in counts.items() if count)
+    """`80,400 convolutions, 3 field fits`, without zeros and accuracies."""
+    shown = {name: count for name, count in counts.items() if count and not ACCURACY.fullmatch(name)}
+    return ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in shown.items())
+
+
+def _accuracies(costs: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """A row for each number that an accuracy was asked of: asked, expected, reached, what each source leaves alone.
+
+    `bar` has lengths in per cent of the largest: asked, reached, and of that what all these sources leave.
+    """
+    found: dict[str, dict[str, float]] = {}
+    for row in (row for row in costs if row["stage"] != "all"):
+        for name, value in row["did"].items():
+            if match := ACCURACY.fullmatch(name):
+                found.setdefault(match[1], {})[match[2]] = value
+    rows = []
+    for number, values in found.items():
+        sources = {name.removeprefix("from_"): value for name, value in values.items() if name.startswith("from_")}
+        asked, reached = values["asked"], values.get("reached", 0.0)
+        lengths = {"asked": asked, "reached": reached, "sources": min(sum(sources.values()), reached)}
+        bar = {name: 100.0 * value / max(lengths.values()) for name, value in lengths.items()}
+        rows.append({**values, "number": number.replace("_", " "), "sources": sources, "bar": bar})
+    return rows
 
 
 def _stages_by_reason(costs: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:

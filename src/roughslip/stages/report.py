@@ -6,7 +6,7 @@ from typing import Any
 
 from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.report.page import BUDGET, MEASURED, Evidence, SceneReport, page
+from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of, without_nulls
 from roughslip.stages.from_scene import geometry, surface_model
@@ -125,8 +125,6 @@ def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
     found = {name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()}
     return Evidence(
         pictures={name: picture(drawn / f"{name}.png") for name in found},
-        budget=found[BUDGET]["summary"] if BUDGET in found else {},
-        cost=found[BUDGET].get("cost", {}) if BUDGET in found else {},
         stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
         machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in found.items()},
     )

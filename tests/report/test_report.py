@@ -184,22 +184,22 @@ def test_skipped_work_stands_in_the_costs_with_its_reason():
 
 
 def test_what_was_asked_expected_and_reached_stands_by_number():
-    """Of the pressure 0.05 was asked and 0.04 reached, of which cells and modes leave 0.01 and 0.02; of the cycles
-    nothing was reached yet. Bars are in per cent of the largest. What is in this table is not counted as work."""
+    """Of the pressure 0.05 was asked and 0.04 reached: cells leave 0.01 of it and modes 0.02. Of the cycles 3 was
+    asked and 6 reached; of friction nothing yet. Bars are in per cent of the largest. The table holds no work."""
     square = {"pressure_asked": 0.05, "pressure_expected": 0.045, "surfaces": 1000}
     square |= {"pressure_from_cells": 0.01, "pressure_from_modes": 0.02}
-    cycles = {"cycles_asked": 3.0, "cycles_expected": 2.5, "cycles_from_nodes": 0.0}
+    cycles = {"cycles_asked": 3.0, "cycles_expected": 2.5, "cycles_from_nodes": 0.0, "cycles_reached": 6.0}
     rows = [cost(stage="square_pilot", did=square), cost(stage="chaos_square", did={"pressure_reached": 0.04})]
-    rows.append(cost(stage="ensemble_pilot", did=cycles))
+    rows.append(cost(stage="ensemble_pilot", did=cycles | {"friction_mean_asked": 0.01}))
     content = parsed(scene(costs=[*rows, cost(stage="all", did=square | cycles)]))
     text = " ".join(" ".join(content.text).split())
     assert "pressure 0.05 0.045 0.04 cells 0.01, modes 0.02" in text
-    assert "cycles 3 2.5 nodes 0" in text
+    assert "cycles 3 2.5 6 nodes 0 friction mean 0.01 What it cost" in text
     assert "1,000 surfaces" in text
     assert "pressure asked" not in text
     lengths = [float(attrs["width"]) for attrs in content.all("rect")]
-    assert lengths == pytest.approx([80.0, 60.0, 1.0, 0.0, 0.0, 1.0])
-    assert [float(attrs["x"]) for attrs in content.all("rect") if "x" in attrs] == [100.0, 100.0]
+    assert lengths == pytest.approx([80.0, 60.0, 1.0, 100.0, 0.0, 1.0, 0.0, 0.0, 1.0])
+    assert [float(attrs["x"]) for attrs in content.all("rect") if "x" in attrs] == [100.0, 50.0, 100.0]
     assert "Accuracy" not in " ".join(parsed(scene()).text)
 
 

@@ -198,8 +198,9 @@ def draw_chain(rows: Sequence[Row]) -> Figure:
             axes.annotate(text, place, xytext=(4, 5), textcoords="offset points", fontsize="small")
         floor = max((row["mesh_error"] for row in here if "mesh_error" in row), default=FLOOR)
         axes.axhline(floor, color="C2", linewidth=0.8, linestyle=":", label="mesh error on the cells")
-        lowest = min([floor, *errors, *(row["error"] for row in here)])
-        axes.set(xlabel="CPU time [s]", ylabel="relative half width or error", ylim=(0.6 * lowest, None))
+        widths = [row["error"] for row in here]
+        ends = 0.6 * min([floor, *errors, *widths]), 1.4 * max(widths)
+        axes.set(xlabel="CPU time [s]", ylabel="relative half width or error", ylim=ends)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             axis.set_major_formatter("{x:g}")

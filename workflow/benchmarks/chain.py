@@ -6,8 +6,8 @@ Seconds are those of all stages from strip_pilot to friction, without start-up a
 
 The plain way solves every strip on cells h, at each penetration from a cold start, without control variate:
 
-    - Independent strips leave the half width w = 1.96 sigma / sqrt(K), so that K = (1.96 sigma / w)^2 strips are
-      counted, not solved. sigma is the scatter of the influence of a strip, from our run with most strips.
+    - K independent strips leave the half width w = 1.96 sigma / sqrt(K). K is counted, the strips are not solved.
+      Here sigma is the scatter of the influence of a strip, from our run with most strips.
     - The seconds of a strip are measured on one, with conjugate gradients of Polonsky and Keer in numpy.
     - `mesh_error` is what the extrapolation of our most accurate run changes. No number of strips reduces it.
 

@@ -16,21 +16,22 @@ from workflow.study.unused import unused
 pytestmark = pytest.mark.filterwarnings("default")
 
 OF_OSCILLATOR = {"deterministic", "oscillator", "cycles"}
+OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios
 OF_STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
 OF_SQUARE = {"design", "contact_square", "chaos_square"}  # without karhunen_loeve, which draws nothing
-FRICTION = OF_STRIP | OF_OSCILLATOR
+FRICTION = OF_STRIP | OF_OSCILLATOR | OF_POINT
 OWN = {"figure5": 1, "claims": 1, "costs": 1, "scene_report": 1}
 
 
 @pytest.mark.parametrize(
     ("overlay", "own"),
     [
-        ("oscillator: {damping_ratio: 0.2}", OF_OSCILLATOR),
+        ("oscillator: {damping_ratio: 0.2}", OF_OSCILLATOR | OF_POINT),
         ("ensemble: {damping_ratios: [0.17, 0.3]}", OF_OSCILLATOR),
         ("batches: {realisations: 4}", {"oscillator", "cycles"}),  # other jobs
         ("expansion: {draws: 3000}", {"chaos_square"}),
-        ("strip: {expansion_samples: 24}", {"expansion_strip", "friction"} | OF_OSCILLATOR),
-        ("friction: {mean_at_median: 0.2}", {"friction"} | OF_OSCILLATOR),
+        ("strip: {expansion_samples: 24}", {"expansion_strip", "friction"} | OF_OSCILLATOR | OF_POINT),
+        ("friction: {mean_at_median: 0.2}", {"friction"} | OF_OSCILLATOR | OF_POINT),
         ("material: {young_modulus_pa: 1.0e+9}", FRICTION | OF_SQUARE - {"design"}),
         ("seed: 7", FRICTION - {"deterministic"} | OF_SQUARE | {"deterministic"}),
         ("description: Another", set()),
@@ -50,10 +51,10 @@ def test_chain_keys_differ_from_the_first_change_on(empty, tmp_path, overlay, ow
 def test_a_variant_plans_no_job_of_the_stages_that_it_shares(shared, plan):
     """From disk in one job of links; in a run of several new scenes, the first computes for all."""
     shared.scene("variant", "extends: tiny\ntargets: [figure5]\noscillator: {damping_ratio: 0.2}\n")
-    oscillator = dict.fromkeys(OF_OSCILLATOR, 1) | OWN
+    oscillator = dict.fromkeys(OF_OSCILLATOR | {"answer"}, 1) | OWN
     assert plan(shared.folder, "variant") == {"": {"variant.shared": 1}, "variant": oscillator}
-    shared.scene("new", "extends: variant\nseed: 7\n")
-    shared.scene("newer", "extends: new\noscillator: {damping_ratio: 0.3}\n")
+    shared.scene("new", "extends: variant\ntargets: [figure5]\nseed: 7\n")
+    shared.scene("newer", "extends: new\ntargets: [figure5]\noscillator: {damping_ratio: 0.3}\n")
     assert plan(shared.folder, "newer", "new") == {
         "": {"newer.shared": 1},
         "new": dict.fromkeys(OF_STRIP, 1) | oscillator,
@@ -66,9 +67,9 @@ def test_a_sweep_solves_a_contact_problem_once(shared, plan):
     sweep = "sweep: {oscillator.damping_ratio: [0.1, 0.2], material.hardness_pa: [2.0e+9, 3.0e+9]}"
     shared.scene("mine", f"extends: tiny\ntargets: [figure5]\n{sweep}\n")
     planned = plan(shared.folder, "mine")
-    own = dict.fromkeys(OF_OSCILLATOR, 1) | OWN
+    own = dict.fromkeys(OF_OSCILLATOR | {"answer"}, 1) | OWN
     assert planned.pop("") == {"mine.shared": 1, "mine-3.shared": 1, "mine-4.shared": 1}
-    assert planned.pop("mine") == {"figure5": 1, "claims": 1, "costs": 1, "scene_report": 1, "sweep": 1}
+    assert planned.pop("mine") == {"answer": 1, "figure5": 1, "claims": 1, "costs": 1, "scene_report": 1, "sweep": 1}
     assert planned == {
         **dict.fromkeys(("mine-1", "mine-2"), dict.fromkeys(OF_STRIP, 1) | own),
         **dict.fromkeys(("mine-3", "mine-4"), own),

@@ -80,7 +80,7 @@ def work(job: Job) -> None:
     cut = "steps and sticks at which negative friction was cut to zero"
     variables = {
         "damping_ratio": store.Variable(run[1:], np.array(dampings), "1", "damping ratio D"),
-        "realisation": store.Variable(run[:1], np.arange(arguments.first, arguments.last), "1", "number of the run"),
+        "realisation": store.Variable(run[:1], np.array(taken), "1", "number of the run"),
         "cycles": store.Variable(run, cycles, "1", "cycles M_S"),
         "micro_slips": store.Variable(run, micro_slips, "1", "reattachments without a cycle"),
         "negative_friction": store.Variable(run, cuts, "1", cut),

@@ -55,6 +55,7 @@ class Accuracy(Section):
 
 KOLMOGOROV_95 = 1.358  # 95 % quantile of sqrt(n) sup |F_n - F|
 SHARE = 0.5  # of accuracy.pressure, for few samples
+EXPANSION_SHARE = 0.1  # for the expansion, whose distance from the samples is shown
 STRIPS = ("strip.samples", "strip.expansion_samples")
 PRESSURES = ("square.monte_carlo_samples", "expansion.samples")
 RUNS = ("ensemble.realisations", "ensemble.nodes_per_correlation_length")

@@ -11,7 +11,7 @@ from roughslip.chaos.local import LocalExpansion, Samples
 from roughslip.chaos.sampling import design
 from roughslip.chaos.selection import fit_count
 from roughslip.limits import MOST_NUMBERS, VARIABLE_COUNTS
-from roughslip.scene.accuracy import SHARE
+from roughslip.scene.accuracy import EXPANSION_SHARE
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.square import solved, square
@@ -54,7 +54,7 @@ def numbers(least: int, most: int, nodes: int, modes: int) -> tuple[int, int]:
 
 def work(job: Job) -> None:
     """Solve, fit and solve more; write what stage contact_square writes of a design, and the design."""
-    asked, allowed = job.scene.expansion, SHARE * job.scene.accuracy.pressure
+    asked, allowed = job.scene.expansion, EXPANSION_SHARE * job.scene.accuracy.pressure
     seed = [job.scene.seed, geometry.STREAM_EXPANSION_DESIGN]
     problem = square(job)
     nodes = geometry.training_nodes(problem.model.lengths_m, problem.grid)

@@ -78,11 +78,17 @@ def closure(module_name: str, source_root: Path, without: str = "") -> list[Path
             if target.partition(".")[0] == package:
                 wanted.append(target)
                 wanted += [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
-                public = source_root.joinpath(*target.split("."), "__init__.pyi")
-                listed = absolute_imports(public, target) if public.is_file() else []
+                listed = _public_names(target, source_root)
                 wanted += [place for place, of_place in listed if {*names} & {*of_place}]
         pending += [(name, str(file)) for name in wanted]
     return sorted(found.values())
+
+
+@cache
+def _public_names(package: str, root: Path) -> list[tuple[str, tuple[str, ...]]]:
+    """What `__init__.pyi` of a package imports, as `absolute_imports`."""
+    file = root.joinpath(*package.split("."), "__init__.pyi")
+    return absolute_imports(file, package) if file.is_file() else []
 
 
 def closure_hash(module_name: str, source_root: Path, without: str = "") -> str:
@@ -158,6 +164,7 @@ def _this_file() -> str:
     return Path(__file__).read_text(encoding="utf-8")
 
 
+@cache  # no file appears or moves while a study is planned
 def _module_file(module: str, root: Path) -> Path | None:
     path = root.joinpath(*module.split("."))
     candidates = (path / "__init__.py", path.with_name(f"{path.name}.py"))

@@ -72,7 +72,7 @@ rule evidence_drawn:
         key=lambda wildcards: evidence_key("benchmarks", "plot", ROOT, LOCK),
         result=lambda wildcards: kept_evidence(wildcards.stage),
     output:
-        png="results/evidence/{stage}.png",
+        svg="results/evidence/{stage}.svg",
         usage="results/evidence/usage/{stage}.json",
     log:
         "results/evidence/logs/{stage}.log",
@@ -82,7 +82,7 @@ rule evidence_drawn:
         mem_mb=EVIDENCE_MB,
     shell:
         'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
-        " benchmarks.plot --benchmark {input.result:q} --output {output.png:q}"
+        " benchmarks.plot --benchmark {input.result:q} --output {output.svg:q}"
         " --usage {output.usage:q} 2> {log:q}"
 
 

@@ -10,7 +10,7 @@ rule report_of_the_default_scenes:
         key=lambda wildcards: scenes.key_file(scenes.default[0], "report"),
         scenes=[f"results/{name}/report.html" for name in scenes.default],
         kept=kept_evidence(),
-        drawn=[f"results/evidence/{Path(file).stem}.png" for file in kept_evidence() if Path(file).stem in BENCHMARKS],
+        drawn=[f"results/evidence/{Path(file).stem}.svg" for file in kept_evidence() if Path(file).stem in BENCHMARKS],
     output:
         **outputs("report", "results"),
     log:

@@ -5,7 +5,6 @@ The joint page also shows the kept benchmarks and stress campaigns, which a run 
 
 from __future__ import annotations
 
-import base64
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -15,7 +14,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from roughslip.report.answer import limit_rows
-from roughslip.report.sensitivity_table import legend, sensitivity_line
+from roughslip.report.drawing import element, thumbnail
+from roughslip.report.sections import MARKS, SECTIONS, answers, in_brackets, number, rows, section
+from roughslip.report.sensitivity_table import legend, sensitivity_bars, sensitivity_line
 
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
@@ -38,7 +39,7 @@ MEASURED = {
 class Evidence:
     """Kept benchmarks and stress campaigns.
 
-    pictures : PNG bytes by benchmark
+    pictures : SVG or PNG bytes by benchmark
     stress : rows with stage, problems, outcomes, worst residual over tolerance
     machine : on which the benchmarks ran, by benchmark
     """
@@ -63,12 +64,14 @@ class SceneReport:
     """What the page shows of a scene.
 
     name, description : of the scene
-    figures : PNG bytes by the name of the figure
+    figures : bytes of a PNG, or of an SVG that drawing.reduced made, by the name of the figure
     captions : by the name of the figure
     surfaces : how the surface behind a figure is represented and why, in sentences, by the name of the figure
     claims, costs : contents of claims.json and costs.json
     configuration : what the stages read of the scene
     answer : contents of answer.json; None where no oscillator runs
+    folder : of its files, from the folder of the page: empty, or ending in a slash
+    file : the scene file, from the folder of the page; empty for a scene without one
     """
 
     name: str
@@ -80,6 +83,8 @@ class SceneReport:
     costs: Sequence[Mapping[str, Any]]
     configuration: str
     answer: Mapping[str, Any] | None = None
+    folder: str = ""
+    file: str = ""
 
     @property
     def is_reading(self) -> bool:
@@ -94,10 +99,6 @@ class SceneReport:
             for claim in self.claims
             if self.is_reading or (claim["verdict"] != "not tested" and claim["id"] not in OF_ITS_NUMBERS)
         ]
-
-    def caption(self, figure: str) -> str:
-        """Caption of a figure, with the representation of its surface."""
-        return " ".join((self.captions[figure], *self.surfaces.get(figure, ())))
 
     @property
     def warnings(self) -> Sequence[str]:
@@ -115,8 +116,8 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         loader=PackageLoader("roughslip.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters |= {
-        "base64": lambda content: base64.b64encode(content).decode(),
         "digits": lambda number, digits: f"{number:.{digits}g}",
+        "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(one['cpu_seconds'] for one in costs[:-1]):.3g}",
         "limit_rows": limit_rows,
         "counts": _counts,
         "accuracies": _accuracies,
@@ -124,9 +125,26 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "stages_by_reason": _stages_by_reason,
         "sensitivity_legend": legend,
         "sensitivity_line": sensitivity_line,
+        "sensitivity_bars": sensitivity_bars,
+        "section": section,
+        "in_brackets": in_brackets,
+        "number": number,
+        "rows": rows,
+        "element": element,
+        "thumbnail": thumbnail,
     }
-    template = environment.get_template("page.html.j2")
-    return template.render(scenes=scenes, versions=versions, evidence=evidence or Evidence())
+    readings = {scene.name: scene.claims for scene in scenes if scene.is_reading}
+    shown = {name for scene in scenes for name in scene.figures}
+    shown |= {"figure2", "figure3", "figure3_law", "figure5"} if readings else set()
+    return environment.get_template("page.html.j2").render(
+        scenes=scenes,
+        readings=readings,
+        sections=[name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown],
+        answers=answers(readings),
+        marks=MARKS,
+        versions=versions,
+        evidence=evidence or Evidence(),
+    )
 
 
 def _counts(counts: Mapping[str, int]) -> str:

@@ -1,7 +1,8 @@
-"""Sensitivity of verdicts to assumptions, one line a verdict; what all verdicts of a scene share is written once."""
+"""Sensitivity of verdicts to assumptions: a bar a parameter and a line for the rest; what all share is written once."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -16,6 +17,7 @@ NAMES = {
     "square": "mesh, modes and samples of the square",
     "strip": "mesh and penetrations of the strip",
 }
+DECADE = 10.0  # a bar reaches from a tenth of the value in the scene to ten times it
 NEXT = 1e-2  # relative: two ends as close as that are printed as one number
 
 
@@ -24,15 +26,31 @@ def legend(claims: Iterable[Mapping[str, Any]], scene: str) -> str:
     common = _common_inputs(claims)
     independent = f"No verdict depends on {', '.join(map(_name, common))}. " if common else ""
     return (
-        f"{independent}Notes end in the ranges over which the verdict stays the same, with all other inputs unchanged. "
-        "A star marks an end without a change within a factor of ten, or beyond which nothing is known. A number in "
-        "brackets marks where the verdict is known to differ. The remaining inputs need a run, or contact solves: edit "
+        f"{independent}Bars show the range over which a verdict stays the same, with all other inputs unchanged, from a "
+        "tenth of the value in the scene to ten times it; a line marks that value. A star marks an end without a change "
+        "in this range, or beyond which nothing is known. A number in brackets marks where the verdict is known to "
+        "differ. The remaining inputs need a run, or contact solves: edit "
         f"{scene}.yaml and run snakemake -j2 {scene}"
     )
 
 
+def sensitivity_bars(claim: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """A row a parameter with a range over which the verdict stays: its text, and both ends of a bar [% of its length]."""
+    return [
+        {"text": _range(found), **{end: _place(found[end], found["value"]) for end in ("low", "high")}}
+        for found in (claim.get("stands") or {}).get("ranges", ())
+    ]
+
+
+def _place(end: float, value: float) -> float:
+    """Where a number lies on a logarithmic bar around the value of the scene [% of its length]."""
+    if end * value <= 0.0:
+        return 0.0
+    return min(max(50.0 * (1.0 + math.log(end / value, DECADE)), 0.0), 100.0)
+
+
 def sensitivity_line(claim: Mapping[str, Any], claims: Iterable[Mapping[str, Any]]) -> str:
-    """The ranges over which the verdict on one of the claims of a scene stays; empty for one that was not tested."""
+    """Inputs that may have any value, and those that need a run or solves; empty for a claim that was not tested."""
     stands = claim.get("stands")
     if stands is None:
         return ""
@@ -40,12 +58,11 @@ def sensitivity_line(claim: Mapping[str, Any], claims: Iterable[Mapping[str, Any
         return f"Holds in any case: {stands['always']}"
     common = _common_inputs(claims)
     parts = [
-        *map(_range, stands["ranges"]),
-        _list("any ", [_name(entry) for entry in stands["any_value"] if entry not in common]),
-        _list("needs a run: ", [_name(entry) for entry in stands["new_runs"]]),
-        _list("needs contact solves: ", dict.fromkeys(_section(entry) for entry in stands["new_solves"])),
+        _list("Holds for any ", [_name(entry) for entry in stands["any_value"] if entry not in common]),
+        _list("Needs a run: ", [_name(entry) for entry in stands["new_runs"]]),
+        _list("Needs contact solves: ", dict.fromkeys(_section(entry) for entry in stands["new_solves"])),
     ]
-    return f"Holds for {'; '.join(part for part in parts if part)}"
+    return ". ".join(part for part in parts if part)
 
 
 def _common_inputs(claims: Iterable[Mapping[str, Any]]) -> list[str]:

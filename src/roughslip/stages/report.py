@@ -1,11 +1,13 @@
 """Stage report: one page on one scene, or on several together."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
 from roughslip import store
 from roughslip.errors import StoreError
+from roughslip.report.drawing import chosen, reduced
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of, without_nulls
@@ -35,8 +37,11 @@ def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
     return whole
 
 
+SCENES = Path("config", "scenes")
+
+
 def picture(path: Path) -> bytes:
-    """A PNG file. Raises StoreError where it is missing."""
+    """A picture. Raises StoreError where it is missing."""
     try:
         return path.read_bytes()
     except OSError as error:
@@ -99,21 +104,27 @@ def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list
     return found
 
 
-def read_scene(folder: Path, captions: dict[str, str]) -> SceneReport:
-    """What a scene left in its folder of results. captions : of all figures, in their order on the page"""
+def read_scene(folder: Path, captions: dict[str, str], page_folder: Path) -> SceneReport:
+    """What a scene left in its folder of results. captions : of all figures"""
     costs = store.read_json(folder / "costs.json")
     stages = sorted({row["stage"] for row in costs} - {"all"})  # of this run: the folder may hold keys of older targets
     configuration = merged([store.read_key(folder / "keys" / f"{stage}.json").configuration for stage in stages])
-    drawn = [name for name in captions if name in stages]
+    drawn = {name: folder / name for name in captions if name in stages}
+    own, file = os.path.relpath(folder, page_folder), SCENES / f"{folder.name}.yaml"
     return SceneReport(
         name=folder.name,
         description=configuration["description"],
-        figures={name: picture(folder / f"{name}.png") for name in drawn},
+        figures={
+            name: chosen(picture(path.with_suffix(".svg")).decode(), picture(path.with_suffix(".png")))
+            for name, path in drawn.items()
+        },
         captions=captions,
         surfaces=represented(folder, stages, scene_of(configuration)),
         answer=store.read_json(folder / "answer.json") if "answer" in stages else None,
         claims=store.read_json(folder / "claims.json"),
         costs=costs,
+        folder="" if own == "." else f"{own}/",
+        file=os.path.relpath(file, page_folder) if file.is_file() else "",
         configuration=json.dumps(without_nulls(configuration), indent=1, sort_keys=True),
     )
 
@@ -124,7 +135,7 @@ def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
         return None
     found = {name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()}
     return Evidence(
-        pictures={name: picture(drawn / f"{name}.png") for name in found},
+        pictures={name: reduced(picture(drawn / f"{name}.svg").decode()).encode() for name in found},
         stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
         machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in found.items()},
     )
@@ -132,7 +143,8 @@ def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
 
 def work(job: Job) -> None:
     """Write the page."""
-    scenes = [read_scene(folder, job.key.configuration["captions"]) for folder in job.arguments.scenes]
+    captions, page_folder = job.key.configuration["captions"], job.arguments.output.parent
+    scenes = [read_scene(folder, captions, page_folder) for folder in job.arguments.scenes]
     evidence = read_evidence(job.arguments.evidence, job.arguments.drawn)
     store.write_text(job.arguments.output, page(scenes, store.versions(), evidence))
 

@@ -1,0 +1,55 @@
+"""Figures inside the page, as SVG elements that thumbnails show again without a second copy."""
+
+from __future__ import annotations
+
+import base64
+import re
+import struct
+from html import escape
+
+PNG = b"\x89PNG\r\n\x1a\n"
+LARGEST_SVG = 300_000  # bytes, after reduction; a PNG takes the place of a larger one
+
+
+def reduced(svg: str) -> str:
+    """A drawing of matplotlib without comments, metadata and spare digits: coordinates in points to 0.01."""
+    svg = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>", "", svg[svg.index("<svg") :], flags=re.S)
+    svg = re.sub(r' (?:d|x|y)="[^"]*"', lambda match: re.sub(r"(\.\d\d)\d+", r"\1", match[0]), svg)
+    svg = re.sub(r'<g id="[^"]*"', "<g", svg).replace("xlink:href", "href")  # matplotlib refers to no group
+    return re.sub(r">\s+<", "><", re.sub(r"\s*\n\s*", " ", svg))
+
+
+def chosen(svg: str, png: bytes) -> bytes:
+    """The reduced SVG, or the PNG where the former is too large."""
+    small = reduced(svg).encode()
+    return small if len(small) <= LARGEST_SVG else png
+
+
+def size(content: bytes) -> tuple[float, float]:
+    """Width and height of a PNG [pixels] or of an SVG [points]."""
+    if content.startswith(PNG):
+        return struct.unpack(">II", content[16:24])
+    box = re.search(rb'viewBox="0 0 ([\d.]+) ([\d.]+)"', content)
+    if box is None:
+        raise ValueError("a drawing has no viewBox at the origin; write it with roughslip.figures.style.save")
+    return float(box[1]), float(box[2])
+
+
+def element(content: bytes, name: str, seen: str) -> str:
+    """The figure as an SVG element. name : prefix of its ids, unique on the page; seen : what it shows, in words"""
+    width, height = size(content)
+    if content.startswith(PNG):
+        picture = base64.b64encode(content).decode()
+        inside = f'<image href="data:image/png;base64,{picture}" width="{width:g}" height="{height:g}"/>'
+    else:
+        text = content.decode()
+        inside = re.sub(r'(\bid="|\bhref="#|url\(#)', rf"\g<1>{name}-", text[text.index(">") + 1 : text.rindex("</svg>")])
+    head = f'<svg class="drawing" viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(seen)}">'
+    return f'{head}<g id="{name}-drawing">{inside}</g></svg>'
+
+
+def thumbnail(content: bytes, name: str) -> str:
+    """The figure again, small; the link around it says what it is."""
+    width, height = size(content)
+    box = f'class="drawing" viewBox="0 0 {width:g} {height:g}"'
+    return f'<svg {box} aria-hidden="true"><use href="#{name}-drawing"/></svg>'

@@ -1,0 +1,175 @@
+"""Sections of the page: what a figure shows, what the paper shows there, why results differ, and which statements belong.
+
+All numbers on the page are those of claims.json; the texts here hold none of ours.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+Claim = Mapping[str, Any]
+MARKS = {"reproduced": "✓", "contradicted": "✗", "undecided": "?", "contradicts itself": "↯", "not tested": "–"}
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of the page.
+
+    title : its heading; seen : what the figure shows to the eye, for readers who do not see it
+    paper : what the paper shows; why : where a difference comes from
+    numbers : what our number on a statement is, by the id of the statement
+    """
+
+    title: str
+    seen: str
+    paper: str = ""
+    why: str = ""
+    numbers: Mapping[str, str] = field(default_factory=dict)
+
+
+SECTIONS = {
+    "figure_scan": Section(
+        "The scan and its models",
+        "Maps of the scan and of a sampled surface, then curves of the scan with bands, and the sampled surfaces around "
+        "them: density of heights, autocorrelation, power spectrum.",
+    ),
+    "figure2": Section(
+        "Figure 2: pressure at the centre",
+        "Two panels with distribution functions of the pressure given contact, on linear and logarithmic axes, a line "
+        "for each method. A third panel has a dot for the probability of contact by each method.",
+        "Monte Carlo, Latin hypercube and both polynomial chaos variants, eqs. (8) and (9), lie on one curve.",
+        "The paper fits its expansions to samples in contact alone. Given contact, their variables are no longer "
+        "Gaussian, and few samples remain for 165 terms. An expansion fitted to all samples has neither fault.",
+        {
+            "fig2-mcs-lhs": "distance of the distributions",
+            "fig2-pc-lhs": "distance of the distributions",
+            "fig2-pc-tail": "largest ratio of the probabilities",
+            "fig2-variants-agree": "distance of the distributions",
+        },
+    ),
+    "figure_field": Section(
+        "Pressure at every node",
+        "Maps of the square: contact probability, mean and standard deviation of the pressure, and three single "
+        "pressure fields. Bars show how much each mode of the surface matters.",
+    ),
+    "figure3": Section(
+        "Figure 3: friction against penetration",
+        "Two panels against penetration: mean and standard deviation of the friction coefficient, as markers with bars "
+        "for solved contact, expansion and both combined. A curve runs through the means.",
+        "Mean, standard deviation and coefficient of variation of the friction coefficient fall with penetration.",
+        "The paper gives no material, no roughness height and no numbers on this figure beyond its axes. So only the "
+        "trends are compared. The shear strength is set for a mean of 0.3 at median penetration.",
+        {
+            "fig3-mean-decreases": "change of the mean",
+            "fig3-std-decreases": "change of the standard deviation",
+            "fig3-cov-decreases": "change of the coefficient of variation",
+        },
+    ),
+    "figure3_law": Section(
+        "Distribution and correlation of friction",
+        "Six panels: autocorrelation against distance, fitted lengths against penetration, a histogram at median "
+        "penetration with fitted densities, distances to families of distributions, skewness, excess kurtosis.",
+        "The friction coefficient is correlated exponentially over 250 µm, right skewed and leptokurtic. Scaled to (0, 1) "
+        "it follows Beta(2.1, 5) at every penetration.",
+        "Friction is an average over a window of 600 µm. The average alone makes a triangular autocorrelation of white "
+        "noise, and draws the distribution towards the normal one. Beta(2.1, 5) has negative excess kurtosis.",
+        {
+            "mu-correlation-exponential": "mean square distance to the exponential, less that to the triangle",
+            "mu-correlation-250um": "correlation length",
+            "mu-correlation-any-depth": "change of the length",
+            "mu-right-skewed": "skewness",
+            "mu-leptokurtic": "excess kurtosis",
+            "mu-beta-2.1-5": "distance of the distributions",
+            "mu-beta-any-depth": "largest distance of the distributions",
+        },
+    ),
+    "figure5": Section(
+        "Figure 5: the mass on the belt",
+        "Left, loops of displacement and velocity: one black loop without scatter, many blue ones around it. Middle, a "
+        "histogram of the point where the mass sticks again, with a normal curve. Right, numbers of cycles against "
+        "damping: with scatter, without, and the difference.",
+        "With and without scatter the mass moves on a stick-slip limit cycle. Without scatter the cycle ceases at a sharp "
+        "limit of damping, and with scatter there is a range where it goes on.",
+        "How long a cycle survives beyond the limit follows from the scatter of friction. The paper gives neither that "
+        "scatter nor the mass. Less scatter, as of finer roughness, leaves less of the range.",
+        {
+            "fig5-limit-cycle": "runs that cycle to the end",
+            "fig5-reattachment-nonnormal": "skewness of the point",
+            "fig5-sharp-limit": "damping ratio of the limit",
+            "fig5-range-beyond-limit": "runs that cycle to the end beyond the limit",
+            "own-fig5-under-load": "range over limit",
+        },
+    ),
+    "figure_map": Section(
+        "Where stick-slip occurs",
+        "A map over two parameters, coloured by the probability of stick-slip, with dots where it was computed and lines "
+        "of the limits without scatter.",
+    ),
+    "figure_design": Section(
+        "The cheapest change that keeps stick-slip rare",
+        "A plane of two parameters with the scene, the line of the limit, the cheapest point and its cost.",
+    ),
+    "figure_lifetimes": Section(
+        "How long stick-slip lasts near its limit",
+        "Three panels: share of runs still in stick-slip against time, mean lifetimes against damping, and bands of "
+        "damping by how the runs begin.",
+    ),
+}
+
+NUMBERS = {name: text for one in SECTIONS.values() for name, text in one.numbers.items()}
+
+# The statements that answer the question of the study, in words that need no context.
+ASKED = {
+    "fig2-pc-lhs": "Polynomial chaos, fitted as in the paper, gives the distribution of the contact pressure",
+    "fig3-std-decreases": "Friction scatters less in deeper contact",
+    "mu-correlation-250um": "Along the path friction is correlated over 250 µm",
+    "fig5-range-beyond-limit": "With scatter stick-slip goes on at a damping where it ends without",
+}
+
+
+def section(figure: str) -> Section:
+    """The section of a figure; one without texts has the name of the figure as its title."""
+    return SECTIONS.get(figure, Section(figure.replace("_", " "), "A figure of the scene."))
+
+
+def in_brackets(shown: str | None) -> str:
+    """`323 µm (294 µm to 362 µm)` as `323 µm [294, 362]`, and empty for no number."""
+    return re.sub(r"^(\S+?)((?: \D*)?) \((\S+?)\2 to (\S+?)\2\)$", r"\1\2 [\3, \4]", shown or "")
+
+
+def number(claim: Claim) -> str:
+    """What our number is, and the number with its interval: `skewness 0.34 [0.28, 0.39]`."""
+    return f"{NUMBERS.get(claim['id'], '')} {in_brackets(claim['shown'])}".strip() if claim["shown"] else ""
+
+
+def rows(readings: Mapping[str, Sequence[Claim]], ids: Iterable[str] | None = None) -> list[dict[str, Claim]]:
+    """A row for each statement, the claims by scene. readings : claims by scene; ids : of the statements, or all"""
+    found: dict[str, dict[str, Claim]] = {}
+    for scene, claims in readings.items():
+        for claim in claims:
+            if ids is None or claim["id"] in ids:
+                found.setdefault(claim["id"], {})[scene] = claim
+    return list(found.values())
+
+
+def answers(readings: Mapping[str, Sequence[Claim]]) -> list[str]:
+    """The answer of the study in at most five sentences. readings : claims by scene"""
+    if not readings:
+        return []
+    parts = []
+    for scene, claims in readings.items():
+        verdicts = [claim["verdict"] for claim in claims]
+        counts = [f"{verdicts.count(verdict)} {verdict}" for verdict in MARKS if verdict in verdicts]
+        parts.append(f"{', '.join(counts)} in scene {scene}")
+    sentences = [f"The paper's statements: {'; '.join(parts)}."]
+    for name, lead in ASKED.items():
+        for row in rows(readings, (name,)):
+            tested = {scene: claim for scene, claim in row.items() if claim["shown"]}
+            verdicts = [f"{claim['verdict']} in {scene}" for scene, claim in tested.items()]
+            numbers = [in_brackets(claim["shown"]) for claim in tested.values()]
+            if tested:
+                sentences.append(f"{lead}: {', '.join(verdicts)} ({NUMBERS[name]} {' and '.join(numbers)}).")
+    return sentences

@@ -21,10 +21,11 @@ def test_the_table_of_verdicts_is_that_of_the_kept_results():
     assert [line for line in found if line in rows] == rows
 
 
-def test_every_picture_and_page_that_it_links_exists():
+def test_it_is_short_and_every_picture_and_page_that_it_links_exists():
     text = (ROOT / "README.md").read_text()
     links = [part.partition(")")[0] for part in text.split("](")[1:]]
     assert len(links) >= 6
+    assert len(text.encode()) <= 7000  # read at a sitting; more is in docs/
     assert [link for link in links if not (ROOT / link).is_file()] == []
 
 

@@ -1,17 +1,23 @@
 """The report is one valid page that needs no network and shows text as text."""
 
 import base64
+import math
 import re
+import struct
 from html.parser import HTMLParser
+from itertools import pairwise
 
 import pytest
 
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
-from roughslip.report.sensitivity_table import legend, sensitivity_line
+from roughslip.report.sections import ASKED, MARKS, NUMBERS, SECTIONS, answers, in_brackets
+from roughslip.report.sensitivity_table import legend, sensitivity_bars, sensitivity_line
+from roughslip.scene.plan import captions
+from roughslip.verdicts.statements import STATEMENTS
 from tests.verdicts.claimed import judge, square, with_interval
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
-PICTURE = b"\x89PNG\r\n\x1a\n not much of a picture"
+PICTURE = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", 1920, 560) + b" not much of a picture"
 CAPTIONS = {"figure2": "Pressure.", "figure3": "Friction.", "figure5": "Cycles."}
 
 
@@ -103,11 +109,66 @@ def test_one_page_without_a_network():
     assert not re.search(r"https?:|//[a-z]|url\(|@import|<script|<link|<iframe", text)
     sources = [value for _, attrs in content.elements for name, value in attrs.items() if name in ("src", "href")]
     pictures = [source for source in sources if source.startswith("data:image/png;base64,")]
-    assert len(pictures) == 2 * len(CAPTIONS)
+    assert len(pictures) == 2 * len(CAPTIONS)  # thumbnails show them again without a copy
     assert base64.b64decode(pictures[0].partition(",")[2]) == PICTURE
+    ids = [attrs["id"] for _, attrs in content.elements if "id" in attrs]
+    assert len(ids) == len(set(ids))
+    places = {source[1:] for source in sources if source.startswith("#")}
+    assert {"main", "mine", "yours", *CAPTIONS, *(f"yours-{name}-drawing" for name in CAPTIONS)} <= places
+    assert places <= set(ids)
+    assert {"mine-fig3-mean-decreases", "yours-fig3-mean-decreases"} <= set(ids)
+    files = {source for source in sources if not source.startswith(("#", "data:"))}
+    kept = {"claims.json", "costs.json", "summary.csv"}
+    assert files == kept | {f"{name}.{kind}" for name in CAPTIONS for kind in ("svg", "nc")}
+
+
+def test_landmarks_and_headings_lead_through_the_page():
+    """One main, a named list of contents, sections with names; no level of heading is left out."""
+    content = parsed(scene(name="paper", costs=[cost()]), scene(name="resolved"))
+    assert [len(content.all(tag)) for tag in ("header", "nav", "main", "h1")] == [1, 1, 1, 1]
+    assert content.all("nav")[0]["aria-label"]
     ids = {attrs["id"] for _, attrs in content.elements if "id" in attrs}
-    assert {source for source in sources if source not in pictures} == {"#mine", "#yours"}
-    assert ids == {"mine", "yours", "mine-fig3-mean-decreases", "yours-fig3-mean-decreases"}
+    assert all("aria-label" in attrs or attrs["aria-labelledby"] in ids for attrs in content.all("section"))
+    levels = [int(tag[1]) for tag, _ in content.elements if re.fullmatch("h[1-6]", tag)]
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+    assert all(attrs.get("scope") in ("col", "row") for attrs in content.all("th"))
+
+
+def test_the_page_of_a_scene_that_does_not_read_the_paper_begins_with_itself():
+    """The paper stands in its folded statements alone; on a reading its statements and numbers come first."""
+    own = "\n".join(parsed(scene()).text)
+    assert "paper" not in own[: own.index("Statements of the paper")].lower()
+    text = "\n".join(parsed(scene(name="paper")).text)
+    assert text.index("The paper's statements: 1 reproduced in scene paper.") < text.index("Pressure.")
+
+
+def test_the_answer_of_the_study_is_at_most_five_sentences_from_its_verdicts():
+    found = answers(
+        {"paper": [claim()], "resolved": [claim(id="mu-correlation-250um", shown="296 µm (282 µm to 312 µm)")]}
+    )
+    assert found == [
+        "The paper's statements: 1 reproduced in scene paper; 1 reproduced in scene resolved.",
+        "Along the path friction is correlated over 250 µm: reproduced in resolved (correlation length 296 µm [282, "
+        "312]).",
+    ]
+    assert len(ASKED) < 5
+    assert answers({}) == []
+
+
+def test_every_statement_and_figure_has_its_texts():
+    assert set(NUMBERS) == set(STATEMENTS)
+    assert set(SECTIONS) == set(captions())
+    assert all(text.rstrip(".").count(". ") <= 2 for text in captions().values())  # with "Figure 2." two sentences
+
+
+def test_numbers_are_written_with_their_unit_once():
+    shown = ["-0.0891 (-0.0942 to -0.0839)", "18.4 µm (-23.4 µm to 58.5 µm)", "100 % (98.4 % to 100 %)", None]
+    assert [in_brackets(text) for text in shown] == [
+        "-0.0891 [-0.0942, -0.0839]",
+        "18.4 µm [-23.4, 58.5]",
+        "100 % [98.4, 100]",
+        "",
+    ]
 
 
 def test_it_reads_on_a_phone_and_says_what_its_pictures_are():
@@ -115,9 +176,12 @@ def test_it_reads_on_a_phone_and_says_what_its_pictures_are():
     assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in content.all("meta")
     assert content.all("html") == [{"lang": "en"}]
     assert {"charset": "utf-8"} in content.all("meta")
-    assert all(attrs["alt"] for attrs in content.all("img"))
+    drawn = [attrs for attrs in content.all("svg") if attrs.get("role") == "img"]
+    assert len(drawn) == len(CAPTIONS)
+    assert all(len(attrs["aria-label"]) > 100 for attrs in drawn)
+    assert all("aria-label" in attrs or attrs["aria-hidden"] == "true" for attrs in content.all("svg"))
     heads = {attrs["data-head"] for attrs in content.all("td")}
-    assert {"Statement", "Ours (95 % interval)", "Verdict", "CPU [s]", "Peak memory [MiB]"} < heads
+    assert {"Paper", "mine", "CPU [s]", "Peak memory [MiB]"} < heads
 
 
 NASTY = """<script>alert("x")</script> & 'quoted' \u00b5 {braces}"""
@@ -133,14 +197,15 @@ def test_what_a_user_wrote_is_text(key):
 
 def test_numbers_verdicts_and_what_has_none():
     absent = claim(ours=None, interval=None, verdict="not tested", note="the scene does not run this stage")
-    content = parsed(scene(name="paper", claims=[claim(stands=CYCLE["stands"]), claim(), absent]))
+    second, absent = claim(id="fig3-std-decreases"), absent | {"id": "fig3-cov-decreases"}
+    content = parsed(scene(name="paper", claims=[claim(stands=CYCLE["stands"]), second, absent]))
     text = " ".join(content.text)
-    assert "-0.0891" in text
-    assert "-0.0942 to -0.0839" in text
-    assert "mass 0.1* to 1.36 (1.958) kg; runs 73 to 4000*" in text
-    assert "3 statements: 2 reproduced, 1 not tested." in text
+    assert "change of the mean -0.0891 [-0.0942, -0.0839]" in text
+    assert "mass 0.1* to 1.36 (1.958) kg" in text
     assert "None" not in text
-    assert [attrs["class"] for attrs in content.all("td")].count("verdict not-tested") == 1
+    for verdict, count in (("reproduced", 2), ("not-tested", 1)):
+        assert [attrs.get("class") for attrs in content.all("a")].count(verdict) == count
+    assert text.count(MARKS["not tested"]) == 3  # in the matrix, in its key and with the figure
 
 
 def test_statements_of_the_paper_are_folded_away_where_the_scene_is_none_of_its_readings():
@@ -148,7 +213,7 @@ def test_statements_of_the_paper_are_folded_away_where_the_scene_is_none_of_its_
     claims = [claim(), claim(id="mu-correlation-250um"), claim(id="fig2-mcs-lhs", verdict="not tested")]
     for name, count in (("paper", 3), ("resolved", 3), ("mine", 1)):
         content = parsed(scene(name=name, claims=claims))
-        shown = {attrs["id"] for attrs in content.all("span")}
+        shown = {attrs["id"] for attrs in content.all("h3") if "id" in attrs}
         assert shown == {f"{name}-{one['id']}" for one in claims[:count]}
         summaries = [line for line in content.text if line.startswith("Statements of the paper")]
         assert len(summaries) == (name == "mine")
@@ -159,7 +224,7 @@ def test_the_verdict_on_a_number_at_its_threshold_says_so_in_its_cell():
     arrays = square() | with_interval("distance_between_variants", 0.101, 0.05, 0.15)
     found = judge(square_=arrays)["fig2-variants-agree"]
     text = page([scene(claims=[claim(), found])], {})
-    cells = re.findall('class="verdict [a-z]+" data-head="Verdict">(.*?)</td>', text)
+    cells = re.findall('class="verdict [a-z]+"><span aria-hidden="true">.</span> (.*?)</span>', text)
     assert cells == ["reproduced", "undecided, on its threshold"]
 
 
@@ -194,20 +259,20 @@ def test_what_was_asked_expected_and_reached_stands_by_number():
     content = parsed(scene(costs=[*rows, cost(stage="all", did=square | cycles)]))
     text = " ".join(" ".join(content.text).split())
     assert "pressure 0.05 0.045 0.04 cells 0.01, modes 0.02" in text
-    assert "cycles 3 2.5 6 nodes 0 friction mean 0.01 What it cost" in text
+    assert "cycles 3 2.5 6 nodes 0 friction mean 0.01" in text
     assert "1,000 surfaces" in text
     assert "pressure asked" not in text
-    lengths = [float(attrs["width"]) for attrs in content.all("rect")]
+    bars = content.all("rect")[:9]
+    lengths = [float(attrs["width"]) for attrs in bars]
     assert lengths == pytest.approx([80.0, 60.0, 1.0, 100.0, 0.0, 1.0, 0.0, 0.0, 1.0])
-    assert [float(attrs["x"]) for attrs in content.all("rect") if "x" in attrs] == [100.0, 50.0, 100.0]
+    assert [float(attrs["x"]) for attrs in bars if "x" in attrs] == [100.0, 50.0, 100.0]
     assert "Accuracy" not in " ".join(parsed(scene()).text)
 
 
 def test_the_representation_of_a_surface_stands_below_its_figure():
     plain = parsed(scene()).text
     content = parsed(scene(surfaces={"figure2": ["It has 7 modes.", NASTY]}))
-    (added,) = set(content.text) - set(plain)
-    assert added == f"{CAPTIONS['figure2']} It has 7 modes. {NASTY}"
+    assert set(content.text) - set(plain) == {"How its surfaces are made", f"It has 7 modes. {NASTY}"}
     assert content.all("script") == []
 
 
@@ -231,8 +296,8 @@ def test_evidence_is_shown_on_the_same_page():
     content = Page(text)
     assert content.mistakes == content.open == []
     assert {"speed", "stress"} < {attrs["id"] for _, attrs in content.elements if "id" in attrs}
-    alts = [attrs["alt"] for attrs in content.all("img")]
-    assert [f"Benchmark {name}" in alts for name in MEASURED] == [True] * len(MEASURED)
+    labels = " ".join(attrs.get("aria-label", "") for attrs in content.all("svg"))
+    assert [f"Benchmark {name}. " in labels for name in MEASURED] == [True] * len(MEASURED)
     words = " ".join(content.text)
     for shown in ("3,000", "2,990 converged, 10 IllPosedError", "a <processor>"):
         assert shown in words
@@ -269,14 +334,20 @@ ALL = [CYCLE, LENGTH, PAPER, NOT_TESTED]
 
 
 def test_ends_units_and_what_is_not_known():
-    """A star where nothing changed, brackets where the change lies further on, one number where it is adjacent."""
+    """A star where nothing changed, brackets where the change lies further on, one number where it is adjacent. Bars
+    are logarithmic: a tenth of the value lies at 0 %, the value at 50 % and ten times the value at 100 %."""
+    mass, runs = sensitivity_bars(CYCLE)
+    assert (mass["text"], runs["text"]) == ("mass 0.1* to 1.36 (1.958) kg", "runs 73 to 4000*")
+    assert (mass["low"], runs["high"]) == pytest.approx((0.0, 100.0))
+    assert mass["high"] == pytest.approx(50.0 + 50.0 * math.log10(1.3596))
     assert sensitivity_line(CYCLE, ALL) == (
-        "Holds for mass 0.1* to 1.36 (1.958) kg; runs 73 to 4000*; any normal force with mass in proportion; needs a "
-        "run: duration periods; needs contact solves: shape of the roughness, mesh and penetrations of the strip"
+        "Holds for any normal force with mass in proportion. Needs a run: duration periods. Needs contact solves: "
+        "shape of the roughness, mesh and penetrations of the strip"
     )
-    assert sensitivity_line(LENGTH, ALL) == (
-        "Holds for window 0.0004978 to 0.006* m (with all lengths in proportion); least contact fraction 0 to 0.001*"
-    )
+    window, least = sensitivity_bars(LENGTH)
+    assert window["text"] == "window 0.0004978 to 0.006* m (with all lengths in proportion)"
+    assert (least["text"], least["low"]) == ("least contact fraction 0 to 0.001*", 0.0)
+    assert least["high"] == pytest.approx(50.0)
 
 
 def test_verdicts_without_ranges():
@@ -290,7 +361,7 @@ def test_inputs_that_no_verdict_depends_on_are_written_once():
     assert text.endswith("edit mine.yaml and run snakemake -j2 mine")
     assert "Young" not in sensitivity_line(CYCLE, ALL)
     with_one_more = [*ALL, sensitive() | {"stands": sensitive()["stands"] | {"any_value": []}}]
-    assert legend(with_one_more, "mine").startswith("Notes end in")
+    assert legend(with_one_more, "mine").startswith("Bars show")
     assert "any Young's modulus" in sensitivity_line(CYCLE, with_one_more)
 
 

@@ -123,6 +123,6 @@ def test_units_of_small_lengths():
 def test_the_answer_stands_first_on_its_scene():
     content = parsed(scene(answer=ANSWER | {"summary": summary(ANSWER)}))
     text = "\n".join(content.text)
-    assert text.index("practically certain") < text.index("all from 0.01 to 100") < text.index("Pressure.")
+    assert text.index("practically certain") < text.index("Pressure.") < text.index("all from 0.01 to 100")
     refused = parsed(scene(answer={"given": False, "summary": ["Stick-slip: no answer, because <it>."]}))
     assert "Stick-slip: no answer, because <it>." in refused.text

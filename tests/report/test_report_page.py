@@ -1,4 +1,4 @@
-"""The joint page in a browser: no errors, every picture loads, links have targets, it fits a phone.
+"""The joint page in a browser: no errors, every picture is drawn, links have targets, it fits a phone, light and dark.
 
 Any Chromium will do; without one the tests skip.
 """
@@ -38,7 +38,7 @@ PROBE = """<script>addEventListener("load", () => {
   const behind = element => { for (; element; element = element.parentElement) {
     const colour = numbers(getComputedStyle(element).backgroundColor);
     if (colour.length < 4 || colour[3] > 0) return colour.slice(0, 3); } return [255, 255, 255]; };
-  const faint = [];
+  const faint = [], TARGET = "What would turn the verdict";
   for (const element of document.body.querySelectorAll("*")) {
     if (![...element.childNodes].some(node => node.nodeType === 3 && node.data.trim())) continue;
     if (["SCRIPT", "STYLE"].includes(element.tagName)) continue;
@@ -48,8 +48,12 @@ PROBE = """<script>addEventListener("load", () => {
   }
   const found = {
     wrong, faint,
-    pictures: [...document.images].map(image => [image.alt, image.complete && image.naturalWidth > 0]),
-    links: [...document.links].map(link => [link.getAttribute("href"), !!document.getElementById(link.hash.slice(1))]),
+    pictures: [...document.querySelectorAll("svg[role=img]")].map(
+      svg => [svg.getAttribute("aria-label"), svg.getBoundingClientRect().width / innerWidth]),
+    unfolded: [...document.querySelectorAll("details[open]")].map(details => details.innerText.includes(TARGET)),
+    back: getComputedStyle(document.body).backgroundColor,
+    links: [...document.links].filter(link => link.hash).map(link =>
+      [link.getAttribute("href"), !!document.getElementById(link.hash.slice(1))]),
     ids: [...document.querySelectorAll("[id]")].map(element => element.id),
     width: [document.documentElement.scrollWidth, innerWidth],
   };
@@ -72,23 +76,31 @@ def text():
     return page(scenes, store.versions(), Evidence(dict.fromkeys(MEASURED, picture), stress))
 
 
-@pytest.fixture(scope="module", params=[(390, 844), (1280, 900)], ids=["phone", "desk"])
+LIGHT, DARK = "rgb(255, 255, 255)", "rgb(22, 24, 28)"
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(390, 844, LIGHT), (1280, 900, LIGHT), (1280, 900, DARK)],
+    ids=["phone", "desk", "dark"],
+)
 def probed(request, text, tmp_path_factory):
-    """What the browser reports of the page, loaded in a window of a phone's size or a desk's."""
+    """What the browser reports of the page, loaded at a verdict in a window of a phone's size or a desk's."""
     folder = tmp_path_factory.mktemp("browser")
     (folder / "page.html").write_text(
         text.replace("<head>", f"<head>{LISTEN}").replace("</body>", f"{PROBE}</body>"), encoding="utf-8"
     )
-    width, height = request.param
+    width, height, back = request.param
     command = [
         *(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"),
         *(f"--user-data-dir={folder / 'profile'}", f"--window-size={width},{height}"),
-        *("--virtual-time-budget=20000", "--dump-dom", (folder / "page.html").as_uri()),
+        f"--blink-settings=preferredColorScheme={int(back == LIGHT)}",
+        *("--virtual-time-budget=20000", "--dump-dom", f"{(folder / 'page.html').as_uri()}#paper-fig2-pc-lhs"),
     ]
     run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     found = re.search(r"<pre[^>]*>(.*?)</pre>", run.stdout, re.S)
     assert found, run.stderr[-2000:]
-    return json.loads(unescape(found[1]))
+    return json.loads(unescape(found[1])) | {"asked": back}
 
 
 def test_nothing_goes_wrong(probed):
@@ -96,8 +108,17 @@ def test_nothing_goes_wrong(probed):
 
 
 def test_every_picture_is_there_and_says_what_it_is(probed):
+    """Each is drawn whole, on a phone too."""
     assert len(probed["pictures"]) == 2 * 3 + len(MEASURED)
-    assert all(alt and shown for alt, shown in probed["pictures"])
+    assert all(label and 0.5 < share <= 1.0 for label, share in probed["pictures"])
+
+
+def test_a_link_to_a_verdict_unfolds_its_details(probed):
+    assert probed["unfolded"] == [True]
+
+
+def test_the_colours_are_those_that_the_reader_asked_for(probed):
+    assert probed["back"] == probed["asked"]
 
 
 def test_links_lead_somewhere_and_no_place_has_two_names(probed):

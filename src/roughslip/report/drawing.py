@@ -43,7 +43,9 @@ def element(content: bytes, name: str, seen: str) -> str:
         inside = f'<image href="data:image/png;base64,{picture}" width="{width:g}" height="{height:g}"/>'
     else:
         text = content.decode()
-        inside = re.sub(r'(\bid="|\bhref="#|url\(#)', rf"\g<1>{name}-", text[text.index(">") + 1 : text.rindex("</svg>")])
+        inside = re.sub(
+            r'(\bid="|\bhref="#|url\(#)', rf"\g<1>{name}-", text[text.index(">") + 1 : text.rindex("</svg>")]
+        )
     head = f'<svg class="drawing" viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(seen)}">'
     return f'{head}<g id="{name}-drawing">{inside}</g></svg>'
 

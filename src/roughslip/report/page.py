@@ -15,7 +15,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from roughslip.report.answer import limit_rows
 from roughslip.report.drawing import element, thumbnail
-from roughslip.report.sections import MARKS, SECTIONS, answers, in_brackets, number, rows, section
+from roughslip.report.sections import MARKS, SECTIONS, answers, in_brackets, our_number, rows, section
 from roughslip.report.sensitivity_table import legend, sensitivity_bars, sensitivity_line
 
 READINGS = ("paper", "resolved")  # scenes that read the paper
@@ -117,7 +117,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
     )
     environment.filters |= {
         "digits": lambda number, digits: f"{number:.{digits}g}",
-        "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(one['cpu_seconds'] for one in costs[:-1]):.3g}",
+        "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
         "limit_rows": limit_rows,
         "counts": _counts,
         "accuracies": _accuracies,
@@ -128,7 +128,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "sensitivity_bars": sensitivity_bars,
         "section": section,
         "in_brackets": in_brackets,
-        "number": number,
+        "number": our_number,
         "rows": rows,
         "element": element,
         "thumbnail": thumbnail,

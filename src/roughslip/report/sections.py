@@ -1,4 +1,4 @@
-"""Sections of the page: what a figure shows, what the paper shows there, why results differ, and which statements belong.
+"""Sections of the page: what a figure and the paper show, why results differ, and which statements belong there.
 
 All numbers on the page are those of claims.json; the texts here hold none of ours.
 """
@@ -33,8 +33,8 @@ class Section:
 SECTIONS = {
     "figure_scan": Section(
         "The scan and its models",
-        "Maps of the scan and of a sampled surface, then curves of the scan with bands, and the sampled surfaces around "
-        "them: density of heights, autocorrelation, power spectrum.",
+        "Maps of the scan and of a sampled surface, then curves of the scan with bands, and the sampled surfaces "
+        "around them: density of heights, autocorrelation, power spectrum.",
     ),
     "figure2": Section(
         "Figure 2: pressure at the centre",
@@ -72,8 +72,8 @@ SECTIONS = {
         "Distribution and correlation of friction",
         "Six panels: autocorrelation against distance, fitted lengths against penetration, a histogram at median "
         "penetration with fitted densities, distances to families of distributions, skewness, excess kurtosis.",
-        "The friction coefficient is correlated exponentially over 250 µm, right skewed and leptokurtic. Scaled to (0, 1) "
-        "it follows Beta(2.1, 5) at every penetration.",
+        "The friction coefficient is correlated exponentially over 250 µm, right skewed and leptokurtic. Scaled to "
+        "(0, 1) it follows Beta(2.1, 5) at every penetration.",
         "Friction is an average over a window of 600 µm. The average alone makes a triangular autocorrelation of white "
         "noise, and draws the distribution towards the normal one. Beta(2.1, 5) has negative excess kurtosis.",
         {
@@ -91,8 +91,8 @@ SECTIONS = {
         "Left, loops of displacement and velocity: one black loop without scatter, many blue ones around it. Middle, a "
         "histogram of the point where the mass sticks again, with a normal curve. Right, numbers of cycles against "
         "damping: with scatter, without, and the difference.",
-        "With and without scatter the mass moves on a stick-slip limit cycle. Without scatter the cycle ceases at a sharp "
-        "limit of damping, and with scatter there is a range where it goes on.",
+        "With and without scatter the mass moves on a stick-slip limit cycle. Without scatter the cycle ceases at a "
+        "sharp limit of damping, and with scatter there is a range where it goes on.",
         "How long a cycle survives beyond the limit follows from the scatter of friction. The paper gives neither that "
         "scatter nor the mass. Less scatter, as of finer roughness, leaves less of the range.",
         {
@@ -105,8 +105,8 @@ SECTIONS = {
     ),
     "figure_map": Section(
         "Where stick-slip occurs",
-        "A map over two parameters, coloured by the probability of stick-slip, with dots where it was computed and lines "
-        "of the limits without scatter.",
+        "A map over two parameters, coloured by the probability of stick-slip, with dots where it was computed and "
+        "lines of the limits without scatter.",
     ),
     "figure_design": Section(
         "The cheapest change that keeps stick-slip rare",
@@ -140,7 +140,7 @@ def in_brackets(shown: str | None) -> str:
     return re.sub(r"^(\S+?)((?: \D*)?) \((\S+?)\2 to (\S+?)\2\)$", r"\1\2 [\3, \4]", shown or "")
 
 
-def number(claim: Claim) -> str:
+def our_number(claim: Claim) -> str:
     """What our number is, and the number with its interval: `skewness 0.34 [0.28, 0.39]`."""
     return f"{NUMBERS.get(claim['id'], '')} {in_brackets(claim['shown'])}".strip() if claim["shown"] else ""
 

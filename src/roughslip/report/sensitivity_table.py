@@ -26,16 +26,16 @@ def legend(claims: Iterable[Mapping[str, Any]], scene: str) -> str:
     common = _common_inputs(claims)
     independent = f"No verdict depends on {', '.join(map(_name, common))}. " if common else ""
     return (
-        f"{independent}Bars show the range over which a verdict stays the same, with all other inputs unchanged, from a "
-        "tenth of the value in the scene to ten times it; a line marks that value. A star marks an end without a change "
-        "in this range, or beyond which nothing is known. A number in brackets marks where the verdict is known to "
-        "differ. The remaining inputs need a run, or contact solves: edit "
+        f"{independent}Bars show the range over which a verdict stays the same, with all other inputs unchanged, from "
+        "a tenth of the value in the scene to ten times it; a line marks that value. A star marks an end without a "
+        "change in this range, or beyond which nothing is known. A number in brackets marks where the verdict is known "
+        "to differ. The remaining inputs need a run, or contact solves: edit "
         f"{scene}.yaml and run snakemake -j2 {scene}"
     )
 
 
 def sensitivity_bars(claim: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """A row a parameter with a range over which the verdict stays: its text, and both ends of a bar [% of its length]."""
+    """A row a parameter with a range over which the verdict stays: its text, and both ends of a bar [% of it]."""
     return [
         {"text": _range(found), **{end: _place(found[end], found["value"]) for end in ("low", "high")}}
         for found in (claim.get("stands") or {}).get("ranges", ())

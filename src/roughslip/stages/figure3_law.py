@@ -13,10 +13,9 @@ STAGE = Stage(
     many={"results": "friction"},
     result="figure3_law.nc",
     target="figure3",
-    caption="The distribution of the friction coefficient. Autocorrelation, with that of windows of white "
-    "pressure measured the same way, which is the window's own part. Exponential lengths. The "
-    "standardised distribution at median penetration. Distances of the windows from families of "
-    "distributions; skewness and excess kurtosis.",
+    caption="The distribution of the friction coefficient: its autocorrelation next to that of white pressure in the "
+    "same windows, exponential lengths, and the marginal at median penetration. Below: distances from families of "
+    "distributions, skewness and excess kurtosis.",
     memory_mb=320,
 )
 

@@ -13,10 +13,8 @@ STAGE = Stage(
     many={"results": "cheapest_change"},
     result="figure_design.nc",
     target="figure_design",
-    caption="The cheapest change of the parameters that keeps the probability of stick-slip below the limit. The cost "
-    "is the sum of weight times |log(new value / old value)|. The upper end of the 95 % interval of the probability is "
-    "at the limit at the cheapest point. The line is where a map of fewer runs has the limit; beyond it, changes are "
-    "acceptable.",
+    caption="The cheapest change of the parameters that keeps the probability of stick-slip below the limit. Beyond "
+    "the line changes are acceptable; at the cheapest point the upper end of the 95 % interval is at the limit.",
     memory_mb=320,
 )
 

@@ -13,13 +13,9 @@ STAGE = Stage(
     many={"results": "field_square"},
     result="figure_field.nc",
     target="figure_field",
-    caption="The pressure at every node of the square. Contact probability, mean and standard deviation are "
-    "those of solved surfaces with the expansion as control variate: what it misses widens their errors "
-    "and biases nothing. In the titles: their standard error, as the median over the nodes. Gain: "
-    "variance of the mean pressure from the solves alone, divided by that with the expansion. Modes: "
-    "their Sobol' indices for the expected pressure, all nodes together, with two standard errors. "
-    "Below: a solved field, the expectation at the same variables by an expansion fitted without it, "
-    "and a field drawn with the residual scatter.",
+    caption="The pressure at every node of the square: contact probability, mean and standard deviation, with the "
+    "median standard error in the titles, and what the expansion gains and explains. Below: a solved field, its "
+    "expectation by an expansion fitted without it, and a field drawn with the residual scatter.",
     memory_mb=320,
 )
 

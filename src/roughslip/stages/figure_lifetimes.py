@@ -13,12 +13,9 @@ STAGE = Stage(
     many={"results": "lifetimes"},
     result="figure_lifetimes.nc",
     target="figure_lifetimes",
-    caption="How long stick-slip lasts near its limit. (a) How long it survives at the damping "
-    "ratios named, by the estimate of Kaplan and Meier. (b) Mean lifetime of stick-slip, and of steady "
-    "sliding until the mass sticks; exponential, censored at the end of the runs. (c) The damping ratio "
-    "at which stick-slip has the probability of one half, and the band from 0.1 to 0.9, by how the runs "
-    "begin. Where the two bands differ, both motions last longer than the runs. Bands around lines are "
-    "95 % intervals.",
+    caption="How long stick-slip lasts near its limit: its survival, mean lifetimes of stick-slip and of steady "
+    "sliding, and the damping ratio at which stick-slip is as likely as not, by how the runs begin. Bands around "
+    "lines are 95 % intervals.",
     memory_mb=320,
 )
 

@@ -13,10 +13,9 @@ STAGE = Stage(
     many={"results": "stick_slip_map"},
     result="figure_map.nc",
     target="figure_map",
-    caption="Where stick-slip occurs: its probability, the share of stick-slip in the second half of runs from rest "
-    "on the belt, over two parameters. The others stay as in the scene, with spring and damper. Dots are the points "
-    "that were run; a spline gives the others. Lines without scatter, where one axis is damping: the cycle exists left "
-    "of the solid one, steady sliding is unstable left of the dashed one.",
+    caption="Where stick-slip occurs: its probability over two parameters, with dots at the points that were run. "
+    "Lines without scatter, where one axis is damping: the cycle exists left of the solid one, steady sliding is "
+    "unstable left of the dashed one.",
     memory_mb=320,
 )
 

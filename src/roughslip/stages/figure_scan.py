@@ -14,10 +14,9 @@ STAGE = Stage(
     result="figure_scan.nc",
     target="figure_scan",
     comes_with="scan",
-    caption="A scan, and surfaces sampled from the models fitted to it: map of the scan and of one sampled "
-    "surface, density of heights, autocorrelation, radially averaged power spectrum. Numbers are in "
-    "units of the half width of the scan's 95 % intervals. Bands around the scan are those intervals. "
-    "Bands of the sampled surfaces reach from the least to the largest of them.",
+    caption="A scan, and surfaces sampled from the models fitted to it: map of the scan and of one sampled surface, "
+    "density of heights, autocorrelation, radially averaged power spectrum. Bands around the scan are 95 % "
+    "intervals, bands of the sampled surfaces reach from the least to the largest of them.",
     memory_mb=320,
     memory_doubles={"scan_points": 40},
 )

@@ -1,0 +1,70 @@
+"""Drawings inside the page: reduced without a visible change, with ids that no other drawing has."""
+
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from roughslip.figures.style import draw_map, panels, save
+from roughslip.report.drawing import chosen, element, reduced, size, thumbnail
+
+NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
+
+
+@pytest.fixture(scope="module")
+def svg(tmp_path_factory):
+    """A curve with markers, text that looks like markup, and a map."""
+    figure, (curve, field) = panels(2, 1, 4.0)
+    curve.plot(np.linspace(0, 1, 50), np.sin(np.linspace(0, 7, 50)), "o-", label="<script>-->")
+    curve.legend()
+    draw_map(field, np.arange(5.0), np.arange(5.0), np.random.default_rng(1).random((5, 5)), "viridis", (0, 1))
+    path = tmp_path_factory.mktemp("drawing") / "figure.svg"
+    save(figure, path)
+    return path.read_text()
+
+
+def paths(text):
+    return [one.get("d") for one in ET.fromstring(text).iter() if one.tag.endswith("path") and one.get("d")]
+
+
+def test_coordinates_keep_a_hundredth_of_a_point(svg):
+    """Digits are cut, not rounded: less than 0.01 point is lost, and neither a path nor the scale of a text."""
+    small = reduced(svg)
+    assert len(small) < 0.8 * len(svg)
+    assert "script" not in small
+    before, after = paths(svg), paths(small)
+    assert len(before) == len(after) > 40
+    for old, new in zip(before, after, strict=True):
+        a, b = (np.array([float(number) for number in NUMBER.findall(text)]) for text in (old, new))
+        assert np.abs(a - b).max(initial=0.0) < 0.01
+    assert re.findall(r"scale\([^)]*\)", small) == re.findall(r"scale\([^)]*\)", svg)
+
+
+def test_ids_are_those_of_one_drawing_and_every_reference_is_met(svg):
+    small = reduced(svg).encode()
+    page = f"<body>{element(small, 'a', 'one')}{element(small, 'b', 'two')}{thumbnail(small, 'a')}</body>"
+    elements = list(ET.fromstring(page).iter())
+    ids = [one.get("id") for one in elements if one.get("id")]
+    assert len(ids) == len(set(ids)) > 20
+    links = {one.get("href")[1:] for one in elements if (one.get("href") or "").startswith("#")}
+    clips = set(re.findall(r"url\(#([^)]*)\)", page))
+    assert "a-drawing" in links
+    assert clips
+    assert links | clips <= set(ids)
+
+
+def test_what_a_picture_shows_is_text(svg):
+    assert 'aria-label="&lt;b&gt; &amp; &quot;"' in element(reduced(svg).encode(), "a", '<b> & "')
+
+
+def test_a_png_takes_the_place_of_a_large_drawing(svg, tmp_path):
+    figure, _ = panels(1, 1, 3.0)
+    save(figure, tmp_path / "figure.png")
+    png = (tmp_path / "figure.png").read_bytes()
+    assert size(png) == (480, 560)  # 3.0 and 3.5 inches at 160 dots
+    assert size(reduced(svg).encode()) == pytest.approx((576, 252))  # points
+    assert chosen(svg, png) == reduced(svg).encode()
+    long = svg.replace("</svg>", '<path d="M 0 0"/>' * 20_000 + "</svg>")
+    assert chosen(long, png) == png
+    assert "data:image/png;base64," in element(png, "a", "one")

@@ -103,3 +103,8 @@ for name in scenes.valid:
             name
         input:
             scenes.all_of(name),
+
+
+# A line when a job starts, in place of a block of files and reasons.
+for each in workflow.rules:
+    each.message = each.message or (f"{each.name}: {{wildcards}}" if each.wildcard_names else each.name)

@@ -181,7 +181,7 @@ def test_it_reads_on_a_phone_and_says_what_its_pictures_are():
     assert all(len(attrs["aria-label"]) > 100 for attrs in drawn)
     assert all("aria-label" in attrs or attrs["aria-hidden"] == "true" for attrs in content.all("svg"))
     heads = {attrs["data-head"] for attrs in content.all("td")}
-    assert {"Paper", "mine", "CPU [s]", "Peak memory [MiB]"} < heads
+    assert {"The paper says", "Scene mine", "CPU [s]", "Peak memory [MiB]"} < heads
 
 
 NASTY = """<script>alert("x")</script> & 'quoted' \u00b5 {braces}"""

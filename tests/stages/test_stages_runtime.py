@@ -286,6 +286,7 @@ def scene(tmp_path):
         (tmp_path / "keys" / f"{stage}.json").write_text(json.dumps(key), encoding="utf-8")
     for name in ("figure2", "figure5"):
         (tmp_path / f"{name}.png").write_bytes(name.encode())
+        (tmp_path / f"{name}.svg").write_text(f"<svg>{name}</svg>")
     costs = [{"stage": stage} for stage in ("claims", "cycles", "deterministic", "figure5", "all")]
     (tmp_path / "costs.json").write_text(json.dumps(costs), encoding="utf-8")
     (tmp_path / "claims.json").write_text("[]", encoding="utf-8")
@@ -293,9 +294,9 @@ def scene(tmp_path):
 
 
 def test_only_what_this_run_made_is_shown(scene):
-    found = read_scene(scene, CAPTIONS)
-    assert (found.name, found.description) == (scene.name, "Mine")
-    assert found.figures == {"figure5": b"figure5"}
+    found = read_scene(scene, CAPTIONS, scene)
+    assert (found.name, found.description, found.folder, found.file) == (scene.name, "Mine", "", "")
+    assert found.figures == {"figure5": b"<svg>figure5</svg>"}
     assert json.loads(found.configuration) == {
         "description": "Mine",
         "targets": ["figure5"],
@@ -303,11 +304,21 @@ def test_only_what_this_run_made_is_shown(scene):
     }
 
 
-@pytest.mark.parametrize("name", ["figure5.png", "claims.json", "costs.json", "keys/cycles.json"])
+@pytest.mark.parametrize("name", ["figure5.png", "figure5.svg", "claims.json", "costs.json", "keys/cycles.json"])
 def test_what_is_missing_is_named(scene, name):
     (scene / name).unlink()
     with pytest.raises(StoreError, match=name.partition("/")[2] or name):
-        read_scene(scene, CAPTIONS)
+        read_scene(scene, CAPTIONS, scene)
+
+
+def test_links_lead_from_the_joint_page_to_files_of_the_scene(scene, monkeypatch):
+    """The scene file too, where the scene has one of its own: variants of a sweep have none."""
+    monkeypatch.chdir(scene.parent)
+    file = scene.parent / "config/scenes" / f"{scene.name}.yaml"
+    file.parent.mkdir(parents=True)
+    file.write_text("{}")
+    found = read_scene(scene, CAPTIONS, scene.parent)
+    assert (found.folder, found.file) == (f"{scene.name}/", f"config/scenes/{scene.name}.yaml")
 
 
 @pytest.mark.parametrize(

@@ -23,4 +23,5 @@ def test_answer_and_warnings_of_each_scene_that_the_run_made(tmp_path):
         "b: Certain.",
         "b: Below 5 %.",
         *(f"b: warning: scan: {number}" for number in range(MOST_WARNINGS)),
+        f"page: {folder}/d/report.html",
     ]

@@ -10,9 +10,11 @@ MOST_WARNINGS = 5  # of a scene; the others are on its page
 
 
 def closing_lines(results: Iterable[str]) -> list[str]:
-    """Lines for each scene whose sum of costs is among the results of a run, in the order of their names."""
-    folders = sorted({Path(file).parent for file in results if Path(file).match("results/*/costs.json")})
-    return [f"{folder.name}: {text}" for folder in folders for text in (*_answer(folder), *_warnings(folder))]
+    """Lines for each scene whose sum of costs is among the results of a run, by their names; then the pages."""
+    files = [Path(file) for file in results]
+    folders = sorted({file.parent for file in files if file.match("results/*/costs.json")})
+    lines = [f"{folder.name}: {text}" for folder in folders for text in (*_answer(folder), *_warnings(folder))]
+    return [*lines, *(f"page: {file}" for file in sorted(files) if file.name == "report.html")]
 
 
 def _answer(folder: Path) -> list[str]:

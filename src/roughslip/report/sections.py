@@ -60,8 +60,8 @@ SECTIONS = {
         "Two panels against penetration: mean and standard deviation of the friction coefficient, as markers with bars "
         "for solved contact, expansion and both combined. A curve runs through the means.",
         "Mean, standard deviation and coefficient of variation of the friction coefficient fall with penetration.",
-        "The paper gives no material, no roughness height and no numbers on this figure beyond its axes. So only the "
-        "trends are compared. The shear strength is set for a mean of 0.3 at median penetration.",
+        "The paper's text gives no material, no roughness height and no values of the figure. So only the trends are "
+        "compared. The shear strength is set for a mean of 0.3 at median penetration.",
         {
             "fig3-mean-decreases": "change of the mean",
             "fig3-std-decreases": "change of the standard deviation",

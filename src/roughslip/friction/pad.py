@@ -173,8 +173,9 @@ def percentile_of_pressure(percentiles: np.ndarray, pressure: np.ndarray, wanted
         raise IllPosedError(
             f"load.nominal_pressure_pa = {wanted_pa:.4g} lies outside the solved penetrations, "
             f"{math.exp(log_p[0, 0]):.4g} to {math.exp(log_p[0, -1]):.4g} Pa at "
-            f"strip.penetration_percentiles from {q[0]:g} to {q[-1]:g}: add about "
-            f"{', '.join(f'{one:.3g}' for one in sorted(add))}, or change the load"
+            f"penetrations from {q[0]:g} to {q[-1]:g} %: add about {', '.join(f'{one:.3g}' for one in sorted(add))} to "
+            + ("strip.penetration_percentiles" if deeper else "strip.light_percentiles, solve more strips")
+            + ", or change the load"
         )
     return np.array(
         [

@@ -95,6 +95,13 @@ class Strip(Section):
         number("A penetration, as square.penetration_percentile", "%", above=0, below=100),
         most=99,
     )
+    light_percentiles: tuple[float, ...] | None = many(
+        "Further penetrations, below those, strictly increasing, at which load and scatter of pads alone are taken: "
+        "few windows touch there. With load, from 0.001 on where not given",
+        number("A penetration, as square.penetration_percentile", "%", above=0, below=50),
+        most=20,
+        default=None,
+    )
     samples: int | Literal["auto"] = integer(
         "Strips that are solved; a bootstrap over strips needs at least 8. With auto, as many as accuracy takes",
         at_least=8,

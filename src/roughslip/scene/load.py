@@ -8,6 +8,7 @@ from roughslip.scene.fields import Section, number, section
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
 
 MOST_WINDOWS = 1_000_000
+LIGHT = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # [%] penetrations that are solved for the load alone
 
 
 @section
@@ -20,6 +21,13 @@ class Load(Section):
     force_n: float = number("Normal force on the pad", "N", above=0, at_most=1e9, default=None)
     nominal_pressure_pa: float = number("Force over apparent area", "Pa", above=0, at_most=1e13, default=None)
     apparent_area_m2: float = number("Apparent area of the pad", "m^2", above=0, at_most=1e4, default=None)
+    mean_friction: float | None = number(
+        "Mean friction coefficient of the pad as measured under this load, in place of the one that follows from "
+        "friction.mean_at_median; the scatter changes in proportion",
+        above=0,
+        at_most=10,
+        default=None,
+    )
 
 
 PARTS = ("force_n", "nominal_pressure_pa", "apparent_area_m2")
@@ -69,4 +77,6 @@ def derived(scene: Values) -> Values:
     if strip:
         windows = load["apparent_area_m2"] / (strip["window_m"] * strip["width_m"])
         oscillator["windows_in_parallel"] = round(windows)
+        light = [one for one in LIGHT if one < strip["penetration_percentiles"][0]]
+        scene = {**scene, "strip": {**strip, "light_percentiles": strip.get("light_percentiles") or light or None}}
     return {**scene, "load": load, "oscillator": oscillator}

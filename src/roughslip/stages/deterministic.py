@@ -109,7 +109,8 @@ def work(job: Job) -> None:
         statistics = store.read(job.arguments.friction)
         percentile = mass_on_belt.penetration_percentile(scene, statistics)
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
-        warn_of_load(job, statistics, scatter)
+        if scene.oscillator.penetration_percentile is not None:  # else it follows from the load, as the windows do
+            warn_of_load(job, statistics, scatter)
     for name, value in asdict(numbers).items():
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")

@@ -22,7 +22,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="friction",
     reads="seed roughness strip friction.mean_at_median",
-    reads_if_given="friction.least_contact_fraction load oscillator.normal_force_n",
+    reads_if_given="friction.least_contact_fraction load oscillator.normal_force_n strip.light_percentiles",
     many={"contact": "strip_pilot contact_strip", "expansion": "expansion_strip"},
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="friction/statistics.nc",
@@ -111,6 +111,7 @@ def work(job: Job) -> None:
             rows = (shear.value * np.exp(one.control[name]) for one in best)
             table[name] += [Estimate.from_rows(one) for one in rows]
         loads = load_table.load_table(job, batches["solved"], (table, combined), shear, weights["solved"])
+        light = load_table.light_table(job, batches["solved"], (table, combined), shear, weights["solved"])
         law = (
             friction_table.candidate_variables(mu, weights["solved"])
             | friction_table.p_value_variables(mu, combined, percentiles, weights["solved"])
@@ -122,7 +123,7 @@ def work(job: Job) -> None:
     got = reached(job.arguments.allocation, percentiles, combined)
     job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size, **got)
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
-    variables |= friction_table.error_variables(best) | load_table.load_variables(scene, loads)
+    variables |= friction_table.error_variables(best) | load_table.load_variables(scene, loads, light)
     variables |= friction_table.distribution(mu[0][median], mu[1][median])
     ends, title = [shear.value, shear.low, shear.high], "shear strength that gives the mean at the median"
     variables |= store.with_interval("shear_strength", (), ends, "Pa", title)

@@ -42,6 +42,7 @@ NO_STAGE = "the scene does not run this stage"
 NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"
 ONE_LEVEL = "the scene has one penetration only"
 NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cycle at any damping ratio"
+OF_LOAD = "penetration and windows follow from the load, so the runs have its scatter already"
 NO_END = "the list of damping ratios does not reach surely beyond the range, or its runs are too few"
 ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
 
@@ -297,6 +298,8 @@ def _under_load(both: Arrays) -> Finding | str:
     if not beyond.size:
         return NO_END
     percentile, scatter = float(both["friction_percentile"]), float(both["friction_scatter"])
+    if percentile < both["percentile"][0]:
+        return OF_LOAD
     names = ("load_windows", "load_std", "load_std_low", "load_std_high")
     windows, *std = (between(both["percentile"], both[name], percentile) for name in names)
     low, high = last / limit - 1.0, float(beyond[0]) / limit - 1.0

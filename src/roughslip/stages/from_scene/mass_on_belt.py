@@ -56,18 +56,41 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     result = store.read(statistics)
     windows = scene.oscillator.windows_in_parallel
     columns = {
-        "mean": result["combined_mean"] if windows == 1 else of_pad(result, "pad_mean", windows),
+        "mean": result["combined_mean"],
         "standard_deviation": result["combined_std"],
         "correlation_length_m": result["combined_length_least_squares"],
         "beta_a": result["beta_a"],
         "beta_b": result["beta_b"],
     }
-    return FrictionNumbers(**{name: at_penetration(scene, result, values) for name, values in columns.items()})
+    found = {name: at_penetration(scene, result, values) for name, values in columns.items()}
+    if windows > 1 or is_light(scene, result):
+        found["mean"] = pad_at(scene, result, "pad_mean", windows)
+    if is_light(scene, result):  # then few of the windows touch, and a small pad may scatter more than one that does
+        found["standard_deviation"] = max(found["standard_deviation"], pad_at(scene, result, "pad_std", windows))
+    if "load_mean_friction" in result:
+        found["standard_deviation"] *= float(result["load_mean_friction"]) / found["mean"]
+        found["mean"] = float(result["load_mean_friction"])
+    return FrictionNumbers(**found)
 
 
 def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> float:
-    """Values : (levels,) of the friction statistics at the penetration of the windows."""
-    return between(result["percentile"], values, penetration_percentile(scene, result))
+    """Values : (levels,) of the friction statistics at the penetration of the windows, or at the first level above."""
+    percentile = penetration_percentile(scene, result)
+    return between(result["percentile"], values, result["percentile"][0] if is_light(scene, result) else percentile)
+
+
+def is_light(scene: Scene, result: store.Result) -> bool:
+    """Whether the load penetrates less than the levels at which windows have statistics of their own."""
+    return bool(penetration_percentile(scene, result) < result["percentile"][0])
+
+
+def pad_at(scene: Scene, result: store.Result, name: str, windows: float) -> float:
+    """Mean or scatter of a pad at the penetration of its load, light levels among those that are interpolated."""
+    percentiles, values = result["percentile"], of_pad(result, name, windows)
+    if is_light(scene, result):
+        percentiles = np.concatenate((result["light_percentile"], percentiles))
+        values = np.concatenate((of_pad(result, f"light_{name}", windows), values))
+    return between(percentiles, values, penetration_percentile(scene, result))
 
 
 def penetration_percentile(scene: Scene, result: store.Result) -> float:
@@ -96,7 +119,12 @@ def independent_windows(scene: Scene, statistics: Path | None, windows: int | No
     if count == 1 or statistics is None:
         return float(count)
     result = store.read(statistics)
-    ratio = at_penetration(scene, result, result["combined_std"] / of_pad(result, "pad_std", count))
+    if is_light(scene, result):
+        numbers = friction_numbers(scene, statistics)
+        pads = {name: pad_at(scene, result, name, count) for name in ("pad_mean", "pad_std")}
+        ratio = numbers.standard_deviation / numbers.mean * pads["pad_mean"] / pads["pad_std"]
+    else:
+        ratio = at_penetration(scene, result, result["combined_std"] / of_pad(result, "pad_std", count))
     return max(ratio**2, 1.0)
 
 

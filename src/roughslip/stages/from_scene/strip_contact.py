@@ -27,15 +27,17 @@ def solve_strips(job: Job, numbers: range) -> None:
     meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]
     windows = [geometry.windows(scene, step) for _, _, step in meshes]
     blocks = replace(windows[0], length=windows[0].spacing)
-    planes = model.plane_height(np.array(scene.strip.penetration_percentiles)).tolist()
+    light = len(scene.strip.light_percentiles or ())  # levels of which blocks alone are kept, the first ones
+    percentiles = [*(scene.strip.light_percentiles or ()), *scene.strip.penetration_percentiles]
+    planes = model.plane_height(np.array(percentiles)).tolist()
     tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
     middle = geometry.middle(scene)
-    count, levels = len(numbers), len(planes)
+    count, levels = len(numbers), len(planes) - light
     columns = geometry.training_columns(middle)
     trained = max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
     shape = count, levels, windows[0].count
     sums = {mesh + name: np.empty(shape) for mesh, _, _ in meshes for name in WINDOWS}
-    in_blocks = {name: np.empty((count, levels, blocks.count)) for name in WINDOWS}
+    in_blocks = {name: np.empty((count, light + levels, blocks.count)) for name in WINDOWS}
     of_nodes, corrected = np.empty((2, count, levels))
     residual, effort = np.zeros((count, levels)), np.zeros((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
@@ -45,15 +47,18 @@ def solve_strips(job: Job, numbers: range) -> None:
             heights = model.heights(sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])))
             for (mesh, on, step), lie in zip(meshes, windows, strict=True):
                 nodes = slice(step // 2, None, step)
-                solutions = sweep(on, heights[nodes, nodes], planes, tolerance, hardness_pa=hardness)
-                for level, solution in enumerate(solutions):
+                solutions = sweep(on, heights[nodes, nodes], planes[light * (step - 1) :], tolerance, hardness_pa=hardness)
+                for level, solution in enumerate(solutions, levels - len(solutions)):
                     elastic.count_solve(skipped, solution)
                     shares = contact_shares(solution.pressure, hardness)
                     cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
                     for name, field in (("area", cells), ("force", solution.pressure)):
-                        sums[mesh + name][row, level] = on.grid.cell_area * lie.sums(field)
                         if mesh != COARSE:
-                            in_blocks[name][row, level] = grid.cell_area * blocks.sums(field)
+                            in_blocks[name][row, light + level] = grid.cell_area * blocks.sums(field)
+                        if level >= 0:
+                            sums[mesh + name][row, level] = on.grid.cell_area * lie.sums(field)
+                    if level < 0:
+                        continue
                     residual[row, level] = max(residual[row, level], solution.residual)
                     effort[row, level] += solution.work
                     if mesh == COARSE:
@@ -78,7 +83,7 @@ def solve_strips(job: Job, numbers: range) -> None:
             variables[mesh + name] = store.Variable(dimensions, sums[mesh + name], unit, on_mesh)
     for name, (unit, title) in WINDOWS.items():
         of_block = title.replace("the window", "a block as long as the distance of two windows")
-        variables[f"block_{name}"] = store.Variable((*dimensions[:2], "block"), in_blocks[name], unit, of_block)
+        variables[f"block_{name}"] = store.Variable(("sample", "block_level", "block"), in_blocks[name], unit, of_block)
     if trained:
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
         variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")

@@ -29,6 +29,13 @@ OF_PADS = {  # of a square of so many windows, or of a row of them as long as on
     "pad_std": ("1", "standard deviation of the friction coefficient of a pad"),
     "pad_independent_windows": ("1", "independent windows whose mean scatters as the pad does"),
 }
+OF_LIGHT = {
+    "light_percentile": ("percent", "share of heights above the plane, of levels taken for the load alone"),
+    "light_pressure": ("Pa", "mean normal force over the area of the strips"),
+    "light_pad_mean": OF_PADS["pad_mean"],
+    "light_pad_std": OF_PADS["pad_std"],
+}
+FEWEST = 8  # strips in contact, below which resampled strips do not show the error of a light level
 Table = dict[str, list[Estimate]]  # by name the estimates of all levels
 
 
@@ -47,6 +54,7 @@ def load_table(
     scene, (solved, best) = job.scene, statistics
     strip, surface = scene.strip, correlated(scene, job.arguments.scan)
     forces, *blocks = (store.join(batches, name).swapaxes(0, 1) for name in ("force", "block_area", "block_force"))
+    blocks = [part[len(scene.strip.light_percentiles or ()) :] for part in blocks]
     window = round(strip.window_m / strip.window_spacing_m)
     counts = [count for count in ADJACENT if count * window <= blocks[0].shape[2]]
     table: Table = {}
@@ -80,8 +88,43 @@ def load_table(
     return table
 
 
-def load_variables(scene: Scene, table: Table) -> dict[str, store.Variable]:
-    """A load table with its units, and the penetration of the scene's nominal pressure where it gives one."""
+def light_table(
+    job: Job, batches: list[store.Result], statistics: tuple[Table, Table], shear: Estimate, weights: np.ndarray
+) -> Table:
+    """Penetration, nominal pressure, mean and scatter of pads at the light levels; arguments as `load_table`.
+
+    Few windows touch there, so blocks of all strips are taken, with and without contact. The second mesh and the other
+    strips change mean and scatter as they change the mean of windows at the first level with windows. A level is left
+    out where fewer than FEWEST strips touch: resampled strips would not show its error.
+    """
+    scene, (solved, best) = job.scene, statistics
+    strip, surface = scene.strip, correlated(scene, job.arguments.scan)
+    area, force = (store.join(batches, f"block_{name}").swapaxes(0, 1) for name in ("area", "force"))
+    window = round(strip.window_m / strip.window_spacing_m)
+    block = strip.window_spacing_m * strip.width_m
+    scale = shear.value * best["mean"][0].rows / solved["mean"][0].rows
+    table: Table = {}
+    for percentile, a, f in zip(strip.light_percentiles or (), area, force, strict=False):
+        touching = (f > 0.0).any(axis=1)
+        if touching.sum() < FEWEST or not (weights @ touching).all():
+            continue
+        totals = resampled(weights, np.stack((a.sum(axis=1), f.sum(axis=1), np.full(len(f), f.shape[1])), axis=1)).T
+        covariance, one = influence_covariance(a, f, weights), adjacent_variance(a, f, weights, window)
+        sizes = strip.window_spacing_m, strip.width_m, strip.window_m
+        variance = pad_scatter(covariance, one, surface, *sizes)
+        found = {
+            "light_percentile": np.full(len(weights), percentile),
+            "light_pressure": totals[1] / totals[2] / block,
+            "light_pad_mean": np.repeat((scale * totals[0] / totals[1])[:, None], len(WINDOWS), axis=1),
+            "light_pad_std": scale[:, None] * np.sqrt(variance),
+        }
+        for name, rows in found.items():
+            table.setdefault(name, []).append(Estimate.from_rows(rows))
+    return table
+
+
+def load_variables(scene: Scene, table: Table, light: Table) -> dict[str, store.Variable]:
+    """Load tables with their units, and the penetration of the scene's nominal pressure where it gives one."""
     count = table["adjacent_std"][0].value.size
     variables = {
         "pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad"),
@@ -91,16 +134,21 @@ def load_variables(scene: Scene, table: Table) -> dict[str, store.Variable]:
     titles: dict[str, tuple[tuple[str, ...], str, str]] = {name: (("level",), *one) for name, one in TITLES.items()}
     titles |= {name: (("level", "pad"), *one) for name, one in OF_PADS.items()}
     titles["adjacent_std"] = (("level", "adjacent"), "1", title)
-    for name, estimates in table.items():
+    titles |= {name: (("light", "pad")[: 1 + ("pad" in name)], *one) for name, one in OF_LIGHT.items()}
+    for name, estimates in (table | light).items():
         dimensions, unit, title = titles[name]
         columns = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]
         variables |= store.with_interval(name, dimensions, columns, unit, title)
     wanted = None if scene.load is None else scene.load.nominal_pressure_pa
     if wanted is not None:
-        pressure = np.stack([each.rows for each in table["nominal_pressure"]], axis=1)
-        levels = np.array(scene.strip.penetration_percentiles, dtype=float)
+        pressures = [*light.get("light_pressure", ()), *table["nominal_pressure"]]
+        pressure = np.stack([each.rows for each in pressures], axis=1)
+        levels = np.array([float(one.value) for one in light.get("light_percentile", ())] + [*scene.strip.penetration_percentiles])
         found = Estimate.from_rows(percentile_of_pressure(levels, pressure, wanted))
         title = "penetration at which the mean pressure of the strips is the scene's nominal pressure"
         ends = [found.value, found.low, found.high]
+        if scene.load.mean_friction is not None:
+            measured = "mean friction coefficient of the pad as measured under its load"
+            variables["load_mean_friction"] = store.Variable((), scene.load.mean_friction, "1", measured)
         variables |= store.with_interval("load_percentile", (), ends, "percent", title)
     return variables

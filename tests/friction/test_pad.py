@@ -135,8 +135,12 @@ def test_penetration_at_a_pressure_inverts_the_curve():
     np.testing.assert_allclose(percentile_of_pressure(LEVELS, 2.0 * PRESSURE, 2.0 * wanted), found, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("log_pressure", "added"), [(14.0, "1.92,"), (22.0, "90.4, 96.1, 98.7,")])
+@pytest.mark.parametrize(
+    ("log_pressure", "added"), [(14.0, "1.92 to strip.light"), (22.0, "90.4, 96.1, 98.7 to strip.penetration")]
+)
 def test_a_pressure_outside_the_levels_is_refused_with_those_to_add(log_pressure, added):
     """On the line of the curve the load lies at z = -2 or 2. A fifth of the way farther is asked, in steps of 0.5."""
-    with pytest.raises(IllPosedError, match=f"2.447e\\+06 to 3.534e\\+08 Pa .* from 5 to 80: add about {added} or"):
+    with pytest.raises(
+        IllPosedError, match=f"2.447e\\+06 to 3.534e\\+08 Pa .* from 5 to 80 %: add about {added}_percentiles"
+    ):
         percentile_of_pressure(LEVELS, PRESSURE, math.exp(log_pressure))

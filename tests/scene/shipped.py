@@ -11,9 +11,10 @@ from roughslip.scene.schema import scene_schema
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCHEMA = scene_schema()
+CASES = ("cam_follower", "clutch", "disc_brake", "rubber_bearing", "slideway")  # of engineering, each with a load
 SCENES = (
     *("coulomb", "elastoplastic", "excited", "excited_away", "fractal", "given", "measured", "nongaussian", "paper"),
-    *("quick", "resolved", "smoke"),
+    *("quick", "resolved", "smoke", *CASES),
 )
 PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from roughslip.errors import IllPosedError
 from roughslip.friction.pad import percentile_of_pressure
 from roughslip.friction.statistics import resampled, strip_weights
 from roughslip.stages import contact_strip, friction
@@ -54,6 +55,35 @@ def test_a_surface_that_yields_penetrates_farther(percentile_at):
     assert np.all(percentile_at(NOMINAL, hardness_pa=2e9) > percentile_at(NOMINAL) + 1.0)
 
 
+def test_light_levels_continue_those_of_windows(run, folder):
+    """Blocks of all strips at a light level give pads as they follow from windows where it is one of theirs.
+
+    Windows lie on the middle of a strip twice as often as on its ends, and change the mean by the factor of their own
+    level: on 40 strips the mean stays within 2 %, pressure and scatter within 10 %.
+    """
+    found, levels = {}, LEVELS[1:]
+    for name, strip in (
+        ("light", {"penetration_percentiles": levels, "light_percentiles": [0.0001, LEVELS[0]]}),
+        ("windows", {}),
+    ):
+        scene = changed(SCENE, strip={**strip, "training_samples": 2}, load={"nominal_pressure_pa": 0.7 * NOMINAL})
+        run(contact_strip, scene, f"{name}-s", first=0, last=40)
+        run(contact_strip, scene, f"{name}-m", first=0, last=60)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(friction, "REPLICATES", 100)
+            paths = {"contact": [folder / f"{name}-s.nc"], "expansion": [folder / f"{name}-m.nc"]}
+            found[name] = run(friction, scene, f"{name}-statistics", **paths)
+    light, windows = found["light"], found["windows"]
+    assert light["light_percentile"] == [LEVELS[0]]  # at 0.0001 % hardly a strip touches
+    assert light["light_pressure"][0] == pytest.approx(windows["nominal_pressure"][0], rel=0.1)
+    assert light["light_pad_mean"][0, -1] == pytest.approx(windows["pad_mean"][0, -1], rel=0.02)
+    np.testing.assert_allclose(light["light_pad_std"][0], windows["pad_std"][0], rtol=0.15)
+    assert light["load_percentile"] == pytest.approx(windows["load_percentile"], rel=0.05)
+    # as many more strips as it takes, or lighter levels, where a load is below them all
+    with pytest.raises(IllPosedError, match=r"to strip\.light_percentiles, solve more strips"):
+        run(friction, changed(scene, strip=strip, load={"nominal_pressure_pa": 1e3}), **paths)
+
+
 def test_force_pressure_and_windows_of_every_level(run, folder, percentile_at):
     """Means over all windows of the solved strips; windows = force / that of one; at the load, the nominal pressure."""
     solved = run(contact_strip, SCENE, "s", first=0, last=STRIPS)
@@ -80,5 +110,6 @@ def test_force_pressure_and_windows_of_every_level(run, folder, percentile_at):
     mean = tau * area.sum(axis=(0, 2)) / forces.sum(axis=(0, 2))
     influence = np.sqrt(np.mean((tau * area - mean[:, None] * forces) ** 2, axis=(0, 2))) / force
     of_blocks = found["adjacent_std"][:, 0] * found["std"][0] / found["combined_std"]
-    np.testing.assert_allclose(of_blocks, influence, rtol=0.1)
+    full = found["missing_share"] == 0.0  # else other strips change the scatter as they do at the next such level
+    np.testing.assert_allclose(of_blocks[full], influence[full], rtol=0.1)
     assert np.all(found["pad_independent_windows"][:, 0] == 1.0)

@@ -243,3 +243,33 @@ def test_a_cycle_that_is_too_long_to_be_counted_has_no_range():
     slow = replace(BELT, belt_velocity_m_per_s=0.948e-2)
     assert LONGEST < cycle_period(slow, LAW) < np.inf
     assert np.isnan(ranges(slow)["cycle_range"][VELOCITY]).all()
+
+
+def test_a_light_load_takes_mean_and_scatter_of_pads_from_light_levels(tmp_path):
+    """Below the first level a pad has what blocks of strips say of it, and length and shapes of the first level.
+
+    A measured mean changes mean and scatter in proportion. A pad whose few contacts scatter more than a window of the
+    first level has its own scatter, and counts as one.
+    """
+    pads = np.array([1.0, 4.0, 16.0])
+    light = {
+        "light_percentile": (("light",), np.array([0.1, 1.0])),
+        "light_pad_mean": (("light", "pad"), np.full((2, 3), 0.44)),
+        "light_pad_std": (("light", "pad"), np.array([[3.2], [0.8]]) * pads**-0.5),
+        "load_percentile": ((), np.array(1.0)),
+    }
+    arrays = {name: store.Variable(*one, "1", name) for name, one in light.items()}
+    plain = store.read(load_statistics(tmp_path / "heavy.nc"))
+    kept = {name: plain.variable(name) for name in plain if name not in arrays}
+    for measured in (None, 0.22):
+        mean = {} if measured is None else {"load_mean_friction": store.Variable((), measured, "1", "measured")}
+        store.write(tmp_path / "light.nc", kept | arrays | mean, store.Key({}, "abc"))
+        factor = 1.0 if measured is None else measured / 0.44
+        for windows, scatter in ((1, 0.8), (16, 0.2), (10_000, 0.008)):
+            scene = parallel(windows, None)
+            found = friction_numbers(scene, tmp_path / "light.nc")
+            assert found.mean == pytest.approx(0.44 * factor, rel=1e-12)
+            assert (found.correlation_length_m, found.beta_a, found.beta_b) == (2e-4, 3.0, 6.0)
+            independent = mass_on_belt.independent_windows(scene, tmp_path / "light.nc")
+            assert found.standard_deviation / np.sqrt(independent) == pytest.approx(scatter * factor, rel=1e-9)
+            assert min(independent, found.standard_deviation / (0.08 * factor)) >= 1.0 - 1e-12

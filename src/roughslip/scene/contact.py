@@ -7,7 +7,7 @@ from typing import Literal
 
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.fields import Section, integer, many, number, section
-from roughslip.scene.mistakes import Mistake, Values, missing, not_together
+from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused, strictly_increasing
 
 
 @section
@@ -129,6 +129,7 @@ class Strip(Section):
     )
 
 
+LIGHT, LEVELS = "strip.light_percentiles", "strip.penetration_percentiles"
 MODES, SHARE = "square.modes", "square.variance_share"
 
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
@@ -137,7 +138,12 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """The expansion of the square ends at an order or at a share of the variance, one of them."""
+    """The square ends at an order or at a share of the variance, one of them. Light levels lie below the others."""
+    strip = scene.get("strip") or {}
+    light, levels = strip.get("light_percentiles"), strip.get("penetration_percentiles")
+    if light and levels and not strictly_increasing([*light, levels[0]]):
+        allowed = f"strictly increasing, below the first of {LEVELS} = {levels[0]}"
+        yield refused(light, allowed, LIGHT, LEVELS)
     square = scene["square"]
     if "modes" not in square and "variance_share" not in square:
         yield missing(f"give it, or {SHARE}", MODES)

@@ -273,11 +273,11 @@ _RULES = (
     ),
     *(
         _Rule(
-            (_STATIC, mean, _LAW, "load"),
-            lambda static, mean, law, load: law == "table" or static >= ((load or {}).get("mean_friction") or mean),
+            (_STATIC, mean, _LAW),
+            lambda static, mean, law: law == "table" or static >= mean,
             f"at least {mean} = {{1}}; below it friction turns negative at high speed, or stick holds less than slip",
         )
-        for mean in ("friction.mean_at_median", f"{friction.STATISTICS}.mean")
+        for mean in ("friction.mean_at_median", "load.mean_friction", f"{friction.STATISTICS}.mean")
     ),
     _Rule(
         (_STATIC, f"{_TABLE}.values"),

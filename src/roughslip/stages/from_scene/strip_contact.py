@@ -47,7 +47,9 @@ def solve_strips(job: Job, numbers: range) -> None:
             heights = model.heights(sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])))
             for (mesh, on, step), lie in zip(meshes, windows, strict=True):
                 nodes = slice(step // 2, None, step)
-                solutions = sweep(on, heights[nodes, nodes], planes[light * (step - 1) :], tolerance, hardness_pa=hardness)
+                solutions = sweep(
+                    on, heights[nodes, nodes], planes[light * (step - 1) :], tolerance, hardness_pa=hardness
+                )
                 for level, solution in enumerate(solutions, levels - len(solutions)):
                     elastic.count_solve(skipped, solution)
                     shares = contact_shares(solution.pressure, hardness)
@@ -70,21 +72,29 @@ def solve_strips(job: Job, numbers: range) -> None:
             job.usage.progress(row + 1, count)
     job.usage.count(solves=count * levels * len(meshes), convolutions=int(effort.sum()))
     job.usage.skip(skipped)
-    dimensions, columns_of = ("sample", "level", "window"), ("training_sample", "level", "column", "y")
+    dimensions, columns_of = ("sample", "level"), ("training_sample", "level", "column", "y")
     variables = strip_coordinates.of_windows(scene, numbers, windows[0].count) | {
-        "area_of_nodes": store.Variable(dimensions[:2], of_nodes, "m2", "area of the nodes in contact, all windows"),
-        "area_corrected": store.Variable(dimensions[:2], corrected, "m2", "the same, less the mesh error at edges"),
-        "residual": store.Variable(dimensions[:2], residual, "1", "largest relative residual of the complementarity"),
-        "work": store.Variable(dimensions[:2], effort, "1", "work of the solver, as its method counts it"),
+        "area_of_nodes": store.Variable(dimensions, of_nodes, "m2", "area of the nodes in contact, all windows"),
+        "area_corrected": store.Variable(dimensions, corrected, "m2", "the same, less the mesh error at edges"),
+        "residual": store.Variable(dimensions, residual, "1", "largest relative residual of the complementarity"),
+        "work": store.Variable(dimensions, effort, "1", "work of the solver, as its method counts it"),
     }
-    for mesh, _, step in meshes:
-        for name, (unit, title) in WINDOWS.items():
-            on_mesh = title + (f", cells of {step} times the edge" if step > 1 else "")
-            variables[mesh + name] = store.Variable(dimensions, sums[mesh + name], unit, on_mesh)
-    for name, (unit, title) in WINDOWS.items():
-        of_block = title.replace("the window", "a block as long as the distance of two windows")
-        variables[f"block_{name}"] = store.Variable(("sample", "block_level", "block"), in_blocks[name], unit, of_block)
+    variables |= sum_variables(sums, in_blocks)
     if trained:
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
         variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")
     store.write(arguments.output, variables, job.key, {"first": numbers.start})
+
+
+def sum_variables(sums: dict[str, np.ndarray], in_blocks: dict[str, np.ndarray]) -> dict[str, store.Variable]:
+    """Sums over windows, by mesh and name, and over blocks, of which the first levels are the light ones."""
+    variables = {}
+    for place, values in sums.items():
+        unit, title = WINDOWS[place.removeprefix(COARSE)]
+        on_mesh = title + (", cells of 2 times the edge" if place.startswith(COARSE) else "")
+        variables[place] = store.Variable(("sample", "level", "window"), values, unit, on_mesh)
+    for name, values in in_blocks.items():
+        unit, title = WINDOWS[name]
+        of_block = title.replace("the window", "a block as long as the distance of two windows")
+        variables[f"block_{name}"] = store.Variable(("sample", "block_level", "block"), values, unit, of_block)
+    return variables

@@ -51,7 +51,7 @@ def load_table(
 
     A pad has what the solved strips show of it, times what the other strips and the second mesh change of a window.
     """
-    scene, (solved, best) = job.scene, statistics
+    scene, (solved, _) = job.scene, statistics
     strip, surface = scene.strip, correlated(scene, job.arguments.scan)
     forces, *blocks = (store.join(batches, name).swapaxes(0, 1) for name in ("force", "block_area", "block_force"))
     blocks = [part[len(scene.strip.light_percentiles or ()) :] for part in blocks]
@@ -70,7 +70,7 @@ def load_table(
         std, independent = of_window * np.sqrt(variance), variance[:, :1] / variance
         together = solved["ratio_of_sums"][level].rows / solved["mean"][level].rows - 1.0
         mean = 1.0 + together[:, None] * (1.0 - np.minimum(std, 1.0) ** 2)
-        own_mean, own_std = (best[name][level].rows[:, None] for name in ("mean", "std"))
+        own_mean, own_std = (of_all(name, level, statistics)[:, None] for name in ("mean", "std"))
         found = {
             "force_per_window": each,
             "nominal_pressure": each / (strip.window_m * strip.width_m),
@@ -88,6 +88,20 @@ def load_table(
     return table
 
 
+def of_all(name: str, level: int, statistics: tuple[Table, Table]) -> np.ndarray:
+    """Mean or std (1 + R,) of the solved windows of a level, times what the other strips and the second mesh change.
+
+    Where windows without contact are left out, the others touch lightly, and their moments have a heavy tail. The
+    change is then that of the next level without such windows, if there is one.
+    """
+    solved, best = statistics
+    missing = [float(one.value) for one in solved["missing_share"]]
+    full = next((k for k in range(level, len(missing)) if missing[k] == 0.0), level)
+    if full == level:
+        return best[name][level].rows
+    return solved[name][level].rows * best[name][full].rows / solved[name][full].rows
+
+
 def light_table(
     job: Job, batches: list[store.Result], statistics: tuple[Table, Table], shear: Estimate, weights: np.ndarray
 ) -> Table:
@@ -97,12 +111,12 @@ def light_table(
     strips change mean and scatter as they change the mean of windows at the first level with windows. A level is left
     out where fewer than FEWEST strips touch: resampled strips would not show its error.
     """
-    scene, (solved, best) = job.scene, statistics
+    scene, (solved, _) = job.scene, statistics
     strip, surface = scene.strip, correlated(scene, job.arguments.scan)
     area, force = (store.join(batches, f"block_{name}").swapaxes(0, 1) for name in ("area", "force"))
     window = round(strip.window_m / strip.window_spacing_m)
     block = strip.window_spacing_m * strip.width_m
-    scale = shear.value * best["mean"][0].rows / solved["mean"][0].rows
+    scale = shear.value * of_all("mean", 0, statistics) / solved["mean"][0].rows
     table: Table = {}
     for percentile, a, f in zip(strip.light_percentiles or (), area, force, strict=False):
         touching = (f > 0.0).any(axis=1)
@@ -143,7 +157,9 @@ def load_variables(scene: Scene, table: Table, light: Table) -> dict[str, store.
     if wanted is not None:
         pressures = [*light.get("light_pressure", ()), *table["nominal_pressure"]]
         pressure = np.stack([each.rows for each in pressures], axis=1)
-        levels = np.array([float(one.value) for one in light.get("light_percentile", ())] + [*scene.strip.penetration_percentiles])
+        levels = np.array(
+            [float(one.value) for one in light.get("light_percentile", ())] + [*scene.strip.penetration_percentiles]
+        )
         found = Estimate.from_rows(percentile_of_pressure(levels, pressure, wanted))
         title = "penetration at which the mean pressure of the strips is the scene's nominal pressure"
         ends = [found.value, found.low, found.high]

@@ -1,4 +1,4 @@
-"""The shipped cases of engineering, in a form coarser still: real area, penetration and scatter that follow from a load."""
+"""The shipped cases of engineering, coarser still: real area, penetration and scatter follow from the load."""
 
 import math
 
@@ -19,7 +19,7 @@ def test_real_area_and_scatter_of_a_case_follow_from_its_load(run, folder, name)
     """Real area over the apparent one lies between Persson's erf(sqrt(2) x) and sqrt(2 pi) x, x = p / (E* h').
 
     h' is the rms slope, 2 Sq / L here. Persson, J. Chem. Phys. 115 (2001) 3840, and Bush et al., Wear 35 (1975) 87;
-    solutions lie between (Hyun et al., Phys. Rev. E 70 (2004) 026117), and cells of a sixth of L still do at light load.
+    solutions lie between (Hyun et al., Phys. Rev. E 70 (2004) 026117), and so do these cells at light load.
     A pad of n correlation areas, of which the load touches the share A / A0, scatters as some n A / A0 contacts do.
     """
     scene, strips = shipped_scene(name), STRIPS.get(name, 60)

@@ -115,7 +115,7 @@ def test_an_ensemble_that_hardly_scatters_is_the_deterministic_run(without_scatt
     assert found.attributes["first"] == 1
 
 
-def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
+def test_an_ensemble_scatters_as_its_friction_does(run, stored, without_scatter):
     """Departure moves with mu_S by F mu_S, and the place of the next stick by as much; half the scatter in the static
     limit alone is another motion."""
     spread = {}
@@ -129,6 +129,10 @@ def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
         oscillator, scattered(4e-3), "later", first=6, last=8
     )  # runs have numbers that do not depend on the batch
     np.testing.assert_array_equal(later["reattachment"], found["reattachment"][found["reattachment_realisation"] >= 6])
+    arrays = {"runs": ((), np.array(16)), "nodes_per_correlation_length": ((), np.array(8))}
+    share = run(oscillator, scattered(4e-3), "share", first=3, last=4, allocation=stored("runs.nc", **arrays))
+    np.testing.assert_array_equal(share["realisation"], [6, 7])  # the fourth eighth of 16 runs
+    np.testing.assert_array_equal(share["reattachment"], later["reattachment"])
     still = run(oscillator, scattered(4e-3, stochastic_static_limit=False), "still", first=0, last=8)
     assert still["reattachment"].std() != pytest.approx(spread[4e-3], rel=1e-3)
 

@@ -64,7 +64,8 @@ def test_shell_lines_quote_every_path(file):
     """`:q` on inputs, outputs and logs. Parameters are quoted where they are made; wildcards have patterns."""
     text = file.read_text(encoding="utf-8")
     assert [use for use in re.findall(r"\{((?:input|output|log)[^}]*)\}", text) if not use.endswith(":q")] == []
-    for use in re.findall(r"\{((?:wildcards)[^}]*)\}", text):
+    shells = "\n".join(line for line in text.splitlines() if ".message" not in line)  # messages run nowhere
+    for use in re.findall(r"\{((?:wildcards)[^}]*)\}", shells):
         assert use in ("wildcards.scene", "wildcards.design", "wildcards.first", "wildcards.last", "wildcards.stage")
     made = [line for line in text.splitlines() if re.search(r'f"--\w+ \{', line)]
     assert [line for line in made if "shlex.quote(" not in line] == []

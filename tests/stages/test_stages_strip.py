@@ -62,7 +62,7 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
                 pressure=pressure, contact=contact, signed_gap=gap, residual=0.1 * level, work=5 + level, **HOW
             )
 
-    monkeypatch.setattr(strip_contact, "sweep", sweep)
+    monkeypatch.setattr(strip_contact, "sweep", lambda *given, **named: list(sweep(*given, **named)))
     found = run(contact_strip, CONFIGURATION, first=1, last=5)
     assert found["area"].shape == found["force"].shape == (4, 2, COUNT)
     np.testing.assert_allclose(found["area"], 3 * WINDOW * CELL_AREA)

@@ -34,12 +34,15 @@ def declared(scene: dict, stage: str) -> int:
     return memory.needed_mb(scene, stage, sizes.get(stage, 0))
 
 
+FOUND = ("strip_allocation", "adaptive_training", "ensemble_pilot")  # stages that find numbers of samples
+
+
 @pytest.mark.parametrize("name", ["paper", "resolved"])
 def test_declared_memory_holds_what_the_reference_runs_measured(name):
     """With a tenth to spare for other machines and versions, and no more than four times as much."""
     scene = shipped_scene(name)
     rows = json.loads((ROOT / f"results/reference/{name}/costs.json").read_text())
-    did = {key: value for row in rows for key, value in row["did"].items()}
+    did = {key: value for row in rows if row["stage"] in FOUND for key, value in row["did"].items()}
     found = {  # numbers that the study found in that run, where the scene asks for accuracies
         "strip": {"samples": "strips_chosen", "expansion_samples": "expansion_strips_chosen"},
         "expansion": {"samples": "solves"},

@@ -161,7 +161,7 @@ def answers(readings: Mapping[str, Sequence[Claim]]) -> list[str]:
         return []
     parts = []
     for scene, claims in readings.items():
-        verdicts = [claim["verdict"] for claim in claims]
+        verdicts = [claim["verdict"] for claim in claims if not claim["id"].startswith("own-")]
         counts = [f"{verdicts.count(verdict)} {verdict}" for verdict in MARKS if verdict in verdicts]
         parts.append(f"{', '.join(counts)} in scene {scene}")
     sentences = [f"The paper's statements: {'; '.join(parts)}."]

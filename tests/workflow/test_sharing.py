@@ -48,6 +48,7 @@ def test_chain_keys_differ_from_the_first_change_on(empty, tmp_path, overlay, ow
     assert changed - {"claims", "costs", "report"} == own
 
 
+@pytest.mark.slow
 def test_a_variant_plans_no_job_of_the_stages_that_it_shares(shared, plan):
     """From disk in one job of links; in a run of several new scenes, the first computes for all."""
     shared.scene("variant", "extends: tiny\ntargets: [figure5]\noscillator: {damping_ratio: 0.2}\n")
@@ -62,6 +63,7 @@ def test_a_variant_plans_no_job_of_the_stages_that_it_shares(shared, plan):
     }
 
 
+@pytest.mark.slow
 def test_a_sweep_solves_a_contact_problem_once(shared, plan):
     """Four variants of two materials: the material of the scene itself is on disk, each other one is solved once."""
     sweep = "sweep: {oscillator.damping_ratio: [0.1, 0.2], material.hardness_pa: [2.0e+9, 3.0e+9]}"
@@ -76,6 +78,7 @@ def test_a_sweep_solves_a_contact_problem_once(shared, plan):
     }
 
 
+@pytest.mark.slow
 def test_results_of_other_keys_or_damaged_ones_are_not_shared(project, plan):
     """Those of a scene edited after its run, and those that differ from their checksum: both are computed."""
     contact = "results/variant/contact/strip-0-8.nc"

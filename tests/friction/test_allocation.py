@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.allocation import CHANCE, Choice, Sources, allocate, half_width, nearest, sources
+from roughslip.friction.allocation import Choice, Sources, allocate, half_width, nearest, sources
 from roughslip.friction.combination import ORDERS
+from roughslip.probability.estimate import CHANCE
 
 RHO, SCATTER, WINDOWS = 0.95, 0.1, 25
 PERCENTILES = np.array([5.0, 20.0, 50.0])

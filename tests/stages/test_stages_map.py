@@ -100,7 +100,7 @@ def test_lists_of_dampings_surround_the_scenes_own_limits():
     spread = []
     for windows in (1, 100):
         values = {"oscillator": OSCILLATOR | {"windows_in_parallel": windows}, "ensemble": {"damping_ratios": "auto"}}
-        found = np.array(damping_ratios(scene_of(values), numbers))
+        found = np.array(damping_ratios(scene_of(values), numbers, None))
         assert len(found) <= 20
         assert np.all(np.diff(found) > 0)
         assert found[0] == pytest.approx(0.2 * 0.2311, abs=1e-4)
@@ -109,10 +109,10 @@ def test_lists_of_dampings_surround_the_scenes_own_limits():
         spread.append(np.sort(np.abs(found - LIMIT))[11])
     assert spread[0] > 5 * spread[1]
     given = scene_of({"ensemble": {"damping_ratios": [0.1, 0.2]}})
-    assert damping_ratios(given, numbers) == (0.1, 0.2)
+    assert damping_ratios(given, numbers, None) == (0.1, 0.2)
     fast = {"oscillator": OSCILLATOR | {"belt_velocity_m_per_s": 20.0}, "ensemble": {}}
     with pytest.raises(IllPosedError, match=r"takes a list around the limits .* give a list"):
-        damping_ratios(scene_of(fast), numbers)
+        damping_ratios(scene_of(fast), numbers, None)
 
 
 @pytest.mark.slow

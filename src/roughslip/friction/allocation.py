@@ -21,14 +21,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import chdtri, ndtr
+from scipy.special import ndtr
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.combination import ORDERS, Windows
 from roughslip.friction.statistics import require_scatter
-
-CHANCE = 0.1
-"""With this probability the pilot strips show less than the variance that is allowed for, of Gaussian influences."""
+from roughslip.probability.estimate import variance_margin
 
 PERCENTILES = (20.0, 95.0)
 """Penetrations at which the accuracy holds. Below, a few windows that hardly touch decide."""
@@ -132,7 +130,7 @@ def sources(
     control : by level the same of the control, (S2, W), on the pilot and then on S2 - S other strips
     """
     strips, many = len(solved[0][0]), len(control[0][0])
-    safety = tuple((count - 1) / chdtri(count - 1, 1.0 - CHANCE) for count in (strips, many))
+    safety = variance_margin(strips), variance_margin(many)
     ends = 1.0 / (2.0 ** np.array([ORDERS["mean"], ORDERS["std"]]) - 1.0)
     middle, open_part = ends.mean(axis=1), (ends[:, 0] - ends[:, 1]) / 2
     own, shown, changes = {}, {}, {}  # by penetration, each (strips, 2) or (2,)

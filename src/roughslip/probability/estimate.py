@@ -5,8 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import chdtri
 
 TAILS = (0.025, 0.975)  # probabilities of the ends of a 95 % interval
+CHANCE = 0.1  # of a pilot that shows less variance than `variance_margin` allows for
+
+
+def variance_margin(samples: int) -> float:
+    """Factor on the variance that few Gaussian samples show, which holds the true one but for CHANCE."""
+    return float((samples - 1) / chdtri(samples - 1, 1.0 - CHANCE))
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from roughslip.scene.mistakes import Values, shown
 from roughslip.scene.plan import default_targets
 from roughslip.scene.schema import scene_schema
 from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read
+from roughslip.scene.types import nested
 
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
 LONGEST = 200  # characters of a description
@@ -129,7 +130,7 @@ def _of_the_variant(name: str, variants: dict[str, Values], scene: Values) -> Va
     if name not in variants:
         return {}
     values = ", ".join(f"{key.rpartition('.')[2]} {shown(value)}" for key, value in variants[name].items())
-    return {**sweep.nested(variants[name]), "description": f"{scene.get('description')}: {values}"[:LONGEST]}
+    return {**nested(variants[name]), "description": f"{scene.get('description')}: {values}"[:LONGEST]}
 
 
 def _inside(values: Values, section: list[str]) -> Values:

@@ -52,18 +52,6 @@ def scene_file(name: str, scenes_folder: Path) -> Path:
     return swept if not own.exists() and swept.is_file() else own
 
 
-def nested(values: Values) -> Values:
-    """Values by dotted key as the sections of a scene."""
-    found: Values = {}
-    for key, value in values.items():
-        *sections, last = key.split(".")
-        inner = found
-        for section in sections:
-            inner = inner.setdefault(section, {})
-        inner[last] = value
-    return found
-
-
 def _mistakes(swept: Any) -> list[tuple[KeyPath, str]]:
     if not isinstance(swept, dict):
         return [(("sweep",), f"{shown(swept)} is not allowed; {_ALLOWED}")]

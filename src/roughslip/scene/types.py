@@ -110,14 +110,19 @@ class Scene(Section):
 
 def part_of(scene: Values, keys: Iterable[str]) -> Values:
     """The part of a scene under some dotted keys, nested as in the scene; absent optional keys have their defaults."""
-    part: Values = {}
-    for key in keys:
+    return nested({key: deepcopy(get(scene, key)) for key in keys})
+
+
+def nested(values: Values) -> Values:
+    """Values by dotted key as the sections of a scene."""
+    found: Values = {}
+    for key, value in values.items():
         *sections, last = key.split(".")
-        inner = part
+        inner = found
         for place in sections:
             inner = inner.setdefault(place, {})
-        inner[last] = deepcopy(get(scene, key))
-    return part
+        inner[last] = value
+    return found
 
 
 def without_nulls(values: Any) -> Any:

@@ -12,12 +12,12 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
-from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.errors import IllPosedError
 from roughslip.friction.recursion import Recursion, recursion
 from roughslip.oscillator.cycles import NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import cycle_period, equilibrium, existence_limit, hopf_damping
+from roughslip.oscillator.limits import cycle_period, equilibrium
 from roughslip.oscillator.motion import FrictionPath, MotionOptions, Trajectory, simulate, trajectory
 from roughslip.oscillator.survival import LONG_SLIP, is_cycling, sliding_intervals
 from roughslip.probability.level_search import LevelSearch
@@ -26,6 +26,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
+from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.from_scene.variation import PARAMETERS, System
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
@@ -213,11 +214,8 @@ def deciding(own: System, share: float, damping: Mapping[str, Any]) -> dict[str,
     curve decides, together with scatter where the band between the levels, in damping, is wide against the distance
     of the scene from the existence limit.
     """
-    try:
-        limit: float | None = existence_limit(own.belt, own.law)
-    except (IllPosedError, ConvergenceError):
-        limit = None
-    hopf, ratio = hopf_damping(own.belt, own.law), own.belt.damping_ratio
+    (hopf, existence), ratio = limits_or_nan(own.belt, own.law), own.belt.damping_ratio
+    limit = None if np.isnan(existence) else existence
     period = cycle_period(own.belt, own.law)
     exists = None if period is None else period < np.inf
     width = None

@@ -5,21 +5,22 @@ its scatter a quarter larger, and as much smaller. Between its nodes an interpol
 does, by a share that its covariance gives. The mean counts then err by this share times their derivative by the
 logarithm of the standard deviation. Sums over many nodes lose less of their scatter, so that this bounds the error.
 
-A path that is read at half its nodes is no measure of it: near the limit of existence a motion forgets the details of
-a path within a few cycles, and then counts like another path.
+A path that is read at half its nodes is no measure of it. Near the limit of existence a motion forgets the details of
+a path within a few cycles. It then counts like another path.
 """
 
 import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import chdtri, stdtrit
+from scipy.special import stdtrit
 
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.limits import MOST_RUNS
 from roughslip.oscillator.motion import ensemble_counts
 from roughslip.oscillator.path import KeptPath
+from roughslip.probability.estimate import variance_margin
 from roughslip.scene.declarations import Stage
 from roughslip.scene.expansion import AUTO
 from roughslip.stages.from_scene import geometry, mass_on_belt
@@ -40,7 +41,6 @@ STAGE = Stage(
 RUNS, NODES = 24, 8  # of the pilot, and per correlation length
 FACTOR = 1.25  # of the standard deviation, and its inverse
 SHARE = 0.25  # of the accuracy, for the nodes of the paths
-CHANCE = 0.1  # with this probability the pilot shows less scatter than is allowed for
 NUMBERS_OF_NODES = (2, 4, 8, 16, 32, 64)
 FEWEST_RUNS = 8
 PERIOD_S = 2.5e-5  # CPU time of a natural period of a run, measured on resolved
@@ -67,7 +67,7 @@ def half_width(deviation: np.ndarray, pilot: int, runs: int, *, safe: bool = Tru
     deviation : (dampings,) of the counts of the pilot's runs
     safe : whether to allow for their own error, else as expected
     """
-    margin = math.sqrt((pilot - 1) / chdtri(pilot - 1, 1.0 - CHANCE)) if safe else 1.0
+    margin = math.sqrt(variance_margin(pilot)) if safe else 1.0
     return margin * float(deviation.max()) * float(stdtrit(runs - 1, 0.975)) / math.sqrt(runs)
 
 
@@ -84,7 +84,7 @@ def pilot_counts(job: Job) -> np.ndarray:
     scene = job.scene
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    periods, dampings = scene.ensemble.duration_periods, damping_ratios(scene, numbers)
+    periods, dampings = scene.ensemble.duration_periods, damping_ratios(scene, numbers, job.arguments.friction)
     options = mass_on_belt.motion_options(scene)
     std = numbers.standard_deviation
     counts = np.empty((2, RUNS, len(dampings)))

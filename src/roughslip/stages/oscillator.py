@@ -40,7 +40,7 @@ def work(job: Job) -> None:
     nodes = int(found["nodes_per_correlation_length"]) if found else int(ensemble.nodes_per_correlation_length)
     taken = shares.numbers_of(job, "runs")
     periods, discarded = ensemble.duration_periods, ensemble.discarded_periods
-    dampings = damping_ratios(scene, numbers)
+    dampings = damping_ratios(scene, numbers, arguments.friction)
     count = len(taken)
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
     last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)

@@ -37,12 +37,14 @@ STAGE = Stage(
 SURFACES = 1000  # a change of 0.02 is then known to some 0.006
 
 
-def pressures(problem: Square, coarse: Influence, seed: int, number: int) -> list[float]:
-    """[Pa] at the centre of one surface, with all modes, on cells of twice the edge, with the modes of the scene."""
+def pressures(problem: Square, coarse: Influence, exact: np.ndarray, eigenvalues: np.ndarray) -> list[float]:
+    """[Pa] at the centre of one surface, with all modes, on cells of twice the edge, with the modes of the scene.
+
+    exact : (nx, ny) [m] the surface; eigenvalues : (M,) [m2] of the modes
+    """
     modes, centre = problem.modes, problem.grid.nx // 2
     first = centre % 2
-    exact = problem.model.sampler(problem.grid)(np.random.default_rng([seed, geometry.STREAM_SQUARE_PILOT, number]))
-    variables = np.einsum("kij,ij->k", modes, exact) / np.einsum("kij,kij->k", modes, modes)
+    variables = np.einsum("kij,ij->k", modes, exact) / eigenvalues
     solves = (
         (problem.influence, exact, centre),
         (coarse, exact[first::2, first::2], centre // 2),
@@ -69,7 +71,11 @@ def work(job: Job) -> None:
     asked, samples = scene.accuracy.pressure, int(scene.square.monte_carlo_samples)
     coarse = elastic.influence(scene, coarser(problem.grid))
     with job.usage.core():
-        found = np.array([pressures(problem, coarse, scene.seed, number) for number in range(SURFACES)])
+        sample = problem.model.sampler(problem.grid)
+        eigenvalues = np.einsum("kij,kij->k", problem.modes, problem.modes)
+        seeds = ([scene.seed, geometry.STREAM_SQUARE_PILOT, number] for number in range(SURFACES))
+        surfaces = (sample(np.random.default_rng(seed)) for seed in seeds)
+        found = np.array([pressures(problem, coarse, exact, eigenvalues) for exact in surfaces])
         mesh, modes = (kolmogorov_distance(found[:, 0], found[:, other]) for other in (1, 2))
     sampling = KOLMOGOROV_95 / math.sqrt(samples)
     expected = mesh + modes + sampling

@@ -1,7 +1,8 @@
-"""What a scene leaves to the limits of its own oscillator: the list of damping ratios, and ranges of its parameters."""
+"""Damping ratios and ranges of parameters that follow from the limits of the scene's own oscillator."""
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -21,13 +22,14 @@ REACH = 3.0  # standard deviations of the limit
 FACTOR = 4.0  # of a range around the scene's own value
 
 
-def damping_ratios(scene: Scene, numbers: FrictionNumbers) -> tuple[float, ...]:
+def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | None) -> tuple[float, ...]:
     """The damping ratios of figure5: as given, or where auto around the limits of the scene without excitation.
 
     They go from a fifth of the smaller limit to 1.25 of the larger one, or as far as the scatter of friction moves the
-    existence limit: NEAR of them where it moves it, BELOW and ABOVE of them beside that. It reads the sections
-    `oscillator` and `ensemble`. Raises
-    IllPosedError where the law has no limits.
+    existence limit: NEAR of them where it moves it, BELOW and ABOVE of them on either side. It reads the sections
+    `oscillator` and `ensemble`. Raises IllPosedError where the law has no limits.
+
+    statistics : the file of the friction, if any
     """
     given = scene.ensemble.damping_ratios
     if not isinstance(given, str):
@@ -44,7 +46,7 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers) -> tuple[float, ...]:
         ) from error
     time = section.correlation_time_s  # where friction follows time
     length = numbers.correlation_length_m if time is None else time * free.belt_velocity_m_per_s
-    deviation = numbers.standard_deviation / math.sqrt(section.windows_in_parallel)
+    deviation = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, statistics))
     limit, hopf = response.limit, max(hopf_damping(free, law), 0.0)
     moved = REACH * response.scatter(length) * deviation
     first = 0.2 * (min(limit, hopf) or limit)

@@ -2,12 +2,23 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.allocation import Choice, Sources, allocate, half_width, nearest, sources
+from roughslip.friction.allocation import (
+    SAVED,
+    Choice,
+    Option,
+    Sources,
+    allocate,
+    cheapest,
+    half_width,
+    nearest,
+    sources,
+)
 from roughslip.friction.combination import ORDERS
 from roughslip.probability.estimate import CHANCE
 
@@ -58,6 +69,49 @@ def test_a_pilot_shows_what_gaussian_windows_leave(wider: float):
         without = one.solved / one.safety[0], one.control / one.safety[1]
         exact = truth(one.statistic, 1.0 + MIDDLE * (1.0 - wider))
         assert without == pytest.approx(exact, rel=5 * math.sqrt(2 / 4000))
+
+
+@pytest.mark.parametrize("others", [1, 8])
+def test_strips_on_coarse_cells_alone_take_their_share_of_the_variance(others: int):
+    """Windows z on cells 2h of correlation RHO with the control, windows h of correlation c with z, all Gaussian.
+
+    g = (1 + m) h - m z with the middle m of f, and alpha = c / (1 + (1 - RHO^2) / k). So g - alpha z leaves
+    ((1 + m) c - m - alpha)^2 + (1 + m)^2 (1 - c^2) of the variance. Influences on log std correlate by c^2 and RHO^2.
+    """
+    rng, c, strips = np.random.default_rng(31), 0.98, 4000
+    solved, coarse, control = [], [], []
+    for _ in PERCENTILES:
+        seen, own, fine = rng.standard_normal((3, strips, WINDOWS))
+        half = RHO * seen + math.sqrt(1 - RHO**2) * own
+        values = c * half + math.sqrt(1 - c**2) * fine
+        for found, part in ((solved, values), (coarse, half), (control, 2.0 * seen)):
+            found.append((1.0 + SCATTER * part, np.ones(part.shape, bool)))
+    parts = {}
+    for statistic, power in (("mean", 1), ("std", 2)):
+        m = sum(1 / (2**order - 1) for order in ORDERS[statistic]) / 2
+        of_half, seen = c**power, RHO**power
+        alpha = of_half / (1 + (1 - seen**2) / others)
+        left = ((1 + m) * of_half - m - alpha) ** 2 + (1 + m) ** 2 * (1 - of_half**2)
+        parts[statistic] = np.array([left + alpha**2 * (1 - seen**2) / others, alpha**2 * seen**2])
+    of_mean = SCATTER**2 / WINDOWS * parts["mean"]
+    exact = {"friction_mean": 2 * of_mean, "friction_std": parts["std"] / (2 * WINDOWS) + of_mean}
+    for one in sources(PERCENTILES, solved, control, coarse, others):
+        without = one.solved / one.safety[0], one.control / one.safety[1]
+        assert without == pytest.approx(exact[one.statistic], rel=5 * math.sqrt(2 / strips))
+
+
+def test_other_strips_are_taken_where_they_save_a_quarter_of_the_cost():
+    """Solved strips alone cost up to SAVED more."""
+    plain, many = Sources(50.0, "friction_std", 0.02, 0.1), Sources(50.0, "friction_std", 0.01, 0.1)
+    alone = allocate([plain], ASKED, WIDE)
+    options = [Option(0, [plain], WIDE), Option(4, [many], WIDE)]
+    with_others = allocate([many], ASKED, WIDE)
+    assert alone.cost > (1 + SAVED) * with_others.cost
+    assert cheapest(options, ASKED) == (options[1], with_others)
+    dearer = replace(WIDE, costs=(1.5 * WIDE.costs[0], WIDE.costs[1]))
+    options[1] = replace(options[1], choice=dearer)
+    assert allocate([many], ASKED, dearer).cost < alone.cost < (1 + SAVED) * allocate([many], ASKED, dearer).cost
+    assert cheapest(options, ASKED) == (options[0], alone)
 
 
 def test_the_order_of_the_mesh_error_is_left_open():
@@ -129,7 +183,7 @@ def test_an_accuracy_out_of_reach_has_a_nearest_one():
     full = allocate(errors, half, WIDE)
     short = Choice(WIDE.strips, WIDE.many, WIDE.costs, full.cost / 4)
     assert allocate(errors, half, short) is None
-    near = nearest(errors, half, short)
+    near = nearest([Option(0, errors, short)], half)
     assert allocate(errors, near, short) is not None
     assert allocate(errors, {name: 0.98 * value for name, value in near.items()}, short) is None
     # a quarter of the cost doubles the half width
@@ -137,6 +191,6 @@ def test_an_accuracy_out_of_reach_has_a_nearest_one():
     assert near["friction_mean"] / near["friction_std"] == pytest.approx(1 / 3, rel=0.01)
     rough = [Sources(20.0, "friction_mean", 1e-4, 1e-4, (0.04, 0.0))]  # of the mesh alone 0.038
     assert allocate(rough, ASKED, WIDE) is None
-    assert nearest(rough, ASKED, WIDE)["friction_mean"] == pytest.approx(0.038, rel=0.02)
+    assert nearest([Option(0, rough, WIDE)], ASKED)["friction_mean"] == pytest.approx(0.038, rel=0.02)
     with pytest.raises(IllPosedError, match="below 100 %"):
-        nearest(errors, ASKED, Choice(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))
+        nearest([Option(0, errors, Choice(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))], ASKED)

@@ -8,9 +8,16 @@ them, is to first order in 1 / n::
 - g, z: influences of a strip on the extrapolated statistic and on alpha times the control, with alpha of large N.
 - beta: regression coefficient of g on z. Without extrapolation it is 1, and D is the variance that z explains.
 
+With k other strips on cells 2h alone for each solved one, these are the control, and the cheap control serves them::
+
+    A = var(g - alpha z) + alpha^2 var(z - beta e) / k,   D = alpha^2 beta^2 var(e)
+
+- z, e: influences of a strip on the statistic of cells 2h and on that of the cheap control
+- alpha, beta: coefficients of the two controls, of large N
+
 The order of the mesh error adds an even spread over those of ORDERS, the same for any number of strips. A table over
 all n gives n and N of the least cost c_n n + c_N N. For one statistic n / N = sqrt(A c_N / (D c_n)), as in Neyman,
-J. Roy. Stat. Soc. 97 (1934) 558.
+J. Roy. Stat. Soc. 97 (1934) 558. With more levels see Giles, Acta Numerica 24 (2015) 259.
 """
 
 from __future__ import annotations
@@ -32,6 +39,7 @@ PERCENTILES = (20.0, 95.0)
 """Penetrations at which the accuracy holds. Below, a few windows that hardly touch decide."""
 
 STATISTICS = ("friction_mean", "friction_std")
+SAVED = 1 / 3  # of the cost with other strips
 _SPREAD = (np.arange(610) * np.array([[1], [377]]) % 610 + 0.5) / 305 - 1  # Fibonacci lattice on the square of side 2
 
 
@@ -72,14 +80,16 @@ class Choice:
     """What may be chosen.
 
     strips, many : least and largest number of strips to solve and of strips of the control; equal where given by hand
-    costs : [s] of a strip that is solved, and of one of the control
+    costs : [s] of a strip that is solved, with its others, and of one of the control
     limit : [s] largest cost
+    least : strips of the control for each one that is solved
     """
 
     strips: tuple[int, int]
     many: tuple[int, int]
     costs: tuple[float, float]
     limit: float
+    least: int = 2
 
 
 def half_width(sigma: float, mesh: tuple[float, float]) -> float:
@@ -122,46 +132,65 @@ def sources(
     solved: Sequence[Windows],
     control: Sequence[Windows],
     coarse: Sequence[Windows] | None,
+    others: int = 0,
 ) -> list[Sources]:
     """Sources of error from a pilot, of mean and standard deviation in units in which the mean at the median is exact.
 
     percentiles : (levels,) [%], 50 among them
     solved, coarse : by level (mu, valid), each (S, W), of the pilot on cells h and 2h
     control : by level the same of the control, (S2, W), on the pilot and then on S2 - S other strips
+    others : strips on cells 2h alone for each solved strip
     """
     strips, many = len(solved[0][0]), len(control[0][0])
     safety = variance_margin(strips), variance_margin(many)
     ends = 1.0 / (2.0 ** np.array([ORDERS["mean"], ORDERS["std"]]) - 1.0)
     middle, open_part = ends.mean(axis=1), (ends[:, 0] - ends[:, 1]) / 2
-    own, shown, changes = {}, {}, {}  # by penetration, each (strips, 2) or (2,)
+    parts, changes = {}, {}  # by penetration: influences (strips, 2) each, and (2,)
     for level, percentile in enumerate(percentiles):
         if not PERCENTILES[0] <= percentile <= PERCENTILES[1]:
             continue
         fine, cheap = influences(*solved[level]), influences(*control[level])
-        same = cheap[:strips] - cheap[:strips].mean(axis=0)
-        spread, change = (same**2).sum(axis=0), np.zeros(2)
-        if not spread.all():
-            raise IllPosedError("the control does not scatter between pilot strips: give the numbers of strips")
-        shown[percentile] = (same * fine).sum(axis=0) / spread * cheap
+        own, change, same = fine, np.zeros(2), cheap[:strips]
         if coarse is not None:
+            half = influences(*coarse[level])
+            own = fine + middle * (fine - half)
             change = _logarithms(*solved[level]) - _logarithms(*coarse[level])
-            fine = fine + middle * (fine - influences(*coarse[level]))
-        own[percentile], changes[percentile] = fine, open_part * change
+        if others == 0:
+            shown = _slope(fine, same) * cheap
+            parts[percentile] = own - shown[:strips], np.zeros_like(own), shown
+        else:
+            beta = _slope(half, same)
+            left = half - beta * same
+            alpha = _slope(fine, half) / (1.0 + np.var(left, axis=0) / np.var(half, axis=0) / others)
+            parts[percentile] = own - alpha * half, alpha * left, alpha * beta * cheap
+        changes[percentile] = open_part * change
     found = []
     for percentile, of_both in changes.items():
         for which, statistic in enumerate(STATISTICS):
             if percentile == 50.0 and which == 0:
                 continue
-            g, z = (one[percentile][:, which] - one[50.0][:, 0] for one in (own, shown))
-            same = z[:strips] - z[:strips].mean()
-            beta = (same @ g) / (same @ same)
-            left = np.var(g - z[:strips], ddof=1)
-            explained = max(0.0, (2.0 * beta - 1.0) * np.var(z, ddof=1))
+            on_solved, on_others, on_control = (
+                one[:, which] - of_mean[:, 0] for one, of_mean in zip(parts[percentile], parts[50.0], strict=True)
+            )
+            left, explained = np.var(on_solved, ddof=1), np.var(on_control, ddof=1)
+            if others:
+                left += np.var(on_others, ddof=1) / others
+            else:  # the control on the solved strips is part of that on all
+                explained *= max(0.0, 1.0 + 2.0 * _slope(on_solved, on_control[:strips]))
             of_mean = changes[50.0][0]
             mesh = (abs(of_both[0] - of_mean), 0.0) if which == 0 else (abs(of_both[1]), abs(of_mean))
             errors = float(safety[0] * left), float(safety[1] * explained)
             found.append(Sources(float(percentile), statistic, *errors, mesh, safety))
     return found
+
+
+def _slope(values: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Regression coefficients of columns on the same columns of another array."""
+    deviation = of - of.mean(axis=0)
+    spread = (deviation**2).sum(axis=0)
+    if not np.all(spread):
+        raise IllPosedError("the control does not scatter between pilot strips: give the numbers of strips")
+    return (deviation * values).sum(axis=0) / spread
 
 
 def allocate(errors: Sequence[Sources], asked: dict[str, float], choice: Choice) -> Allocation | None:
@@ -172,7 +201,7 @@ def allocate(errors: Sequence[Sources], asked: dict[str, float], choice: Choice)
     strips = np.arange(choice.strips[0], choice.strips[1] + 1)
     if not strips.size:
         return None
-    many = np.maximum(2.0 * strips, choice.many[0])
+    many = np.maximum(float(choice.least) * strips, choice.many[0])
     for one in errors:
         variance = _variance_within(asked[one.statistic], one.mesh)
         left = variance - one.solved / strips
@@ -186,8 +215,27 @@ def allocate(errors: Sequence[Sources], asked: dict[str, float], choice: Choice)
     return Allocation(int(strips[best]), int(many[best]), float(cost[best]))
 
 
-def nearest(errors: Sequence[Sources], asked: dict[str, float], choice: Choice) -> dict[str, float]:
-    """The accuracies nearest to those asked that `allocate` reaches, all in the same ratio, to 1 %.
+@dataclass(frozen=True)
+class Option:
+    """A number of other strips on cells 2h for each solved one, with the errors and choices that go with it."""
+
+    others: int
+    errors: Sequence[Sources]
+    choice: Choice
+
+
+def cheapest(options: Sequence[Option], asked: dict[str, float]) -> tuple[Option, Allocation] | None:
+    """The option of the least cost that reaches what is asked, if one does.
+
+    Other strips serve the asked numbers alone, and solved ones all that is shown of friction. So solved ones alone are
+    taken where they cost at most SAVED more.
+    """
+    found = [(option, chosen) for option in options if (chosen := allocate(option.errors, asked, option.choice))]
+    return min(found, key=lambda one: one[1].cost / (1.0 if one[0].others else 1.0 + SAVED), default=None)
+
+
+def nearest(options: Sequence[Option], asked: dict[str, float]) -> dict[str, float]:
+    """The accuracies nearest to those asked that `cheapest` reaches, all in the same ratio, to 1 %.
 
     Raises IllPosedError where there is none below 100 %.
     """
@@ -196,11 +244,11 @@ def nearest(errors: Sequence[Sources], asked: dict[str, float], choice: Choice) 
     def scaled(factor: float) -> dict[str, float]:
         return {name: float(f"{factor * value:.3g}") for name, value in asked.items()}
 
-    if allocate(errors, scaled(high), choice) is None:
+    if cheapest(options, scaled(high)) is None:
         raise IllPosedError("no accuracy of friction below 100 % is reached: allow more windows, cost or strips")
     while high > 1.002 * low:
         factor = math.sqrt(low * high)
-        low, high = (low, factor) if allocate(errors, scaled(factor), choice) else (factor, high)
+        low, high = (low, factor) if cheapest(options, scaled(factor)) else (factor, high)
     return scaled(1.005 * high)  # three digits round by at most half of 1 %
 
 

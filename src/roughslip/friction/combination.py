@@ -9,6 +9,9 @@ Two errors are reduced, that of the mesh and that of few strips::
   alpha = cov / (var_same (1 + S / S2)) (Lavenberg and Welch, Management Science 27, 1981; with the mean of the control
   itself estimated: Pasupathy et al., IIE Transactions 44, 2012).
 
+With other strips on cells 2h alone, these are the control: theta_same is then theta_2h, and theta_many that of the
+other strips, itself combined with the cheap model on still more strips.
+
 Both act on every replicate of the bootstrap, so that the interval holds what remains of both errors. Positive
 statistics are combined by their logarithms and stay positive.
 """
@@ -74,12 +77,12 @@ def extrapolated(rows: Rows, fine: Rows, coarse: Rows, factors: Rows) -> Rows:
     }
 
 
-def controlled(rows: Rows, same: Rows, many: Rows, excess: float) -> tuple[Rows, dict[str, np.ndarray]]:
+def controlled(rows: Rows, same: Rows, many: Rows, strips: float | None = None) -> tuple[Rows, dict[str, np.ndarray]]:
     """Rows with the control taken off, and the share of its variance that each statistic keeps.
 
     rows, same : of the solved strips and of the control on them, with the same weights
     many : of the control on other strips
-    excess : variance of same less many, over that of same: 1 + strips / other strips
+    strips : number of solved strips over that of the others, and so var many / var same; without it by the replicates
 
     Raises IllPosedError where the control does not scatter between strips.
     """
@@ -90,7 +93,8 @@ def controlled(rows: Rows, same: Rows, many: Rows, excess: float) -> tuple[Rows,
         variance = np.mean(deviation[0] ** 2, axis=0)
         if name == "mean" and not (control > NO_SCATTER**2 and variance > NO_SCATTER**2):
             raise IllPosedError("solved or control windows do not scatter between strips: use the solved strips alone")
-        alpha = np.divide(shared, excess * control, out=np.zeros_like(shared), where=control > 0)
+        total = control + np.var(many[name][1:], axis=0) if strips is None else (1.0 + strips) * control
+        alpha = np.divide(shared, total, out=np.zeros_like(shared), where=control > 0)
         found[name] = own - alpha * (same[name] - many[name])
         kept[name] = 1.0 - np.divide(alpha * shared, variance, out=np.zeros_like(shared), where=variance > 0)
     return found, kept
@@ -129,6 +133,19 @@ class Combined:
         return replace(self, rows=rows, mesh={name: one - mesh for name, one in self.mesh.items()})
 
 
+@dataclass(frozen=True)
+class Others:
+    """Strips on cells 2h alone, other ones than those that are solved.
+
+    coarse, control : (mu, valid), each (S1, W), on these strips
+    weights : (1 + R, S1) counts from `strip_weights`
+    """
+
+    coarse: Windows
+    control: Windows
+    weights: np.ndarray
+
+
 def combine(
     solved: Windows,
     control_same: Windows,
@@ -137,13 +154,15 @@ def combine(
     weights_many: np.ndarray,
     coarse: Windows | None = None,
     factors: Rows | None = None,
+    others: Others | None = None,
 ) -> Combined:
     """Statistics from solved strips, with the control on the same and on many other strips, and with a second mesh.
 
     solved, control_same, coarse : (mu, valid), each (S, W): solved windows, the control and cells of twice the edge
-    control_many : (mu, valid), each (S2, W): the control on other strips
+    control_many : (mu, valid), each (S2, W): the control on other strips, which are in none of the other groups
     weights, weights_many : (1 + R, S), (1 + R, S2) counts from `strip_weights`
     factors : from `mesh_factors`, with `coarse`
+    others : strips on the cells of `coarse` alone
 
     All replicates share one alpha, so that intervals lack its own error, a part 1 / S of the variance.
     """
@@ -152,11 +171,13 @@ def combine(
         raise ParameterError(f"solved windows, those of the control and of the coarse mesh must match, not {shapes}")
     if np.ndim(weights) != 2 or np.ndim(weights_many) != 2 or len(weights) != len(weights_many):
         raise ParameterError("weights of the solved and of other strips need equally many rows: see strip_weights")
-    fine, same = rows_of(*solved, weights), rows_of(*control_same, weights)
-    excess = 1.0 + len(solved[0]) / len(control_many[0])
-    control = rows_of(*control_many, weights_many)
-    rows, kept = controlled(fine, same, control, excess)
-    final = rows
-    if coarse is not None and factors is not None:
-        final = extrapolated(rows, fine, rows_of(*coarse, weights), factors)
+    fine, control = rows_of(*solved, weights), rows_of(*control_many, weights_many)
+    half = None if coarse is None else rows_of(*coarse, weights)
+    if half is not None and others is not None:
+        own, same = (rows_of(*windows, others.weights) for windows in (others.coarse, others.control))
+        of_others, _ = controlled(own, same, control, len(others.coarse[0]) / len(control_many[0]))
+        rows, kept = controlled(fine, half, of_others)
+    else:
+        rows, kept = controlled(fine, rows_of(*control_same, weights), control, len(solved[0]) / len(control_many[0]))
+    final = rows if half is None or factors is None else extrapolated(rows, fine, half, factors)
     return Combined(final, {name: final[name] - rows[name] for name in ("mean", "std")}, kept, control)

@@ -1,7 +1,7 @@
 """Stage contact_strip: contact of a batch of strips with the plane, at every penetration of the scene."""
 
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.stages.from_scene.shares import numbers_of
+from roughslip.stages.from_scene.shares import numbers_of, solved_strips
 from roughslip.stages.from_scene.strip_contact import solve_strips
 from roughslip.stages.runtime.command import Job, execute
 
@@ -21,8 +21,11 @@ STAGE = Stage(
 
 
 def work(job: Job) -> None:
-    """Solve the strips of the batch, or of the share of those that are not of the pilot."""
-    solve_strips(job, numbers_of(job, "strips", job.scene.strip.training_samples))
+    """Solve the strips of the batch, or of the share that the pilot leaves, and others on cells 2h alone."""
+    numbers, others = numbers_of(job, "strips", job.scene.strip.training_samples), range(0)
+    if job.arguments.allocation is not None:
+        others = numbers_of(job, "coarse_strips", solved_strips(job))
+    solve_strips(job, numbers, others)
 
 
 if __name__ == "__main__":

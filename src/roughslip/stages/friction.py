@@ -8,13 +8,14 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.friction.combination import Combined, Rows, combine, mesh_factors
+from roughslip.friction.combination import Combined, Others, Rows, combine, mesh_factors
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.strip_contact import COARSE, OTHERS
 from roughslip.stages.result_tables import friction_table, load_table
 from roughslip.stages.result_tables.friction_table import SOURCES
 from roughslip.stages.runtime.command import Job, execute
@@ -75,23 +76,23 @@ def work(job: Job) -> None:
         for source, option in (("solved", "contact"), ("expansion", "expansion"))
     }
     windows_of = {source: area_and_force(batches[source]) for source in SOURCES}
-    if "coarse_area" in batches["solved"][0]:
-        windows_of["coarse"] = area_and_force(batches["solved"], "coarse_")
+    for mesh in (COARSE, OTHERS):
+        if any(f"{mesh}area" in batch for batch in batches["solved"]):
+            windows_of[mesh] = area_and_force(batches["solved"], mesh)
     residual = max(float(batch["residual"].max()) for batch in batches["solved"])
     strips, many = (windows_of[source][0].shape[1] for source in SOURCES)
     window_area = scene.strip.window_m * scene.strip.width_m
     least = scene.friction.least_contact_fraction * window_area
     with job.usage.core():
         generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
-        weights = {
-            "solved": strip_weights(strips, REPLICATES, generator),
-            "control": strip_weights(many - strips, REPLICATES, generator),
-        }
+        others = windows_of[OTHERS][0].shape[1] if OTHERS in windows_of else 0
+        groups = {"solved": strips, "control": many - strips - others} | ({OTHERS: others} if others else {})
+        weights = {name: strip_weights(count, REPLICATES, generator) for name, count in groups.items()}
         factors = mesh_factors(REPLICATES, generator)
         unit = {source: friction_coefficient(*pair, 1.0, least) for source, pair in windows_of.items()}
         median = int(np.flatnonzero(percentiles == 50.0)[0])
         mean = scene.friction.mean_at_median
-        best = [combined_at(unit, level, strips, weights, factors) for level in range(len(percentiles))]
+        best = [combined_at(unit, level, weights, factors) for level in range(len(percentiles))]
         shear = Estimate.from_rows(mean / np.exp(best[median].rows["mean"]))
         best = [one.calibrated(mean, best[median]) for one in best]
         lags = scene.strip.window_spacing_m * np.arange(unit["solved"][0].shape[2])
@@ -153,24 +154,29 @@ def reached(path: Path | None, percentiles: np.ndarray, combined: dict[str, list
 
 def area_and_force(batches: list[store.Result], mesh: str = "") -> Windows:
     """Area [m2] and force [N] : (levels, strips, windows) of a source."""
-    area, force = (store.join(batches, mesh + name).transpose(1, 0, 2) for name in ("area", "force"))
+    parts = [batch for batch in batches if f"{mesh}area" in batch]
+    area, force = (store.join(parts, mesh + name).transpose(1, 0, 2) for name in ("area", "force"))
     return area, force
 
 
-def combined_at(
-    mu: dict[str, Windows], level: int, strips: int, weights: dict[str, np.ndarray], factors: Rows
-) -> Combined:
-    """Solved windows of a level with the expansion as control; strips from number `strips` on were never solved."""
-    values, valid = mu["expansion"]
-    at_level = {source: (mu[source][0][level], mu[source][1][level]) for source in mu}
+def combined_at(mu: dict[str, Windows], level: int, weights: dict[str, np.ndarray], factors: Rows) -> Combined:
+    """Solved windows of a level with their controls. Strips of the expansion are numbered: solved, others, all else."""
+    at_level = {source: (values[level], valid[level]) for source, (values, valid) in mu.items()}
+    first = weights["solved"].shape[1]
+    last = first + (weights[OTHERS].shape[1] if OTHERS in weights else 0)
+    same, of_others, many = (
+        tuple(one[part] for one in at_level["expansion"])
+        for part in (slice(first), slice(first, last), slice(last, None))
+    )
     return combine(
         at_level["solved"],
-        (values[level, :strips], valid[level, :strips]),
-        (values[level, strips:], valid[level, strips:]),
+        same,
+        many,
         weights["solved"],
         weights["control"],
-        at_level.get("coarse"),
+        at_level.get(COARSE),
         factors,
+        Others(at_level[OTHERS], of_others, weights[OTHERS]) if OTHERS in at_level else None,
     )
 
 

@@ -4,13 +4,23 @@ Costs are counted by a model, work times cells, and not by a clock, so that any 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.friction.allocation import Allocation, Choice, Sources, allocate, mesh_alone, nearest, sources
+from roughslip.friction.allocation import (
+    Allocation,
+    Choice,
+    Option,
+    Sources,
+    cheapest,
+    mesh_alone,
+    nearest,
+    sources,
+)
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.limits import MOST_WINDOWS, SHARES
 from roughslip.scene.declarations import Stage
@@ -33,7 +43,9 @@ STAGE = Stage(
     memory_doubles={"cells": 150, "windows": 8000, "levels cells": 8},
 )
 
-OTHERS = 200  # strips of the expansion that are not of the pilot: its variance is then known to a tenth
+MORE = 200  # strips of the expansion that are not of the pilot: its variance is then known to a tenth
+OTHERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # strips on cells 2h alone, for each solved strip
+COARSE_SHARE = 0.25  # of the CPU time of a solved strip, which has both meshes
 # CPU time by work, measured on resolved at eleven penetrations; another machine is faster or slower at both
 CONVOLUTION_S = 2.6e-8  # of a unit of work of the solver, by cell
 EXPANSION_S = 4.5e-7  # of a strip of the expansion, by node of its lattice
@@ -51,27 +63,34 @@ def work(job: Job) -> None:
         ratio = friction_coefficient(area.transpose(1, 0, 2), force.transpose(1, 0, 2), 1.0, least)
         return list(zip(*ratio, strict=True))
 
-    control = by_level(*expand_strips(job, range(strips + OTHERS), strips))
+    control = by_level(*expand_strips(job, range(strips + MORE), strips))
     is_extrapolated = f"{COARSE}area" in pilot
     coarse = by_level(pilot[f"{COARSE}area"], pilot[f"{COARSE}force"]) if is_extrapolated else None
+    solved = by_level(pilot["area"], pilot["force"])
     with job.usage.core():
-        errors = sources(percentiles, by_level(pilot["area"], pilot["force"]), control, coarse)
+        options = [
+            Option(others, sources(percentiles, solved, control, coarse, others), _choice(job, pilot, others))
+            for others in (OTHERS if is_extrapolated else OTHERS[:1])
+        ]
         accuracy = scene.accuracy
         asked = {"friction_mean": accuracy.friction_mean, "friction_std": accuracy.friction_std}
-        chosen = allocate(errors, asked, choice := _choice(job, pilot))
-        if chosen is None:
-            raise IllPosedError(_refusal(errors, asked, choice, scene.strip.cell_m))
+        found = cheapest(options, asked)
+        if found is None:
+            raise IllPosedError(_refusal(options, asked, scene.strip.cell_m))
+    (option, chosen), errors = found, found[0].errors
+    coarse_strips = (1 + option.others) * chosen.strips if is_extrapolated else 0
     shown = {f"{name}_asked": value for name, value in asked.items()}
     for name in asked:
         of_it = [one for one in errors if one.statistic == name]
         widths = [one.half_width(chosen.strips, chosen.many, safe=False) for one in of_it]
         shown |= {f"{name}_expected": round(max(widths, default=0.0), 5)}
         shown |= {f"{name}_from_cells": round(max(map(mesh_alone, of_it), default=0.0), 5)}
-    job.usage.count(strips_chosen=chosen.strips, expansion_strips_chosen=chosen.many, **shown)
-    store.write(job.arguments.output, _variables(errors, asked, chosen), job.key)
+    numbers = {"strips_chosen": chosen.strips, "coarse_strips_chosen": coarse_strips}
+    job.usage.count(**numbers, expansion_strips_chosen=chosen.many, **shown)
+    store.write(job.arguments.output, _variables(errors, asked, chosen, coarse_strips), job.key)
 
 
-def _choice(job: Job, pilot: store.Result) -> Choice:
+def _choice(job: Job, pilot: store.Result, others: int) -> Choice:
     """Numbers of strips that may be chosen, with their costs; those given by hand are obeyed."""
     scene = job.scene
     grid, lattice, windows = geometry.strip_grid(scene), geometry.lattice(scene), geometry.windows(scene)
@@ -79,34 +98,35 @@ def _choice(job: Job, pilot: store.Result) -> Choice:
     strips, many = (
         (low, high) if number == AUTO else (int(number), int(number))
         for number, low, high in (
-            (scene.strip.samples, len(pilot["area"]) + SHARES, most // 2),
+            (scene.strip.samples, len(pilot["area"]) + SHARES, most // (2 + 2 * others)),
             (scene.strip.expansion_samples, 1, most),
         )
     )
     cells = grid.nx * grid.ny * (5 / 8 if f"{COARSE}area" in pilot else 1)  # in the mean of both meshes
-    solve = CONVOLUTION_S * cells * float(pilot["work"].sum(axis=1).mean())
+    solve = CONVOLUTION_S * cells * float(pilot["work"].sum(axis=1).mean()) * (1 + COARSE_SHARE * others)
     expand = EXPANSION_S * lattice.grid.nx * lattice.grid.ny
-    return Choice(strips, many, (solve, expand), scene.accuracy.cost_limit_cpu_s)
+    return Choice(strips, many, (solve, expand), scene.accuracy.cost_limit_cpu_s, 2 + 2 * others)
 
 
-def _refusal(errors: list[Sources], asked: dict[str, float], choice: Choice, cell_m: float) -> str:
+def _refusal(options: list[Option], asked: dict[str, float], cell_m: float) -> str:
     """What cannot be reached, what is nearest, and what to do."""
     wanted, reached = (
-        ", ".join(f"{name} {value:g}" for name, value in each.items())
-        for each in (asked, nearest(errors, asked, choice))
+        ", ".join(f"{name} {value:g}" for name, value in each.items()) for each in (asked, nearest(options, asked))
     )
-    at_any_cost = allocate(errors, asked, replace(choice, limit=math.inf))
+    at_any_cost = cheapest([replace(one, choice=replace(one.choice, limit=math.inf)) for one in options], asked)
     advice = "ask for that, widen strip.window_spacing_m, or leave the number of strips that you gave to auto"
     if at_any_cost is not None:
-        advice = f"ask for that, or raise accuracy.cost_limit_cpu_s to {math.ceil(at_any_cost.cost)}"
-    worst = max(errors, key=lambda one: mesh_alone(one) / asked[one.statistic])
+        advice = f"ask for that, or raise accuracy.cost_limit_cpu_s to {math.ceil(at_any_cost[1].cost)}"
+    worst = max(options[0].errors, key=lambda one: mesh_alone(one) / asked[one.statistic])
     if mesh_alone(worst) >= asked[worst.statistic]:
         which = f"{worst.statistic} at {worst.percentile:g} %"
         advice = f"the mesh alone leaves {mesh_alone(worst):.2g} of {which}: take strip.cell_m = {cell_m / 2:g} or less"
     return f"an accuracy of {wanted} is not reached; nearest are {reached}; {advice}"
 
 
-def _variables(errors: list[Sources], asked: dict[str, float], chosen: Allocation) -> dict[str, store.Variable]:
+def _variables(
+    errors: Sequence[Sources], asked: dict[str, float], chosen: Allocation, coarse: int
+) -> dict[str, store.Variable]:
     """The allocation, and a row for each number that it holds for; the last column says which of them decides."""
     limits = np.array([asked[one.statistic] for one in errors])
     bounds, expected = (
@@ -124,6 +144,7 @@ def _variables(errors: list[Sources], asked: dict[str, float], chosen: Allocatio
     variables = {name: store.Variable(("number",), *column) for name, column in columns.items()}
     scalars = {
         "strips": (chosen.strips, "1", "strips that are solved, the pilot among them"),
+        "coarse_strips": (coarse, "1", "strips that are solved on cells of twice the edge, those above among them"),
         "expansion_strips": (chosen.many, "1", "strips of the expansion, the solved ones among them"),
         "cost": (round(chosen.cost, 3), "s", "CPU time of both, by the model of cost"),
     }

@@ -1,28 +1,37 @@
 """Contact of strips with the plane, at every penetration of the scene."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from roughslip import store
 from roughslip.contact.area import contact_shares
+from roughslip.contact.influence import Influence
 from roughslip.contact.solve import sweep
+from roughslip.grid import Grid
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry, strip_coordinates, surface_model
+from roughslip.stages.from_scene.surface_model import SurfaceModel
 from roughslip.stages.runtime.command import Job
 
 WINDOWS = {"area": ("m2", "contact area of the window"), "force": ("N", "normal force on the window")}
 COARSE = "coarse_"  # before the names of what cells of twice the edge give
+OTHERS = "other_"  # the same of strips that are solved on these cells alone
 
 
-def solve_strips(job: Job, numbers: range) -> None:
-    """Write contact area and normal force of every window, and whole training columns of the first strips."""
+def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
+    """Write contact area and normal force of every window, and whole training columns of the first strips.
+
+    others : strips that are solved on cells of twice the edge alone
+    """
     scene, arguments = job.scene, job.arguments
     grid = geometry.strip_grid(scene)
     model = surface_model.surface_model(scene, arguments.scan)
     if arguments.scan is not None:
         lengths = {"strip.cell_m": grid.dx}, scene.strip.window_m
         job.usage.warn(*surface_model.scan_warnings(model, *lengths))
-    sample = model.sampler(grid)
+    heights_of = numbered(scene, model, grid)
     influence = elastic.influence(scene, grid)
     meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]
     windows = [geometry.windows(scene, step) for _, _, step in meshes]
@@ -44,7 +53,7 @@ def solve_strips(job: Job, numbers: range) -> None:
     skipped = elastic.empty_skip_counts()
     with job.usage.core():
         for row, number in enumerate(numbers):
-            heights = model.heights(sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])))
+            heights = heights_of(number)
             for (mesh, on, step), lie in zip(meshes, windows, strict=True):
                 nodes = slice(step // 2, None, step)
                 solutions = sweep(
@@ -79,11 +88,50 @@ def solve_strips(job: Job, numbers: range) -> None:
         "residual": store.Variable(dimensions, residual, "1", "largest relative residual of the complementarity"),
         "work": store.Variable(dimensions, effort, "1", "work of the solver, as its method counts it"),
     }
-    variables |= sum_variables(sums, in_blocks)
+    variables |= sum_variables(sums, in_blocks) | coarse_sums(
+        job, influence.coarser, planes[light:], heights_of, others
+    )
     if trained:
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
         variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")
     store.write(arguments.output, variables, job.key, {"first": numbers.start})
+
+
+def numbered(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int], np.ndarray]:
+    """A function that gives the heights (nx, ny) [m] of a strip by its number."""
+    sample = model.sampler(grid)
+    return lambda number: model.heights(sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])))
+
+
+def coarse_sums(
+    job: Job, influence: Influence, planes: list[float], heights_of: Callable[[int], np.ndarray], numbers: range
+) -> dict[str, store.Variable]:
+    """Contact area and normal force of every window of strips that are solved on cells of twice the edge alone."""
+    if not numbers:
+        return {}
+    scene, windows, on = job.scene, geometry.windows(job.scene, 2), influence.coarser
+    hardness, on_nodes = elastic.hardness_pa(scene), scene.numerics.contact_area == "nodes"
+    sums = np.empty((len(WINDOWS), len(numbers), len(planes), windows.count))
+    skipped, products = elastic.empty_skip_counts(), 0
+    with job.usage.core():
+        for row, number in enumerate(numbers):
+            heights = heights_of(number)[1::2, 1::2]
+            solutions = sweep(on, heights, planes, scene.numerics.contact_tolerance, hardness_pa=hardness)
+            for level, solution in enumerate(solutions):
+                elastic.count_solve(skipped, solution)
+                products += solution.work
+                cells = solution.contact if on_nodes else contact_shares(solution.pressure, hardness)
+                for kind, field in enumerate((cells, solution.pressure)):
+                    sums[kind, row, level] = on.grid.cell_area * windows.sums(field)
+            job.usage.progress(row + 1, len(numbers))
+    job.usage.count(solves=sums[0, :, :, 0].size, convolutions=products)
+    job.usage.skip(skipped)
+    return {
+        OTHERS + name: store.Variable(
+            ("other_sample", "level", "window"), found, unit, f"{title}, strips on cells of 2 times the edge alone"
+        )
+        for found, (name, (unit, title)) in zip(sums, WINDOWS.items(), strict=True)
+    }
 
 
 def sum_variables(sums: dict[str, np.ndarray], in_blocks: dict[str, np.ndarray]) -> dict[str, store.Variable]:

@@ -1,0 +1,67 @@
+"""The shipped cases of engineering as a user runs them: what follows from the load, the answers of docs/cases.md."""
+
+import json
+import math
+import re
+
+import pytest
+
+from roughslip import store
+from roughslip.scene.types import scene_of
+from roughslip.stages.from_scene.mass_on_belt import friction_numbers, independent_windows, pad_at
+from tests.scene.shipped import CASES, CONFIG, shipped_scene
+from tests.workflow.conftest import Project
+
+pytestmark = pytest.mark.slow
+
+DOCUMENT = (CONFIG.parent / "docs" / "cases.md").read_text()
+PARAMETERS = {"D": "damping", "v0": "belt_velocity", "N": "load"}
+UNITS = {"": 1.0, "m/s": 1.0, "mm/s": 1e-3, "N": 1.0}
+
+
+@pytest.fixture(scope="module")
+def cases(empty, tmp_path_factory) -> Project:
+    """The project after a run of all cases."""
+    project = empty.copy(tmp_path_factory.mktemp("cases") / "project")
+    project.make("-j2", *CASES)
+    return project
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_real_area_and_scatter_of_a_case_follow_from_its_load(cases, name):
+    """Real area over the apparent one lies between Persson's erf(sqrt(2) x) and sqrt(2 pi) x, x = p / (E* h').
+
+    h' is the rms slope, 2 Sq / L here. Persson, J. Chem. Phys. 115 (2001) 3840, and Bush et al., Wear 35 (1975) 87;
+    solutions lie between (Hyun et al., Phys. Rev. E 70 (2004) 026117), and so do these cells at light load.
+    A pad of n correlation areas, of which the load touches the share A / A0, scatters as some n A / A0 contacts do.
+    """
+    scene, path = shipped_scene(name), cases.path(f"results/{name}/friction/statistics.nc")
+    found, case = store.read(path), scene_of(scene)
+    load, roughness, material = scene["load"], scene["roughness"], scene["material"]
+    slope = 2.0 * roughness["rms_height_m"] / roughness["correlation_length_m"]
+    modulus = material["young_modulus_pa"] / (1.0 - material["poisson_ratio"] ** 2)
+    x = load["nominal_pressure_pa"] / (modulus * slope)
+    windows = scene["oscillator"]["windows_in_parallel"]
+    share = pad_at(case, found, "pad_mean", windows) / found["shear_strength"] * load["nominal_pressure_pa"]
+    assert math.erf(math.sqrt(2.0) * x) < share < math.sqrt(2.0 * math.pi) * x
+    assert found["load_percentile_low"] < found["load_percentile"] < found["load_percentile_high"]
+    numbers = friction_numbers(case, path)
+    assert numbers.mean == load["mean_friction"]
+    scatter = numbers.standard_deviation / numbers.mean / math.sqrt(independent_windows(case, path))
+    contacts = load["apparent_area_m2"] / roughness["correlation_length_m"] ** 2 * share
+    assert 0.05 < scatter * math.sqrt(contacts) < 2.0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_document_has_the_answer_of_a_case(cases, name):
+    """Each limit that it states lies in the interval of the run, or rounds to it."""
+    answer = json.loads(cases.path(f"results/{name}/answer.json").read_text())
+    row = next(line for line in DOCUMENT.splitlines() if line.startswith(f"| `{name}` |"))
+    stated = re.findall(r"\b(D|v0|N) [<>] ([\d.]+) ?(m/s|mm/s|N|)", row)
+    assert stated
+    for symbol, number, unit in stated:
+        value, limits = float(number) * UNITS[unit], answer["limits"][PARAMETERS[symbol]]
+        found = [limits[side]["0.05"] for side in ("below", "above") if limits[side]["0.05"]]
+        assert any(0.995 * one["interval"][0] <= value <= 1.005 * one["interval"][1] for one in found)
+    assert f"| {100 * answer['probability']['value']:.0f} % [" in row
+    assert f"| {answer['decides']['by']} |" in row

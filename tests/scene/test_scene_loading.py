@@ -162,7 +162,7 @@ ensemble: {discarded_periods: 200}
         + describe_allowed(SCHEMA["properties"]["oscillator"]),
         "scenes/mine.yaml: seed: 2 in line 3 repeats the key; give it once",
         "scenes/mine.yaml: square.modes: 101 is not allowed; at most square.nodes^2 = 10^2",
-        "scenes/mine.yaml: strip.cell_m: 0 is not allowed; a number > 0 [m]",
+        "scenes/mine.yaml: strip.cell_m: 0 is not allowed; a number > 0 [m], or auto",
         "scenes/mine.yaml: strip.widht_m: unknown key; did you mean width_m? allowed: "
         + ", ".join(SCHEMA["properties"]["strip"]["properties"]),
     ]

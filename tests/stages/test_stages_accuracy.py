@@ -13,6 +13,7 @@ from tests.stages.scenes import CONTACT, changed
 
 ASKED = {"friction_mean": 0.05, "friction_std": 0.08}
 PILOT = 12
+ENDS = (("low", "high"), ("high", "low"))
 SCENE = changed(
     CONTACT,
     strip={
@@ -70,6 +71,36 @@ def test_pilot_and_shares_are_the_strips_of_one_batch_and_reach_what_is_asked(ru
         width = (found[f"{statistic}_high"] - found[f"{statistic}_low"]) / 2 / found[statistic]
         assert run.did[f"{name}_reached"] == pytest.approx(width.max(), abs=1e-5)
         assert width.max() < 1.3 * asked
+
+
+@pytest.mark.slow
+def test_strips_on_coarse_cells_alone_are_those_of_a_whole_solve(run, stored):
+    """Bit for bit. As a control they leave the same friction, within the intervals of both."""
+    scene = changed(SCENE, numerics={"extrapolate_mesh": True, "contact_area": "corrected"}, strip={"width_m": 3e-5})
+    pilot = run(strip_pilot, scene, "both-pilot").path
+    expansion = run(chaos_strip, scene, "both-chaos", contact=[pilot]).path
+    none = {name: (("number",), np.array([])) for name in ("percentile", "statistic")}
+    found = {}
+    for coarse in (20, 60):
+        numbers = {"strips": ((), 20), "coarse_strips": ((), coarse), "expansion_strips": ((), 200)}
+        place = {"allocation": stored(f"{coarse}.nc", None, **none, **numbers), "expansion": expansion}
+        parts = {contact_strip: [pilot], expansion_strip: []}
+        for stage, paths in parts.items():
+            for share in range(SHARES):
+                name = f"{coarse}-{stage.STAGE.name}-{share}"
+                paths.append(run(stage, scene, name, first=share, last=share + 1, **place).path)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(friction, "REPLICATES", 200)
+            files = {"contact": parts[contact_strip], "expansion": parts[expansion_strip]}
+            found[coarse] = run(friction, scene, f"{coarse}-friction", **files, allocation=place["allocation"])
+    for name in ("combined_mean", "combined_std"):
+        low, high = (found[60][f"{name}_{end}"] - found[20][f"{name}_{other}"] for end, other in ENDS)
+        assert np.all((low <= 0.0) & (high >= 0.0))
+        assert not np.array_equal(found[20][name], found[60][name])
+    batches = [one for one in store.read_all(parts[contact_strip]) if "other_area" in one]
+    whole = run(contact_strip, scene, "others-whole", first=20, last=60)
+    for name in ("area", "force"):
+        np.testing.assert_array_equal(store.join(batches, f"other_{name}"), whole[f"coarse_{name}"])
 
 
 def test_an_accuracy_above_the_cost_limit_is_refused_with_the_nearest_one(run, allotted):

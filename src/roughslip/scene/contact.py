@@ -82,7 +82,11 @@ class Strip(Section):
     )
     width_m: float = number("Width of strip and windows across the belt", "m", above=0, at_most=1)
     cell_m: float = number(
-        "Edge of the square cells; length, margin, width, window and spacing are whole multiples of it", "m", above=0
+        "Edge of the square cells; length, margin, width, window and spacing are whole multiples of it. With auto, the "
+        "coarsest that leave accuracy.friction_mean and accuracy.friction_std room for few strips",
+        "m",
+        above=0,
+        or_word=AUTO,
     )
     window_m: float = number("Length of a window along the belt", "m", above=0)
     window_spacing_m: float = number(

@@ -36,19 +36,20 @@ class Section:
         return f"{type(self).__name__}({given})"
 
 
-def number(description: str, unit: str = "-", *, default: Any = REQUIRED, **bounds: float) -> Any:
-    """A field for a real number. bounds : at_least, above, at_most, below."""
-    return _field({"description": f"{description} [{unit}]", "type": "number", **_limits(bounds)}, default)
+def number(
+    description: str, unit: str = "-", *, default: Any = REQUIRED, or_word: str | None = None, **bounds: float
+) -> Any:
+    """A field for a real number, or for one word in its place. bounds : at_least, above, at_most, below."""
+    part = {"description": f"{description} [{unit}]", "type": "number", **_limits(bounds)}
+    return _field(part | _word(or_word, "number"), default)
 
 
 def integer(
     description: str, unit: str = "-", *, default: Any = REQUIRED, or_word: str | None = None, **bounds: int
 ) -> Any:
     """A field for a whole number, or for one word in its place. bounds : at_least, above, at_most, below."""
-    part: dict[str, Any] = {"description": f"{description} [{unit}]", "type": "integer", **_limits(bounds)}
-    if or_word is not None:
-        part |= {"type": ["integer", "string"], "pattern": f"^{or_word}$"}
-    return _field(part, default)
+    part = {"description": f"{description} [{unit}]", "type": "integer", **_limits(bounds)}
+    return _field(part | _word(or_word, "integer"), default)
 
 
 def choice(description: str, kinds: Any, *, default: Any = REQUIRED) -> Any:
@@ -85,8 +86,13 @@ def many(
     """
     part = {"description": description, "type": "array", "minItems": fewest, "items": item.metadata["schema"]}
     part |= {} if most is None else {"maxItems": most}
-    part |= {} if or_word is None else {"type": ["array", "string"], "pattern": f"^{or_word}$"}
+    part |= _word(or_word, "array")
     return _field(part | ({"uniqueItems": True} if unique else {}), default)
+
+
+def _word(word: str | None, kind: str) -> dict[str, Any]:
+    """What the schema of a field of that kind says further where one word may stand in its place."""
+    return {} if word is None else {"type": [kind, "string"], "pattern": f"^{word}$"}
 
 
 def group(kind: type[Section]) -> Any:

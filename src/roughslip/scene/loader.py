@@ -16,7 +16,7 @@ from typing import Any, cast
 from jsonschema import Draft202012Validator, validators
 
 from roughslip.errors import InputError
-from roughslip.scene import accuracy, oscillator, rules, sweep
+from roughslip.scene import accuracy, discretisation, oscillator, rules, sweep
 from roughslip.scene.fields import WORD
 from roughslip.scene.load import derived
 from roughslip.scene.mistakes import Values, shown
@@ -65,12 +65,14 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
             faulty.add(".".join(map(str, path)))
         if text:
             lines.append(line(topmost([path]), path, text))
-    for keys, text in rules.mistakes(_without(faulty, merged.values), faulty):
+    whole, left_open = discretisation.discretised(merged.values)
+    faulty |= {mistake.keys[0] for mistake in left_open}
+    for keys, text in (*left_open, *rules.mistakes(_without(faulty, whole), faulty)):
         paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
         lines.append(line(topmost(paths), paths[0], text))
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
-    whole = oscillator.with_frequency(merged.values)
+    whole = oscillator.with_frequency(whole)
     return derived(accuracy.settled(cast(Values, _with_floats(whole, schema))))
 
 

@@ -24,7 +24,7 @@ KEYS = {
 }
 
 
-def _range(what: str, unit: str = "-", **bounds: float) -> Any:
+def _range(what: str, unit: str = "-", **bounds: Any) -> Any:
     return many(
         f"First and last {what}; auto for a range around the scene's own",
         number(what.capitalize(), unit, **bounds),

@@ -12,7 +12,7 @@ from typing import Any, Literal
 from roughslip.scene.accuracy import Accuracy
 from roughslip.scene.contact import Material, Square, Strip
 from roughslip.scene.ensemble import Answer, Ensemble, Survival
-from roughslip.scene.expansion import Expansion
+from roughslip.scene.expansion import AUTO, Expansion
 from roughslip.scene.fields import (
     Section,
     build,
@@ -43,7 +43,12 @@ class Numerics(Section):
     """Tolerances of the solvers, and what counts as contact."""
 
     contact_tolerance: float = number(
-        "Relative residual to which a contact problem is solved", at_least=1e-14, at_most=0.001, default=None
+        "Relative residual to which a contact problem is solved. With auto, its error is below a tenth of "
+        "accuracy.friction_std",
+        at_least=1e-14,
+        at_most=0.001,
+        or_word=AUTO,
+        default=None,
     )
     oscillator_tolerance: float = number(
         "Relative error allowed in the slip motion per unit of omega t", at_least=1e-13, at_most=0.001, default=None

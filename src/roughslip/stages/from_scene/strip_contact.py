@@ -10,9 +10,8 @@ from roughslip.contact.area import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import sweep
 from roughslip.grid import Grid
-from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import elastic, geometry, strip_coordinates, surface_model
-from roughslip.stages.from_scene.surface_model import SurfaceModel
+from roughslip.stages.from_scene import elastic, geometry, strip_coordinates
+from roughslip.stages.from_scene.surface_model import SurfaceModel, scan_warnings, surface_model
 from roughslip.stages.runtime.command import Job
 
 WINDOWS = {"area": ("m2", "contact area of the window"), "force": ("N", "normal force on the window")}
@@ -25,16 +24,12 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
 
     others : strips that are solved on cells of twice the edge alone
     """
-    scene, arguments = job.scene, job.arguments
+    scene = job.scene
     grid = geometry.strip_grid(scene)
-    model = surface_model.surface_model(scene, arguments.scan)
-    if arguments.scan is not None:
-        lengths = {"strip.cell_m": grid.dx}, scene.strip.window_m
-        job.usage.warn(*surface_model.scan_warnings(model, *lengths))
-    heights_of = numbered(scene, model, grid)
+    model, heights_of = strips_of(job, grid)
     influence = elastic.influence(scene, grid)
     meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]
-    windows = [geometry.windows(scene, step) for _, _, step in meshes]
+    windows = [geometry.windows(scene, step) for *_, step in meshes]
     blocks = replace(windows[0], length=windows[0].spacing)
     light = len(scene.strip.light_percentiles or ())  # levels of which blocks alone are kept, the first ones
     percentiles = [*(scene.strip.light_percentiles or ()), *scene.strip.penetration_percentiles]
@@ -56,9 +51,8 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
             heights = heights_of(number)
             for (mesh, on, step), lie in zip(meshes, windows, strict=True):
                 nodes = slice(step // 2, None, step)
-                solutions = sweep(
-                    on, heights[nodes, nodes], planes[light * (step - 1) :], tolerance, hardness_pa=hardness
-                )
+                at = planes[light * (step - 1) :]
+                solutions = sweep(on, heights[nodes, nodes], at, tolerance, hardness_pa=hardness)
                 for level, solution in enumerate(solutions, levels - len(solutions)):
                     elastic.count_solve(skipped, solution)
                     shares = contact_shares(solution.pressure, hardness)
@@ -88,19 +82,23 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
         "residual": store.Variable(dimensions, residual, "1", "largest relative residual of the complementarity"),
         "work": store.Variable(dimensions, effort, "1", "work of the solver, as its method counts it"),
     }
-    variables |= sum_variables(sums, in_blocks) | coarse_sums(
-        job, influence.coarser, planes[light:], heights_of, others
-    )
+    variables |= sum_variables(sums, in_blocks) | coarse_sums(job, influence, planes[light:], heights_of, others)
     if trained:
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
         variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")
-    store.write(arguments.output, variables, job.key, {"first": numbers.start})
+    store.write(job.arguments.output, variables, job.key, {"first": numbers.start})
 
 
-def numbered(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int], np.ndarray]:
-    """A function that gives the heights (nx, ny) [m] of a strip by its number."""
+def strips_of(job: Job, grid: Grid) -> tuple[SurfaceModel, Callable[[int], np.ndarray]]:
+    """The surface, and a function that gives the heights (nx, ny) [m] of a strip by its number."""
+    scene, scan = job.scene, job.arguments.scan
+    model = surface_model(scene, scan)
+    if scan is not None:
+        job.usage.warn(*scan_warnings(model, {"strip.cell_m": grid.dx}, scene.strip.window_m))
     sample = model.sampler(grid)
-    return lambda number: model.heights(sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])))
+    return model, lambda number: model.heights(
+        sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
+    )
 
 
 def coarse_sums(

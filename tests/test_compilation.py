@@ -83,6 +83,18 @@ def test_options_of_a_caller_do_not_reach_what_it_calls(project):
     assert run(project, OUTER)[0] == "inf"
 
 
+def test_calls_from_compiled_code_share_one_form_without_a_wrapper(project, tmp_path):
+    """Constants as arguments make no forms of their own; a call from Python takes another form, of the same value."""
+    edit(project, "def f():\n    return 2", "def f(x):\n    return 2 * x")
+    outer = project / "src" / "roughslip" / "outer.py"
+    outer.write_text(outer.read_text().replace("10 * f()", "f(3) + f(4)"))
+    cache = tmp_path / "shared"
+    script = f"{OUTER}; from roughslip.inner import f; print(f(7)); print(f(3) + f(4))"
+    for _ in range(2):  # compiled, and read from the cache
+        assert run(project, script, NUMBA_CACHE_DIR=str(cache))[0].split() == ["14"] * 3
+    assert [file.name.split(".")[-3] for file in compiled_files(cache)] == ["inner", "outer", "outer"]
+
+
 def test_damaged_files_are_compiled_again(project, tmp_path):
     """Without a project the cache is that of the user."""
     (project / "pyproject.toml").unlink()

@@ -19,6 +19,7 @@ from roughslip.errors import InputError, ParameterError, real
 
 CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
 OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED, "forceinline": False}  # of the compiled formulas
+OF_COMPILED: Any = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # of those that Python never calls
 LAWS: dict[str, type[FrictionLaw]] = {}
 _LAW_OF: dict[type, type[FrictionLaw]] = {}  # by the type of its compiled parameters
 
@@ -123,7 +124,7 @@ def _of_any_law(name: str) -> Callable[[Any, Any], Any]:
     def of_law(at: Any, law: Any) -> Any:
         return getattr(_LAW_OF[type(law)], name)(at, law)
 
-    @overload(of_law, jit_options=OPTIONS, strict=False)
+    @overload(of_law, jit_options=OF_COMPILED, strict=False)
     def _compiled(at: Any, law: Any) -> Any:
         return getattr(_LAW_OF[law.instance_class], name)
 
@@ -147,7 +148,7 @@ def excess_force(normal: float, speed: float, more: float, held: float, law: Any
     return normal * (friction(speed, law) + more) - held
 
 
-@overload(excess_force, jit_options=OPTIONS, strict=False)
+@overload(excess_force, jit_options=OF_COMPILED, strict=False)
 def _compiled_excess_force(normal: Any, speed: Any, more: Any, held: Any, law: Any) -> Any:
     own = getattr(_LAW_OF[law.instance_class], "excess_force", None)
     return own or (lambda normal, speed, more, held, law: normal * (friction(speed, law) + more) - held)

@@ -12,6 +12,7 @@ PYTHON ?= python3
 JOBS ?= 2
 VENV := .venv
 PEERS_VENV := .venv-peers
+DOCS_VENV := .venv-docs
 MEASURE_VENV := $(if $(filter 1,$(PEERS)),$(PEERS_VENV),$(VENV))
 RUN := $(VENV)/bin/python -m
 PIP_INSTALL := pip install --quiet --disable-pip-version-check --no-input --compile --require-hashes
@@ -23,7 +24,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify schema faults fuzz cluster reference package clean
+.PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify schema faults fuzz cluster reference docs package clean
 
 # If the home folder cannot be written to, caches of libraries go into the project.
 ifneq ($(shell test -w "$$HOME" && echo yes),yes)
@@ -81,6 +82,10 @@ reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again;
 	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input
 	$(RUN) workflow.evidence.keep
 
+docs: $(DOCS_VENV)/run.stamp ## build the manual in docs/_build/html: notebooks are run, warnings and broken links are errors
+	rm -rf docs/_build && $(DOCS_VENV)/bin/python -m sphinx -q -W --keep-going -n -j$(JOBS) -b html docs docs/_build/html
+	@echo "open docs/_build/html/index.html"
+
 package: ## build sdist and wheel in dist/; use the wheel in an environment of its own, without the study
 	rm -rf dist .cache/wheel && "$(PYTHON)" -m venv .cache/wheel
 	.cache/wheel/bin/python -m pip install --quiet --disable-pip-version-check build
@@ -89,7 +94,7 @@ package: ## build sdist and wheel in dist/; use the wheel in an environment of i
 	NUMBA_CACHE_DIR="$${NUMBA_CACHE_DIR:-$(CURDIR)/.cache/numba}" .cache/wheel/bin/python -I tests/installed.py
 
 clean: ## remove all generated files and .venv; results/reference stays
-	rm -rf $(VENV) $(PEERS_VENV) dist .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(PEERS_VENV) $(DOCS_VENV) docs/_build dist .cache .snakemake .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	@if [ -d results ]; then find results -mindepth 1 -maxdepth 1 ! -name reference -exec rm -rf {} +; fi
 	@find . -name .git -prune -o \( -name __pycache__ -o -name '*.egg-info' \) -type d -prune -exec rm -rf {} +
 
@@ -101,6 +106,10 @@ $(VENV)/run.stamp: FORCE
 
 $(PEERS_VENV)/run.stamp: FORCE
 	@cmp -s requirements-peers.lock $@ || { $(call install-run,requirements-peers.lock); }
+	@$(link-source)
+
+$(DOCS_VENV)/run.stamp: FORCE
+	@cmp -s requirements-docs.lock $@ || { $(call install-run,requirements-docs.lock); }
 	@$(link-source)
 
 $(VENV)/dev.stamp: $(VENV)/run.stamp FORCE

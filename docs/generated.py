@@ -1,0 +1,262 @@
+"""Parts of the manual that follow from the source: scene keys, what a key affects, results, verdicts, messages, names.
+
+A comment `<!-- generated: part argument -->` on a page stands for the text that the function of that name returns.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+from roughslip import errors
+from roughslip.scene.declarations import EVERY_SCENE, STAGES_FOLDER, Stage, declarations
+from roughslip.scene.fields import fields_of
+from roughslip.scene.loader import describe_allowed, load
+from roughslip.scene.plan import stages_of_several_scenes
+from roughslip.scene.schema import scene_schema
+from roughslip.scene.types import Scene, get
+from roughslip.verdicts.statements import RULES, STATEMENTS
+
+ROOT = Path(__file__).resolve().parents[1]
+PLACE = re.compile(r"^<!-- generated: (\w+) ?(\S*) -->$", re.MULTILINE)
+# Keys that no stage reads: they say what runs and in how large jobs, or stand for others.
+OF_THE_PLAN = {
+    "extends": "which values the file changes",
+    "sweep": "which variants are made",
+    "targets": "which stages run",
+}
+
+
+def fill(app: Sphinx, page: str, text: list[str]) -> None:
+    """Put the generated parts into a page before it is read."""
+    text[0] = PLACE.sub(lambda found: globals()[found[1]](*filter(None, [found[2]])), text[0])
+
+
+@cache
+def keys() -> dict[str, dict[str, Any]]:
+    """Every key of a scene by its dotted name, with its part of the schema; sections among them."""
+
+    def walk(part: dict[str, Any], prefix: str) -> Iterator[tuple[str, dict[str, Any]]]:
+        for name, inner in part.get("properties", {}).items():
+            yield prefix + name, inner
+            yield from walk(inner, f"{prefix}{name}.")
+
+    return dict(walk(scene_schema(), ""))
+
+
+def reads(stage: Stage) -> tuple[str, ...]:
+    """Keys and sections that a stage reads, with those that set the number of its samples and name its files."""
+    batches = stage.batches
+    of_batches = (batches.size, *batches.totals.values(), batches.asked) if batches else ()
+    files = (word for words in stage.inputs.values() for word in words.split() if "." in word)
+    return (*stage.keys, *filter(None, of_batches), *files)
+
+
+@cache
+def affected(key: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The stages that read a key, and the figures and answers that follow from them."""
+    apart = stages_of_several_scenes()
+    stages = {name: one for name, one in declarations().items() if one.target != EVERY_SCENE and name not in apart}
+    first = [
+        name for name, stage in stages.items() if any(key == one or key.startswith(f"{one}.") for one in reads(stage))
+    ]
+    found, pending = set(first), list(first)
+    while pending:
+        last = pending.pop()
+        for name, stage in stages.items():
+            inputs = {**stage.inputs, **stage.optional, **stage.many}
+            if name not in found and any(last in words.split() for words in inputs.values()):
+                found.add(name)
+                pending.append(name)
+    shown = (name for name in found if stages[name].target not in ("", EVERY_SCENE))
+    return tuple(first), tuple(sorted(shown))
+
+
+def scene_keys() -> str:
+    """Every key: what it means, what is allowed, its default, its value in `resolved`, and which stages read it."""
+    resolved, text = load("resolved", ROOT / "config/scenes"), []
+    for key, part in keys().items():
+        if "properties" in part:
+            text.append(f"{'#' * (key.count('.') + 2)} `{key}`\n\n{part['description']}\n")
+            continue
+        if "." not in key and not any("## " in line for line in text):
+            text.append("## Of the whole scene\n")
+        meaning = re.sub(r" \[[^]]*\]$", "", part["description"])
+        value = None if key in OF_THE_PLAN else get(resolved, key)
+        stages, _ = affected(key)
+        rows = [
+            f"{meaning}.",
+            f"*Allowed:* {describe_allowed(part)}." if "type" in part and part["type"] != "object" else "",
+            f"*Default:* `{part['default']}`." if "default" in part else "",
+            f"*In `resolved`:* `{value}`." if value is not None else "",
+            f"*Read by:* {', '.join(stages)}." if stages else f"*Says* {OF_THE_PLAN[key]}.",
+        ]
+        text.append(f"`{key}`\n: " + "\n\n  ".join(row for row in rows if row) + "\n")
+    return "\n".join(text)
+
+
+def key_effects() -> str:
+    """By section a table: keys, the stages that read them, the figures that follow. Equal rows are one."""
+    text = []
+    for section in fields_of(Scene):
+        rows: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
+        for key in keys():
+            if key.partition(".")[0] == section and "properties" not in keys()[key] and key not in OF_THE_PLAN:
+                rows.setdefault(affected(key), []).append(key)
+        if rows:
+            text += [f"## {section}\n", "| key | changes | read by |", "|---|---|---|"]
+            for (stages, shown), names in rows.items():
+                same = ", ".join(f"`{name.removeprefix(section + '.')}`" for name in names)
+                text.append(f"| {same} | {', '.join(shown)} | {', '.join(stages)} |")
+            text.append("")
+    return "\n".join(text)
+
+
+def results() -> str:
+    """By stage: its file, and the variables that its source names."""
+    text = []
+    for name, stage in declarations().items():
+        files = ", ".join(f"`{file}`" for file in stage.results.values())
+        text.append(f"## {name}\n\n{_summary(STAGES_FOLDER / f'{name}.py')}\n\nWrites {files}.\n")
+        if not stage.caption and stage.result.endswith(".nc"):
+            text.append(_table(_variables(STAGES_FOLDER / f"{name}.py")))
+    text.append("## Tables that stages share\n")
+    for file in sorted((STAGES_FOLDER / "result_tables").glob("*_*.py")):
+        text.append(f"### {file.stem.replace('_', ' ')}\n\n{_summary(file)}\n\n{_table(_variables(file))}")
+    return "\n".join(text)
+
+
+def _summary(file: Path) -> str:
+    """What a module says of itself in its first line."""
+    line = str(ast.get_docstring(ast.parse(file.read_text(encoding="utf-8")))).splitlines()[0]
+    line = line.partition(": ")[2] if line.startswith("Stage ") else line
+    return line[0].upper() + line[1:]
+
+
+def _table(rows: dict[str, tuple[str, str]]) -> str:
+    lines = [f"| `{name}` | {unit} | {title} |" for name, (unit, title) in sorted(rows.items())]
+    return "\n".join(["| variable | unit | meaning |", "|---|---|---|", *lines, ""]) if rows else ""
+
+
+def _variables(file: Path) -> dict[str, tuple[str, str]]:
+    """Unit and title of the variables that a module names: in its tables of titles, and where it makes them."""
+    found, tree = {}, ast.parse(file.read_text(encoding="utf-8"))
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Dict):
+            for key, value in zip(node.value.keys, node.value.values, strict=True):
+                words = _words(value)
+                if isinstance(key, ast.Constant) and isinstance(key.value, str) and words:
+                    found[key.value] = words if len(words) == 2 else ("", words[0])
+    for node in ast.walk(tree):
+        pairs: list[tuple[ast.expr | None, ast.expr]] = []
+        if isinstance(node, ast.Dict):
+            pairs = list(zip(node.keys, node.values, strict=True))
+        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Subscript):
+            pairs = [(node.targets[0].slice, node.value)]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("with_interval") and node.args:
+            pairs = [(node.args[0], node)]
+        for key, value in pairs:
+            if isinstance(key, ast.Constant) and isinstance(value, ast.Call) and len(value.args) >= 4:
+                unit, title = (_text(one, tree) for one in value.args[-2:])
+                if unit and title:
+                    found[key.value] = unit, title
+    return found
+
+
+def _text(node: ast.expr, tree: ast.Module) -> str:
+    """A text that is written out, or that the last assignment before gives to its name; else nothing."""
+    if isinstance(node, ast.Name):
+        before = [
+            one
+            for one in ast.walk(tree)
+            if isinstance(one, ast.Assign) and ast.unparse(one.targets[0]) == node.id and one.lineno < node.lineno
+        ]
+        node = max(before, key=lambda one: one.lineno).value if before else node
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+
+def _words(node: ast.expr) -> tuple[str, ...]:
+    """A text, or several of one tuple; empty for anything else."""
+    parts = node.elts if isinstance(node, ast.Tuple) else [node]
+    words = tuple(part.value for part in parts if isinstance(part, ast.Constant) and isinstance(part.value, str))
+    return words if len(words) == len(parts) and all(" " in word for word in words[-1:]) else ()
+
+
+def verdict_rules() -> str:
+    """Every statement with the paper's words and the rule that judges it."""
+    rows = (
+        f"`{name}`\n: **{statement}.** In the paper: {paper}.\n\n  *Reproduced if* {RULES[name]}.\n"
+        for name, (statement, paper) in STATEMENTS.items()
+    )
+    return "\n".join(rows)
+
+
+def error_types() -> str:
+    """The typed errors with what they mean."""
+    kinds = (kind for _, kind in inspect.getmembers(errors, inspect.isclass) if issubclass(kind, Exception))
+    return "\n".join(f"`{kind.__name__}`\n: {str(kind.__doc__).splitlines()[0]}\n" for kind in kinds)
+
+
+def scene_messages() -> str:
+    """What a scene file says and the line that refuses it, from the list that the tests of scenes run through."""
+    text = (ROOT / "tests/scene/mistakes.txt").read_text(encoding="utf-8")
+    blocks = [block for block in text.split("\n\n") if "\n-> " in block or block.startswith("-> ")]
+    cases = (block.partition("\n-> ") for block in blocks)
+    return "\n".join(f"```text\n{given}\n\n→ {line.strip()}\n```\n" for given, _, line in cases)
+
+
+def names(package: str) -> str:
+    """Directives of autodoc for every public name of a package."""
+    module, text = importlib.import_module(package), []
+    for name in getattr(module, "__all__", ()):
+        value = getattr(module, name)
+        kind = "class" if inspect.isclass(value) else "function"
+        if not callable(value):
+            text.append(f"```{{py:data}} {package}.{name}\nOne of {', '.join(f'`{one}`' for one in value)}.\n```\n")
+            continue
+        members = "\n   :members:" if kind == "class" and not issubclass(value, Exception) else ""
+        text.append(f"```{{eval-rst}}\n.. auto{kind}:: {package}.{name}{members}\n```\n")
+    return "\n".join(text)
+
+
+def as_restructured_text(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings of the project as reStructuredText: `name : (shape) [unit] what it is` becomes an item of a list."""
+    made: list[str] = []
+    block = ""  # what indented lines continue: an item of a list, or a formula that is written out
+    for line in lines:
+        field = re.match(r"(\w[\w, ]*?) : (.*)", line)
+        if field:
+            made += [] if block == "item" else [""]
+            made.append(f"- **{_escaped(field[1])}** – {_escaped(field[2])}")
+            block = "item"
+        elif line.startswith("    ") and block == "item":
+            made.append(f"  {_escaped(line.strip())}")
+        elif line.startswith("    "):
+            made += [line] if block else ["::", "", line]
+            block = "formula"
+        elif not line:
+            made.append(line)
+            block = "formula" if block == "formula" else ""
+        else:
+            made += ["", _escaped(line)] if block else [_escaped(line)]
+            block = ""
+    lines[:] = made
+
+
+def _escaped(text: str) -> str:
+    """A line without marks of reStructuredText; what stands between backticks is code."""
+    parts = re.split(r"(`[^`]+`)", text.replace("\\", "\\\\"))
+    return "".join(f"`{part}`" if part.startswith("`") else re.sub(r"([*|_])", r"\\\1", part) for part in parts)
+
+
+missing = sorted(key for key, part in keys().items() if "properties" not in part and not affected(key)[0])
+if set(missing) != set(OF_THE_PLAN):
+    raise ValueError(f"keys that no stage reads: {missing}; say in OF_THE_PLAN what they do")

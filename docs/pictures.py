@@ -1,0 +1,22 @@
+"""The style of the pictures in the manual: one panel a picture, so that they stand side by side, or below each other on a phone.
+
+Notebooks start with `from pictures import panel`. Pictures are SVG: sharp at any size, on paper too.
+"""
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib_inline.backend_inline import set_matplotlib_formats
+
+sns.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)  # as roughslip.figures.style
+mpl.rcParams.update({"legend.frameon": False, "svg.hashsalt": "roughslip", "figure.constrained_layout.use": True})
+set_matplotlib_formats("svg", bbox_inches=None, metadata={"Date": None})
+
+
+def panel(title: str = "", width: float = 3.6, height: float = 2.9, **labels: object) -> Axes:
+    """A picture of one panel [inch]. labels : what Axes.set takes, such as xlabel and yscale"""
+    axes = plt.subplots(figsize=(width, height))[1]
+    axes.set_title(title, fontsize="medium", loc="left")
+    axes.set(**labels)
+    return axes

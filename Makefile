@@ -83,7 +83,7 @@ reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again;
 	$(RUN) workflow.evidence.keep
 
 docs: $(DOCS_VENV)/run.stamp ## build the manual in docs/_build/html: notebooks are run, warnings and broken links are errors
-	rm -rf docs/_build && $(DOCS_VENV)/bin/python -m sphinx -q -W --keep-going -n -j$(JOBS) -b html docs docs/_build/html
+	rm -rf docs/_build && $(DOCS_VENV)/bin/python -m sphinx -q -W --keep-going -n -b html docs docs/_build/html
 	@echo "open docs/_build/html/index.html"
 
 package: ## build sdist and wheel in dist/; use the wheel in an environment of its own, without the study

@@ -1,7 +1,8 @@
 """The manual as a site: `make docs`.
 
-Formulas become MathML when the site is built, with the converter of docutils: browsers draw it themselves, so no script and
-no font is fetched. Notebooks are run; a cell that fails, a broken link and a warning end the build.
+Formulas become MathML when the site is built, with the converter of docutils, on which Sphinx itself stands: browsers draw
+it themselves, so no script and no font is fetched. Notebooks are run. A cell that fails, a broken link and a warning end
+the build. It is not parallel: Sphinx then loses errors of the process that writes pages.
 """
 
 import os
@@ -9,8 +10,10 @@ import sys
 from pathlib import Path
 
 from docutils import nodes
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.util import logging
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "src")]
@@ -39,9 +42,18 @@ autodoc_member_order, autodoc_typehints_format = "bysource", "short"
 nitpick_ignore_regex = [("py:.*", ".*")]
 
 
+def mathml(node: nodes.Element, *, as_block: bool) -> str:
+    """A formula for browsers. One that the converter does not understand is a warning, and so ends the build."""
+    try:
+        return tex2mathml(node.astext(), as_block=as_block)
+    except MathError as error:
+        logging.getLogger(__name__).warning("%s in %s", error, node.astext(), location=node)
+        return ""
+
+
 def inline_formula(translator: nodes.NodeVisitor, node: nodes.Element) -> None:
     """A formula in a line."""
-    translator.body.append(tex2mathml(node.astext()))
+    translator.body.append(mathml(node, as_block=False))
     raise nodes.SkipNode
 
 
@@ -49,7 +61,7 @@ def displayed_formula(translator: nodes.NodeVisitor, node: nodes.Element) -> Non
     """A formula on lines of its own, with its number."""
     number = f'<span class="eqno">({node["number"]})</span>' if node.get("number") else ""
     anchor = f' id="{node["ids"][0]}"' if node.get("ids") else ""
-    translator.body.append(f'<div class="math"{anchor}>{number}{tex2mathml(node.astext(), as_block=True)}</div>')
+    translator.body.append(f'<div class="math"{anchor}>{number}{mathml(node, as_block=True)}</div>')
     raise nodes.SkipNode
 
 

@@ -1,4 +1,4 @@
-"""The style of the pictures in the manual: one panel a picture, so that they stand side by side, or below each other on a phone.
+"""The style of the pictures in the manual: one panel a picture, side by side, or below each other on a phone.
 
 Notebooks start with `from pictures import panel`. Pictures are SVG: sharp at any size, on paper too.
 """

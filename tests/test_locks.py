@@ -34,7 +34,7 @@ def names(requirements: list[str]) -> set[str]:
     return {normal(re.match(r"[\w.-]+", requirement).group()) for requirement in requirements}
 
 
-@pytest.mark.parametrize("name", ["requirements-dev.lock", "requirements-peers.lock", "requirements-cluster.lock"])
+@pytest.mark.parametrize("name", sorted(LOCKS.keys() - {"requirements.lock"}))
 def test_another_lock_holds_what_a_run_needs_alike(name):
     """Else the tools for checks, or the public solvers, would change what computes."""
     run, other = pins("requirements.lock"), pins(name)
@@ -48,7 +48,7 @@ def test_a_cluster_takes_the_plug_in_alone_beside_the_run():
     assert added == {"snakemake-executor-plugin-slurm", "snakemake-executor-plugin-slurm-jobstep"}
 
 
-@pytest.mark.parametrize("name", ["requirements.lock", "requirements-peers.lock", "requirements-cluster.lock"])
+@pytest.mark.parametrize("name", sorted(LOCKS.keys() - {"requirements-dev.lock", "requirements-docs.lock"}))
 def test_one_version_of_each_package_on_every_python(name):
     """So that a result does not depend on which supported Python made it."""
     assert [package for package, found in pins(name).items() if len(found) > 1] == []
@@ -60,6 +60,7 @@ def test_every_declared_dependency_is_locked_and_no_lock_has_an_address():
         "requirements-cluster.lock": EXTRAS["cluster"],
         "requirements-peers.lock": EXTRAS["peers"],
         "requirements-dev.lock": PROJECT["dependency-groups"]["dev"],
+        "requirements-docs.lock": PROJECT["dependency-groups"]["docs"],
     }
     assert declared.keys() == LOCKS.keys()
     assert {name for lock, needed in declared.items() for name in names(needed) - pins(lock).keys()} == set()

@@ -32,15 +32,16 @@ def test_it_is_short_and_every_picture_and_page_that_it_links_exists():
 def test_the_scenes_that_it_shows_are_valid(tmp_path):
     from roughslip.scene.loader import load
 
-    texts = "".join((ROOT / name).read_text() for name in ("README.md", "docs/scenes.md"))
-    shown = [part.partition("```")[0] for part in texts.split("```yaml\n")[1:]]
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    shown = [part.partition("```")[0] for page in pages for part in page.read_text().split("```yaml\n")[1:]]
     for scene in (ROOT / "config/scenes").glob("*.yaml"):
         (tmp_path / scene.name).write_text(scene.read_text())
-    loaded = []
+    loaded = {}
     for text in shown:
         (tmp_path / "mine.yaml").write_text(text)
-        loaded.append(load("mine", tmp_path))
-    oscillator, _, scan, change = loaded
-    assert oscillator["oscillator"]["normal_force_n"] == 1200.0
-    assert set(scan["roughness"]) == {"scan"}
-    assert change["targets"][-2:] == ["figure_map", "figure_design"]
+        scene = load("mine", tmp_path)
+        loaded[scene["description"]] = scene
+    assert len(loaded) >= 8
+    assert loaded["Ground cast iron against a pad"]["oscillator"]["normal_force_n"] == 1200.0
+    assert set(loaded["Our disc, after its scan"]["roughness"]) == {"scan"}
+    assert loaded["Which change ends the squeal?"]["targets"][-2:] == ["figure_map", "figure_design"]

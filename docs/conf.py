@@ -1,8 +1,8 @@
 """The manual as a site: `make docs`.
 
-Formulas become MathML when the site is built, with the converter of docutils, on which Sphinx itself stands: browsers draw
-it themselves, so no script and no font is fetched. Notebooks are run. A cell that fails, a broken link and a warning end
-the build. It is not parallel: Sphinx then loses errors of the process that writes pages.
+Formulas become MathML when the site is built, with the converter of docutils, on which Sphinx itself stands. Browsers
+draw it themselves, so no script and no font is fetched. Notebooks are run. A cell that fails, a broken link and a
+warning end the build. It is not parallel: Sphinx then loses errors of the process that writes pages.
 """
 
 import os

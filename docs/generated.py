@@ -17,7 +17,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from roughslip import errors
-from roughslip.scene.declarations import EVERY_SCENE, STAGES_FOLDER, Stage, declarations
+from roughslip.scene.declarations import EVERY_SCENE, STAGES_FOLDER, Stage, declarations, targets
 from roughslip.scene.fields import fields_of
 from roughslip.scene.loader import describe_allowed, load
 from roughslip.scene.plan import stages_of_several_scenes
@@ -96,7 +96,7 @@ def scene_keys() -> str:
             f"{meaning}.",
             f"*Allowed:* {describe_allowed(part)}." if "type" in part and part["type"] != "object" else "",
             f"*Default:* `{part['default']}`." if "default" in part else "",
-            f"*In `resolved`:* `{value}`." if value is not None else "",
+            f"*In* `resolved`*:* `{f'{value:g}' if isinstance(value, float) else value}`." if value is not None else "",
             f"*Read by:* {', '.join(stages)}." if stages else f"*Says* {OF_THE_PLAN[key]}.",
         ]
         text.append(f"`{key}`\n: " + "\n\n  ".join(row for row in rows if row) + "\n")
@@ -104,19 +104,19 @@ def scene_keys() -> str:
 
 
 def key_effects() -> str:
-    """By section a table: keys, the stages that read them, the figures that follow. Equal rows are one."""
-    text = []
+    """A table with a row for keys of a section that change the same figures, and a column for each figure."""
+    columns = [name for name in targets() if name != "answer"] + ["answer"]
+    heads = [name.removeprefix("figure_").removeprefix("figure") for name in columns]
+    text = [f"| key | {' | '.join(heads)} |", "|---|" + ":-:|" * len(columns)]
     for section in fields_of(Scene):
-        rows: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
-        for key in keys():
-            if key.partition(".")[0] == section and "properties" not in keys()[key] and key not in OF_THE_PLAN:
-                rows.setdefault(affected(key), []).append(key)
-        if rows:
-            text += [f"## {section}\n", "| key | changes | read by |", "|---|---|---|"]
-            for (stages, shown), names in rows.items():
-                same = ", ".join(f"`{name.removeprefix(section + '.')}`" for name in names)
-                text.append(f"| {same} | {', '.join(shown)} | {', '.join(stages)} |")
-            text.append("")
+        rows: dict[tuple[str, ...], list[str]] = {}
+        for key, part in keys().items():
+            if key.partition(".")[0] == section and "properties" not in part and key not in OF_THE_PLAN:
+                rows.setdefault(affected(key)[1], []).append(key.removeprefix(f"{section}."))
+        for shown, names in rows.items() if section != "batches" else ():
+            same = ", ".join(f"`{name}`" for name in names)
+            marks = ["●" if column in shown else "" for column in columns]
+            text.append(f"| {'' if section in names else f'**{section}** '}{same} | {' | '.join(marks)} |")
     return "\n".join(text)
 
 

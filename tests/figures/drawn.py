@@ -6,6 +6,7 @@ import numpy as np
 
 from roughslip.figures.figure2 import METHODS
 from roughslip.figures.figure3 import FAMILIES
+from roughslip.figures.figure_chain import CYCLE
 from roughslip.figures.figure_scan import NUMBERS
 
 DAMPING = np.array([0.05, 0.1, 0.17, 0.2, 0.23, 0.25, 0.27, 0.28, 0.29, 0.3, 0.31, 0.32, 0.3225, 0.325, 0.34, 0.4])
@@ -111,6 +112,7 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         "beta_upper": np.full(len(percentile), 0.5),
         **with_interval("combined_mean", mean, 0.002),
         **with_interval("combined_std", std, 0.002),
+        **with_interval("combined_variation", std / mean, 0.01),
         **with_interval("mean", both * mean, 0.004),
         **with_interval("std", both * std, 0.004),
         **with_interval("combined_autocorrelation", curves, 0.2),
@@ -269,11 +271,21 @@ def lifetimes_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
     return found | with_interval("band", band, 0.01)
 
 
-def scene_result(scale, percentile=(5, 20, 50, 95)):
-    """Made up: friction that falls with penetration, the expansion a hundredth above what was solved."""
-    percentile = np.array(percentile, dtype=float)
-    found = {"source": np.array(["solved", "expansion"]), "percentile": percentile}
-    for name, row in (("mean", 0.4 - 0.001 * percentile), ("std", 0.1 / (1 + percentile / 10))):
-        found |= with_interval(name, scale * row * np.array([[1.0], [1.01]]), 0.005)
-        found |= with_interval(f"combined_{name}", scale * row, 0.002)
-    return Recorded(found)
+def chain_result(nodes=8):
+    """Made up: a slope in contact at its upper half, two paths, and the cycles of the oscillator."""
+    x = 1e-6 * (np.arange(nodes) + 0.5)
+    height = np.add.outer(x, np.zeros(nodes)) / 100
+    path = 3e-5 * np.arange(81)
+    found = oscillator()
+    return {
+        "x": x,
+        "y": x,
+        "height": height,
+        "pressure": 1e11 * np.maximum(height - height.mean(), 0.0) / height.max(),
+        "penetration": np.array(50.0),
+        "path": path,
+        "path_axis": np.array(["slipped distance [mm]"]),
+        "friction": 0.3 + 0.05 * np.sin(2e3 * np.array([path, 2 * path])),
+        "friction_mean": np.array(0.3),
+        **{name: found[name] for name in CYCLE},
+    }

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from roughslip.figures.comparison import COMPARED, MOST, comparison, drawn
 from roughslip.figures.figure2 import DRAWN as DRAWN_2
 from roughslip.figures.figure2 import METHODS, figure2
-from roughslip.figures.figure3 import COMPARED, FAMILIES, MOST, comparison, figure3, figure3_law
 from roughslip.figures.figure3 import DRAWN as DRAWN_3
+from roughslip.figures.figure3 import FAMILIES, figure3, figure3_law
 from roughslip.figures.figure5 import DRAWN as DRAWN_5
 from roughslip.figures.figure5 import figure5
+from roughslip.figures.figure_chain import DRAWN as CHAIN_DRAWN
+from roughslip.figures.figure_chain import figure_chain
 from roughslip.figures.figure_design import DRAWN as DESIGN_DRAWN
 from roughslip.figures.figure_design import figure_design
 from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
@@ -30,6 +33,7 @@ from tests.figures.drawn import (
     Recorded,
     assert_all_is_in_its_place,
     assert_no_legend_covers_data,
+    chain_result,
     design_result,
     field_result,
     friction,
@@ -38,7 +42,6 @@ from tests.figures.drawn import (
     oscillator,
     refused,
     scan_result,
-    scene_result,
     square,
 )
 
@@ -47,6 +50,7 @@ FIGURES = {
     "figure3": (figure3, DRAWN_3["figure3"], friction()),
     "figure3_law": (figure3_law, DRAWN_3["figure3_law"], friction()),
     "figure5": (figure5, DRAWN_5, oscillator()),
+    "figure_chain": (figure_chain, CHAIN_DRAWN, chain_result()),
     "scan": (figure_scan, SCAN_DRAWN, scan_result()),
     "field": (figure_field, FIELD_DRAWN, field_result()),
     "map": (figure_map, MAP_DRAWN, map_result()),
@@ -82,6 +86,7 @@ CASES = {
         "no cycle": oscillator() | NO_CYCLE,
         "never unstable": NEVER_UNSTABLE,
     },
+    "figure_chain": {"GPa": chain_result(), "flat": chain_result() | {"pressure": np.zeros((8, 8))}},
     "scan": {
         "whole": scan_result(),
         "small": scan_result(sufficient=0),
@@ -160,7 +165,7 @@ def test_figure2_draws_the_stored_numbers():
 
 def test_figure3_draws_the_stored_numbers():
     result = friction()
-    mean, std = figure3(result).axes
+    mean, std, variation = figure3(result).axes
     for axes, name in ((mean, "mean"), (std, "std")):
         for row, label in enumerate(("solved contact", "expansion")):
             np.testing.assert_array_equal(line(axes, label), [result["percentile"], result[name][row]])
@@ -168,6 +173,7 @@ def test_figure3_draws_the_stored_numbers():
         band = axes.collections[0].get_paths()[0].vertices[:, 1]
         assert (band.min(), band.max()) == (result[f"{name}_low"][0].min(), result[f"{name}_high"][0].max())
     np.testing.assert_array_equal(line(mean, "$\\mu_{fit}$"), [result["fit_percentile"], result["fit"]])
+    np.testing.assert_array_equal(line(variation, "combined")[1], result["combined_variation"])
 
 
 def test_figure3_law_draws_the_stored_numbers():
@@ -207,7 +213,7 @@ def test_figure3_law_draws_the_stored_numbers():
 
 def test_figure5_draws_the_stored_numbers():
     result = oscillator()
-    cycle, histogram, loss = figure5(result).axes
+    cycle, histogram, loss, counts = figure5(result).axes
     np.testing.assert_allclose(
         line(cycle, "deterministic"),
         [1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]],
@@ -219,21 +225,21 @@ def test_figure5_draws_the_stored_numbers():
     assert np.sum(values * np.diff(edges)) == pytest.approx(1.0)
     x, y = line(histogram, "fitted normal")
     assert (x[np.argmax(y)], np.trapezoid(y, x)) == (pytest.approx(3.3, abs=0.01), pytest.approx(1.0, abs=1e-3))
+    np.testing.assert_array_equal(loss.lines[0].get_data(), [DAMPING, result["difference"]])
     for label, name in (
-        ("$M_d - E[M_S]$", "difference"),
-        ("$M_d$", "deterministic_cycles"),
-        ("$E[M_S]$", "mean_cycles"),
+        ("$M_d$, without scatter", "deterministic_cycles"),
+        ("$E[M_S]$, with scatter", "mean_cycles"),
     ):
-        np.testing.assert_array_equal(line(loss, label), [DAMPING, result[name]])
-    labels = loss.get_legend_handles_labels()[1]
+        np.testing.assert_array_equal(line(counts, label), [DAMPING, result[name]])
+    labels = counts.get_legend_handles_labels()[1]
     assert labels[-2:] == ["sliding unstable below 0.2311", "cycle exists below 0.3244"]
 
 
 def test_limits_that_do_not_exist_or_lie_off_the_list_are_not_drawn():
     for result in (EXCITED, NEVER_UNSTABLE):
-        loss = figure5(result).axes[2]
-        assert len(loss.get_legend_handles_labels()[1]) == 3
-        assert loss.get_xlim()[0] > 0
+        counts = figure5(result).axes[3]
+        assert len(counts.get_legend_handles_labels()[1]) == 2
+        assert counts.get_xlim()[0] > 0
     histogram = figure5(oscillator() | NO_CYCLE).axes[1]
     assert [text.get_text() for text in histogram.texts] == ["too few cycles at this damping"]
 
@@ -318,26 +324,61 @@ def test_the_lifetimes_draw_the_stored_numbers():
         np.testing.assert_allclose(middle, arrays["band"][:, start, 1])
 
 
+def test_the_chain_draws_the_stored_numbers():
+    arrays = chain_result()
+    surface, contact, path, cycle = figure_chain(arrays).axes[:4]
+    np.testing.assert_allclose(surface.images[0].get_array(), 1e6 * arrays["height"].T)
+    np.testing.assert_allclose(contact.images[0].get_array(), 1e-9 * arrays["pressure"].T)
+    np.testing.assert_allclose(line(path, "one path"), [1e3 * arrays["path"], arrays["friction"][0]])
+    assert line(path, "mean 0.3")[1] == [0.3, 0.3]
+    np.testing.assert_allclose(line(cycle, "deterministic")[0], 1e3 * arrays["deterministic_position"])
+
+
+def compared(count):
+    """Results of so many scenes, by figure and scene: friction larger from one to the next, one damping less."""
+    results = {"figure2": square(), "figure5": oscillator(), "figure_map": map_result()}
+    results |= {"figure3": friction(), "figure_lifetimes": lifetimes_result()}
+    return {
+        figure: {
+            f"scene{number}": Recorded({name: results[figure][name] for name in drawn(figure)})
+            for number in range(count)
+        }
+        for figure in dict.fromkeys(panel.figure for panel in COMPARED)
+    }
+
+
 @pytest.mark.parametrize("count", [1, MOST])
 def test_every_scene_is_drawn_from_what_is_stored(count):
-    results = {f"scene{number}": scene_result(1 + number) for number in range(count)}
+    results = compared(count)
+    for number, result in enumerate(results["figure3"].values()):
+        for name in drawn("figure3")[1:]:
+            result[name] = result[name] * (1 + number)
     figure = comparison(results)
     assert_all_is_in_its_place(figure)
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == [*results, "solved contact", "expansion", "combined"]
-    for result in results.values():
-        assert result.read == set(COMPARED)
-    for axes, name in zip(figure.axes, ("mean", "std"), strict=True):
-        for number, result in enumerate(results.values()):
-            lines = axes.lines[3 * number : 3 * number + 3]
-            expected = (result[f"combined_{name}"], *result[name])
-            for line, values in zip(lines, expected, strict=True):
-                np.testing.assert_array_equal(line.get_ydata(), values)
-        places = np.array([line.get_xdata() for line in axes.lines[::3]])
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == list(results["figure3"])
+    for name, found in results.items():
+        assert all(result.read == set(drawn(name)) for result in found.values())
+    panels = dict(zip([panel.title for panel in COMPARED], figure.axes, strict=True))
+    for title, name in (("mean friction", "mean"), ("its scatter", "std"), ("scatter over mean", "variation")):
+        lines = panels[title].lines
+        for line, result in zip(lines, results["figure3"].values(), strict=True):
+            np.testing.assert_array_equal(line.get_ydata(), result[f"combined_{name}"])
+        places = np.array([line.get_xdata() for line in lines])
         assert np.all(np.diff(places, axis=0) > 0)  # no marker hides another
-        np.testing.assert_allclose(places.mean(axis=0), result["percentile"])
+        np.testing.assert_allclose(places.mean(axis=0), results["figure3"]["scene0"]["percentile"])
+    x, y = panels["pressure"].lines[0].get_data()
+    np.testing.assert_allclose(y, 1 - np.exp(-x), atol=0.01)  # exponential pressures, over their mean
+    np.testing.assert_array_equal(panels["cycles lost"].lines[0].get_ydata(), oscillator()["difference"])
+    np.testing.assert_array_equal(panels["50 % at the end"].lines[0].get_ydata(), lifetimes_result()["band"][:, 0, 1])
+    (level,) = panels["stick-slip at 50 %"].collections[0].get_paths()
+    damping, speed = level.vertices.T
+    np.testing.assert_allclose(damping, 0.5 / (1 + speed), atol=0.01)  # where the map has its limit
 
 
-def test_scenes_of_other_penetrations_go_together():
-    figure = comparison({"one": scene_result(1.0), "other": scene_result(1.0, percentile=(50,))})
-    assert len(figure.axes[0].lines[3].get_ydata()) == 1
+def test_a_scene_adds_the_panels_that_it_has():
+    results = {"figure3": {"one": friction(), "other": friction([50])}, "figure5": {"other": oscillator()}}
+    figure = comparison(results)
+    assert_all_is_in_its_place(figure)
+    assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)", "(f)"]
+    assert len(figure.axes[0].lines[1].get_ydata()) == 1
+    assert len(figure.axes[3].lines) == 1

@@ -17,7 +17,7 @@ SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
 SOLVED_SQUARES = {"square_pilot", "contact_square", "adaptive_training", "field_square"}
 SOLVED_STRIPS = {"strip_pilot", "contact_strip"}
 FIGURES = {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"} | {
-    "figure_design",
+    *("figure_chain", "figure_design"),
     "figure_lifetimes",
 }
 
@@ -44,12 +44,12 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
 @pytest.mark.parametrize(
     ("key", "value", "stages"),
     [
-        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "ensemble_pilot", "oscillator"}),
+        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "ensemble_pilot", "oscillator", "figure_chain"}),
         ("batches.strip_samples", 7, set()),
         ("map.points", 7, {"stick_slip_map"}),
         ("survival.points", 7, {"lifetimes"}),
-        ("ensemble.duration_periods", 7, {"deterministic", "ensemble_pilot", "oscillator", "cycles"}),
-        ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS}),
+        ("ensemble.duration_periods", 7, {"deterministic", "ensemble_pilot", "oscillator", "cycles", "figure_chain"}),
+        ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, "figure_chain"}),
         ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
         ("square.monte_carlo_samples", 999, {"square_pilot"}),
@@ -83,7 +83,8 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
     for target in ("figure2", "figure3", "figure5", "figure_scan"):
         assert stages_needed(scene | {"targets": [target]}) >= SCANNED
         sheets = ["figure3", "figure3_law"] if target == "figure3" else [target]
-        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys(["figure_scan", *sheets]))
+        chain = ["figure_chain"] if target == "figure5" else []
+        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys([*chain, "figure_scan", *sheets]))
     assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS
     assert skip_reasons(scene)["grinding"] == "roughness.scan.grinding is not given"
     given = mine(f"extends: given\ntargets: [figure5]\nroughness: {{scan: {SCAN}}}")
@@ -108,6 +109,6 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        asking = "not asked for: answer, figure3, figure5, figure_design, figure_lifetimes, figure_map"
+        asking = "not asked for: answer, figure3, figure5, figure_chain, figure_design, figure_lifetimes, figure_map"
         assert square["contact_strip"] == square["friction"] == asking
-        assert square["ensemble_pilot"] == "not asked for: figure5"
+        assert square["ensemble_pilot"] == "not asked for: figure5, figure_chain"

@@ -355,14 +355,14 @@ def test_notes_report_p_values():
 
 
 def test_notes_name_the_window_that_would_give_the_number_of_the_paper():
-    """Lengths go with the window: of 500 um in one of 600, the paper's 250 in one of 300. Skewness goes with its root:
-    half of the Beta's in one of 600 um, all of it in one of 150."""
+    """Lengths go with the window: of 500 µm in one of 600, the paper's 250 in one of 300. Skewness goes with its root:
+    half of the Beta's in one of 600 µm, all of it in one of 150."""
     table = friction()
     table["combined_length_least_squares"] = 2 * table["combined_length_least_squares"]
     table["combined_skewness"] = np.full_like(table["combined_skewness"], 0.5 * stats.beta.stats(2.1, 5.0, moments="s"))
     notes = {claim["id"]: claim["note"] for claim in claims(None, table, None)}
-    assert "one of 300 um would give the paper's" in notes["mu-correlation-250um"]
-    assert "a window of 150 um would have the skewness of Beta(2.1, 5), 0.56" in notes["mu-beta-2.1-5"]
+    assert "one of 300 µm would give the paper's" in notes["mu-correlation-250um"]
+    assert "a window of 150 µm would have the skewness of Beta(2.1, 5), 0.56" in notes["mu-beta-2.1-5"]
     table["combined_skewness"] = -table["combined_skewness"]
     notes = {claim["id"]: claim["note"] for claim in claims(None, table, None)}
     assert "no window would have the skewness" in notes["mu-beta-2.1-5"]
@@ -428,7 +428,7 @@ def along_strips(mu, spacing=15e-6, window=600e-6):
 
 
 def test_an_exponential_process_is_told_from_a_moving_average():
-    """480 strips of 1.8 mm: an Ornstein-Uhlenbeck process of length 250 um, and white noise averaged over a window."""
+    """480 strips of 1.8 mm: an Ornstein-Uhlenbeck process of length 250 µm, and white noise averaged over a window."""
     rng = np.random.default_rng(11)
     noise, step = rng.standard_normal((480, 121)), np.exp(-15 / 250)
     process = np.empty_like(noise)

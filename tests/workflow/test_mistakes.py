@@ -89,13 +89,16 @@ def test_default_scenes_are_one_or_a_list_and_count_as_asked_for(tmp_path, monke
         assert Scenes(ROOT, words, default=["given"]).asked == asked.split()
 
 
-def test_figure_3_is_compared_for_scenes_that_have_it(tmp_path, monkeypatch):
+def test_scenes_are_compared_by_the_figures_that_they_have(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scenes = Scenes(ROOT, ["given"])
-    assert scenes.compared("paper,smoke") == ["paper", "smoke"]
-    for wrong in ("paper,none", "paper,paper", "paper,given"):
+    compared = scenes.compared("paper,given")
+    assert list(compared) == ["paper", "given"]
+    assert compared["given"] == ["figure5"]
+    assert {"figure2", "figure3", "figure5"} <= set(compared["paper"])
+    for wrong in ("paper,none", "paper,paper"):
         with pytest.raises(
-            InputError, match=r"^--config compare: .* is not allowed; scenes with figure3, each once, of: "
+            InputError, match=r"^--config compare: .* is not allowed; scenes with figure2 or figure3 or "
         ):
             scenes.compared(wrong)
 

@@ -29,6 +29,7 @@ ALLOTTED = {**STRIP, "strip_pilot": 1, "strip_allocation": 1, "contact_strip": 8
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
 FIGURE5 = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 OSCILLATOR = {"answer": 1, **FIGURE5}
+CHAIN = {"figure_chain": 1}
 FIELD = {"field_square": 1, "figure_field": 1}
 MAP = {"answer": 1, "stick_slip_map": 1, "figure_map": 1}
 MORE = {"lifetimes": 1, "figure_lifetimes": 1, "cheapest_change": 1, "figure_design": 1}
@@ -47,7 +48,7 @@ STAGES = {
     f"targets: [figure_field]\n{GROUND}": {"karhunen_loeve": 1, **FIELD, **SCAN},
     "targets: [figure3]": {**STRIP, **FIGURE3},
     "targets: [figure3]\naccuracy: 0.1": {**ALLOTTED, **FIGURE3},
-    "targets: [figure5]": {**STRIP, **OSCILLATOR},
+    "targets: [figure5]": {**STRIP, **OSCILLATOR, **CHAIN},
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, **FIGURE3},
     f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP},
     "targets: [figure_map]": {**STRIP, **MAP},
@@ -79,7 +80,7 @@ def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
 REPORT = {"scene_report": 1}
 COSTS = {"costs": 1, **REPORT}
 CLAIMS = {"claims": 1, **COSTS}
-CYCLES = {"cycles": 1, "figure5": 1, **CLAIMS}
+CYCLES = {"cycles": 1, "figure5": 1, **CHAIN, **CLAIMS}
 AFTER_DAMPINGS = {"deterministic": 1, "oscillator": 1, **CYCLES}
 MAPPED = {"stick_slip_map": 1, "figure_map": 1}  # a scene that names no targets has the map with figure5
 AFTER_FRICTION = {"answer": 1, **MAPPED, **AFTER_DAMPINGS}
@@ -96,10 +97,10 @@ EDITS = [
     (SCENE, "realisations: 8}", "realisations: 4}", {**CYCLES, "oscillator": 2}),
     (SCENE, "modes: 64", "variance_share: 0.2", SURFACE),
     (SCENE, "square:", MARGINAL, {"karhunen_loeve": 1, "design": 1, **CONTACT}),
-    (SCENE, "Every stage", "Each stage", {"figure2": 1, **FIGURE3, "figure5": 1, "figure_map": 1, **CLAIMS}),
+    (SCENE, "Every stage", "Each stage", {"figure2": 1, **FIGURE3, "figure5": 1, **CHAIN, "figure_map": 1, **CLAIMS}),
     (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", CLAIMS),
     ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, "design": 1, **CONTACT}),
-    ("src/roughslip/figures/style.py", *ACTS, {"figure2": 1, **FIGURE3, "figure5": 1, "figure_map": 1, **COSTS}),
+    ("src/roughslip/figures/style.py", *ACTS, {"figure2": 1, **FIGURE3, "figure5": 1, **CHAIN, "figure_map": 1, **COSTS}),
     ("src/roughslip/surface/modes.py", *ACTS, SURFACE),
     ("src/roughslip/contact/solve.py", *ACTS, CONTACT),
     ("src/roughslip/scan/covariance_fit.py", *ACTS, {}),

@@ -28,6 +28,22 @@ for figure in FIGURES:
             run("figure2", module="{params.module}")  # figure2 has the options of all stages of this loop
 
 
+rule figure_chain:
+    input:
+        **scenes.inputs("figure_chain"),
+        key=scenes.key("figure_chain"),
+    output:
+        **outputs("figure_chain"),
+    log:
+        log("figure_chain"),
+    resources:
+        mem_mb=scenes.memory("figure_chain"),
+    params:
+        caption=declarations()["figure_chain"].caption,
+    shell:
+        run("figure_chain")
+
+
 rule claims:
     input:
         **scenes.inputs("claims"),

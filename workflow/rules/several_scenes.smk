@@ -1,6 +1,6 @@
 # What takes several scenes together; each is asked for by name.
 # In:  products of the default scenes, or of those that `--config compare=resolved,mine` names; the kept results.
-# Out: results/report.html; results/comparison.png|svg|nc, Figure 3 of several scenes in one picture; results/verify.json|txt;
+# Out: results/report.html; results/comparison.png|svg|nc, figures of several scenes in one picture; results/verify.json|txt;
 #      results/reference, the small results that git keeps. `clean_unused` removes what no scene uses.
 DEFAULT_FOLDERS = " ".join(f"results/{name}" for name in scenes.default)
 
@@ -26,8 +26,8 @@ rule report_of_the_default_scenes:
 
 rule comparison:
     input:
-        key=lambda wildcards: scenes.key_file(compared[0], "comparison"),
-        scenes=[f"results/{name}/figure3.nc" for name in compared],
+        key=lambda wildcards: scenes.key_file(next(iter(compared)), "comparison"),
+        results=[f"results/{name}/{figure}.nc" for name, figures in compared.items() for figure in figures],
     output:
         **outputs("comparison", "results"),
     log:
@@ -36,9 +36,8 @@ rule comparison:
         mem_mb=scenes.memory("comparison"),
     params:
         caption=declarations()["comparison"].caption,
-        folders=" ".join(f"results/{name}" for name in compared),
     shell:
-        run("comparison", scenes="{params.folders}")
+        run("comparison")
 
 
 rule verify:

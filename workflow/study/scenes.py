@@ -87,20 +87,23 @@ class Scenes:
             raise InputError(list(dict.fromkeys(mistakes)))
         self.asked = sorted(asked)
 
-    def compared(self, asked: str | None) -> list[str]:
-        """Scenes whose Figure 3 is drawn in one picture: those of COMPARED that are there, or as asked, `one,other`.
+    def compared(self, asked: str | None) -> dict[str, list[str]]:
+        """Scenes that are drawn in one picture, with the figures that each adds: COMPARED, or as asked, `one,other`.
 
-        Raises InputError for one that has no Figure 3.
+        Raises InputError for one that has no such figure.
         """
         names = [name for name in COMPARED if name in self.valid] if asked is None else str(asked).split(",")
-        drawn = [name for name in self.valid if "figure3" in plan.figures(self.valid[name])]
+        every = declarations()["comparison"].many["results"].split()
+        drawn = {
+            name: found
+            for name, scene in self.valid.items()
+            if (found := [figure for figure in every if figure in plan.figures(scene)])
+        }
         wrong = [strict_yaml.shown(name) for name in names if name not in drawn]
         if wrong or len(set(names)) < len(names):
-            text = (
-                f"{', '.join(wrong) or strict_yaml.shown(asked)} is not allowed; scenes with figure3, each once, of: "
-            )
-            raise InputError([f"--config compare: {text}{', '.join(drawn)}"])
-        return names
+            text = f"is not allowed; scenes with {' or '.join(every)}, each once, of: {', '.join(drawn)}"
+            raise InputError([f"--config compare: {', '.join(wrong) or strict_yaml.shown(asked)} {text}"])
+        return {name: drawn[name] for name in names}
 
     def __getitem__(self, name: str) -> dict[str, Any]:
         return self.valid[name]

@@ -14,8 +14,8 @@ from roughslip.figures.style import Arrays, draw_curve, heads, panels, pressure_
 DRAWN = ["method", "pressure", "distance_in_contact", *with_interval_names("cumulative", "contact_probability")]
 
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
-    "monte_carlo": ("Monte Carlo", {"color": "0.15", "linestyle": "-", "linewidth": 2.2}),
-    "latin_hypercube": ("Latin hypercube", {"color": "C0", "linestyle": ":", "linewidth": 1.8}),
+    "monte_carlo": ("Monte Carlo (MCS)", {"color": "0.15", "linestyle": "-", "linewidth": 2.2}),
+    "latin_hypercube": ("Latin hypercube (LHS)", {"color": "C0", "linestyle": ":", "linewidth": 1.8}),
     "equation_8": ("PC, eq. (8)", {"color": "C1", "linestyle": "--"}),
     "equation_9": ("PC, eq. (9)", {"color": "C3", "linestyle": "-."}),
     "roughslip": ("PC, all samples", {"color": "C2", "linestyle": "-", "linewidth": 1.2}),
@@ -24,7 +24,7 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def figure2(result: Arrays) -> Figure:
-    """Distribution of the pressure at the centre given contact, linear and logarithmic, and the contact probability."""
+    """The paper's panel is (a), the distribution given contact; then the same on logarithms, and who is in contact."""
     figure, (linear, logarithmic, probability) = panels(3, 1, 4.0)
     unit, name = pressure_unit(result["pressure"].max())
     pressure = unit * result["pressure"]
@@ -36,11 +36,11 @@ def figure2(result: Arrays) -> Figure:
             shown = [np.where(value > floor, value, np.nan), *(np.maximum(end, floor) for end in ends)]
             draw_curve(axes, pressure, shown, look | {"label": label}, alpha=0.15)
         _contact(probability, result, row, look["color"], annotated=method != "monte_carlo")
-    linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="probability given contact", ylim=(0, 1))
+    linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="cumulative probability", ylim=(0, 1))
     nearly_all = int(np.searchsorted(result["cumulative"][methods.index("monte_carlo")], 0.999))
     linear.set_xlim(0, pressure[min(nearly_all, len(pressure) - 1)])
     logarithmic.set(xscale="log", yscale="log", ylim=(1e-4, 1.2), xlabel=f"pressure at the centre [{name}]")
-    logarithmic.set(xlim=(pressure[0], pressure[-1]), ylabel="probability given contact")
+    logarithmic.set(xlim=(pressure[0], pressure[-1]), ylabel="cumulative probability")
     probability.set(xlabel="probability of contact [%]", ylim=(0.4 - len(methods), 0.7))
     probability.set_yticks(-np.arange(len(methods)), [METHODS[method][0] for method in methods])
     probability.margins(x=0.3)

@@ -1,20 +1,17 @@
-"""Figure 3, friction against penetration, of one scene or several; distribution and correlation on a second sheet."""
+"""Figure 3, friction against penetration; distribution and correlation on a second sheet."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from scipy.special import betaln, ndtri
 
 from roughslip.figures.style import (
     Arrays,
-    Look,
     draw_curve,
     draw_points,
     heads,
@@ -27,7 +24,7 @@ from roughslip.figures.style import (
 DRAWN = {
     "figure3": [
         *("source", "percentile", "fit_percentile"),
-        *with_interval_names("combined_mean", "combined_std", "mean", "std", "fit"),
+        *with_interval_names("combined_mean", "combined_std", "combined_variation", "mean", "std", "fit"),
     ],
     "figure3_law": [
         *("percentile", "lag", "triangle", "histogram", "histogram_edge", "mean", "std", "family"),
@@ -39,73 +36,34 @@ DRAWN = {
     ],
 }
 
-COMPARED = [name for name in DRAWN["figure3"] if not name.startswith("fit")]
-LOOKS = (("C0", "o"), ("C1", "s"), ("C2", "^"), ("C3", "D"), ("C4", "v"), ("C5", "P"))  # of compared scenes
-MOST = len(LOOKS)
-APART = 0.8  # per cent of penetration between the markers of two scenes, so that none hides another
 SOURCES = {"solved": ("solved contact", "C0", "o"), "expansion": ("expansion", "C1", "s")}
 FAMILIES = {"normal": ("C3", ":", "^"), "gamma": ("C4", "--", "s"), "lognormal": ("C1", "-.", "D")}
+BY_SOURCE = ("mean", "std")
 SOLVED = 0  # row of the sources
 PAPER_LENGTH = 250e-6  # m
 PAPER_BETA, PAPER_LABEL = (2.1, 5.0), "paper, Beta(2.1, 5)"
 PAPER_MOMENTS = {"skewness": 0.560, "kurtosis": -0.171}  # of this Beta
 PENETRATION = "penetration [percentile of heights]"
-
-
-def _mean_and_deviation(draw: Callable[[Axes, str], None]) -> Figure:
-    """Two panels against penetration; `draw` fills that of the variable that it is given."""
-    figure, axes = panels(2, 1, 4.6)
-    for one, name, title in zip(axes, ("mean", "std"), ("mean", "standard deviation"), strict=True):
-        draw(one, name)
-        one.set(xlabel=PENETRATION, ylabel=f"{title} of $\\mu$", ylim=(0, None))
-    heads(axes, "mean friction coefficient", "standard deviation")
-    sns.despine(figure)
-    return figure
+PANELS = {"mean": "mean of $\\mu$", "std": "standard deviation of $\\mu$", "variation": "standard deviation over mean"}
 
 
 def figure3(result: Arrays) -> Figure:
-    """Mean and standard deviation of mu against penetration, from both sources of pressure and from both together."""
-
-    def draw(axes: Axes, name: str) -> None:
-        for row, source in enumerate(map(str, result["source"])):
+    """The paper's panels (a) mean and (b) standard deviation against penetration, by source; then their ratio."""
+    figure, axes = panels(3, 1, 4.0)
+    for one, (name, title) in zip(axes, PANELS.items(), strict=True):
+        for row, source in enumerate(map(str, result["source"]) if name in BY_SOURCE else ()):
             label, colour, marker = SOURCES[source]
             look = {"color": colour, "marker": marker, "ls": "none", "ms": 4, "label": label}
-            draw_curve(axes, result["percentile"], with_ends(result, name, row), look)
-        both = {"color": "0.15", "marker": "_", "ms": 7, "label": "combined"}
-        draw_points(axes, result["percentile"], with_ends(result, f"combined_{name}"), both)
-
-    figure = _mean_and_deviation(draw)
-    mean = figure.axes[0]
+            draw_curve(one, result["percentile"], with_ends(result, name, row), look)
+        both = {"color": "0.15", "marker": "_", "ms": 7, "label": "combined", "lw": 0.7}
+        both["ls"] = "none" if name in BY_SOURCE else "-"
+        draw_points(one, result["percentile"], with_ends(result, f"combined_{name}"), both)
+        one.set(xlabel=PENETRATION, ylabel=title, ylim=(0, None))
     look = {"color": "0.15", "lw": 1.2, "label": "$\\mu_{fit}$"}
-    draw_curve(mean, result["fit_percentile"], with_ends(result, "fit"), look)
-    legend_above(mean)
-    return figure
-
-
-def comparison(results: Mapping[str, Arrays]) -> Figure:
-    """Mean and standard deviation of mu of up to MOST scenes, each by its name.
-
-    A full marker with its interval is what was solved, an open one the expansion, the line with its band both together.
-    """
-
-    def draw(axes: Axes, name: str) -> None:
-        for number, (result, (colour, marker)) in enumerate(zip(results.values(), LOOKS, strict=False)):
-            x = result["percentile"] + APART * (number - 0.5 * (len(results) - 1))
-            draw_curve(axes, x, with_ends(result, f"combined_{name}"), {"color": colour, "lw": 1.5}, alpha=0.25)
-            sources = [str(source) for source in result["source"]]
-            for source, face in (("solved", colour), ("expansion", "white")):
-                ends = with_ends(result, name, sources.index(source))
-                draw_points(axes, x, ends, {"color": colour, "marker": marker, "mfc": face}, lw=0.8)
-
-    figure = _mean_and_deviation(draw)
-    looks: dict[str, Look] = {
-        **{scene: {"color": colour, "marker": marker} for scene, (colour, marker) in zip(results, LOOKS, strict=False)},
-        "solved contact": {"marker": "o", "ls": "none"},
-        "expansion": {"marker": "o", "mfc": "white", "ls": "none"},
-        "combined": {"lw": 1.5},
-    }
-    handles = [Line2D([], [], label=label, **{"color": "0.3", "ms": 5, **look}) for label, look in looks.items()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    draw_curve(axes[0], result["fit_percentile"], with_ends(result, "fit"), look)
+    legend_above(axes[0])
+    heads(axes, "mean", "standard deviation", "coefficient of variation")
+    sns.despine(figure)
     return figure
 
 

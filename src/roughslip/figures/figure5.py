@@ -18,18 +18,20 @@ DRAWN = [
 
 
 def figure5(result: Arrays) -> Figure:
-    """Limit cycles, histogram of the reattachment point, and cycles lost to the scatter against damping."""
-    figure, (cycle, histogram, loss) = panels(3, 1, 4.0)
-    _cycle(cycle, result)
+    """The paper's panels (a) limit cycles, (b) reattachment point and (c) cycles lost; then the cycles themselves."""
+    figure, ((cycle, histogram), (loss, counts)) = panels(2, 2, 4.6)
+    draw_cycle(cycle, result)
     _reattachment(histogram, result)
     _loss(loss, result)
+    _counts(counts, result)
     title = f"limit cycle at D = {float(result['nominal_damping']):g}"
-    heads(figure.axes, title, "reattachment point", "cycles lost to the scatter")
+    heads(figure.axes, title, "reattachment point", "cycles lost to the scatter", "cycles with and without scatter")
     sns.despine(figure)
     return figure
 
 
-def _cycle(axes: Axes, result: Arrays) -> None:
+def draw_cycle(axes: Axes, result: Arrays) -> None:
+    """The phase plane: loops of the runs with scatter, and the one without."""
     runs = len(result["position"])
     for number in range(runs):
         axes.plot(1e3 * result["position"][number], 1e3 * result["velocity"][number], color="C0", lw=0.4, alpha=0.5)
@@ -59,17 +61,21 @@ def _reattachment(axes: Axes, result: Arrays) -> None:
 
 
 def _loss(axes: Axes, result: Arrays) -> None:
-    damping = result["damping_ratio"]
-    look = {"color": "C0", "marker": "o", "ms": 3, "label": "$M_d - E[M_S]$"}
-    draw_curve(axes, damping, with_ends(result, "difference"), look, alpha=0.3)
-    axes.plot(damping, result["deterministic_cycles"], color="0.4", lw=1, ls="-.", label="$M_d$")
-    axes.plot(damping, result["mean_cycles"], color="C1", lw=1.2, ls="--", label="$E[M_S]$")
+    look = {"color": "C0", "marker": "o", "ms": 3}
+    draw_curve(axes, result["damping_ratio"], with_ends(result, "difference"), look, alpha=0.3)
     axes.axhline(0, color="0.6", lw=0.5)
+    axes.set(xlabel="damping ratio $D$", ylabel="$M_{diff} = M_d - E[M_S]$")
+
+
+def _counts(axes: Axes, result: Arrays) -> None:
+    damping = result["damping_ratio"]
+    axes.plot(damping, result["deterministic_cycles"], color="0.1", lw=1.2, label="$M_d$, without scatter")
+    axes.plot(damping, result["mean_cycles"], color="C0", lw=1.2, ls="--", label="$E[M_S]$, with scatter")
     low, high = axes.get_ylim()
-    limits = ("hopf_damping", ":", "sliding unstable below"), ("existence_limit", "-", "cycle exists below")
+    limits = ("hopf_damping", ":", "sliding unstable below"), ("existence_limit", "-.", "cycle exists below")
     for name, style, text in limits:
         limit = float(result[f"deterministic_{name}"])
         if damping[0] <= limit <= damping[-1]:
-            axes.vlines(limit, low, high, color="0.2", lw=0.8, ls=style, label=f"{text} {limit:.4f}")
-    axes.set(xlabel="damping ratio $D$", ylabel="number of cycles", ylim=(low, high))
+            axes.vlines(limit, low, high, color="C3", lw=1.0, ls=style, label=f"{text} {limit:.4f}")
+    axes.set(xlabel="damping ratio $D$", ylabel="cycles in the same time", ylim=(low, high))
     legend_above(axes)

@@ -8,6 +8,8 @@ import struct
 from html import escape
 
 PNG = b"\x89PNG\r\n\x1a\n"
+READABLE = 1.15  # pixels a point on a narrow screen: text of 9 points has 10 pixels; a wider picture then scrolls
+PIXELS = 160 / 72  # of a PNG a point
 LARGEST_SVG = 300_000  # bytes, after reduction; a PNG takes the place of a larger one
 
 
@@ -38,6 +40,7 @@ def size(content: bytes) -> tuple[float, float]:
 def element(content: bytes, name: str, seen: str) -> str:
     """The figure as an SVG element. name : prefix of its ids, unique on the page; seen : what it shows, in words"""
     width, height = size(content)
+    readable = READABLE * width / (PIXELS if content.startswith(PNG) else 1.0)
     if content.startswith(PNG):
         picture = base64.b64encode(content).decode()
         inside = f'<image href="data:image/png;base64,{picture}" width="{width:g}" height="{height:g}"/>'
@@ -46,8 +49,9 @@ def element(content: bytes, name: str, seen: str) -> str:
         inside = re.sub(
             r'(\bid="|\bhref="#|url\(#)', rf"\g<1>{name}-", text[text.index(">") + 1 : text.rindex("</svg>")]
         )
-    head = f'<svg class="drawing" viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(seen)}">'
-    return f'{head}<g id="{name}-drawing">{inside}</g></svg>'
+    look = f'class="drawing" style="--readable: {readable:.0f}px" viewBox="0 0 {width:g} {height:g}"'
+    head = f'<div class="wide" tabindex="0"><svg {look} role="img" aria-label="{escape(seen)}">'
+    return f'{head}<g id="{name}-drawing">{inside}</g></svg></div>'
 
 
 def thumbnail(content: bytes, name: str) -> str:

@@ -31,6 +31,12 @@ class Section:
 
 
 SECTIONS = {
+    "figure_chain": Section(
+        "From the rough surface to stick-slip",
+        "Four panels in the order of the computation: a map of a rough surface, the contact pressure on it in a few "
+        "spots, the friction coefficient along paths around its mean, and loops of displacement and velocity, one "
+        "without scatter and many around it.",
+    ),
     "figure_scan": Section(
         "The scan and its models",
         "Maps of the scan and of a sampled surface, then curves of the scan with bands, and the sampled surfaces "
@@ -38,8 +44,8 @@ SECTIONS = {
     ),
     "figure2": Section(
         "Figure 2: pressure at the centre",
-        "Two panels with distribution functions of the pressure given contact, on linear and logarithmic axes, a line "
-        "for each method. A third panel has a dot for the probability of contact by each method.",
+        "Panel a, as in the paper: distribution functions of the pressure given contact, a line for each method. "
+        "Beyond the paper, b has logarithmic axes, and c a dot for the probability of contact by each method.",
         "Monte Carlo, Latin hypercube and both polynomial chaos variants, eqs. (8) and (9), lie on one curve.",
         "The paper fits its expansions to samples in contact alone. Given contact, their variables are no longer "
         "Gaussian, and few samples remain for 165 terms. An expansion fitted to all samples has neither fault.",
@@ -57,8 +63,9 @@ SECTIONS = {
     ),
     "figure3": Section(
         "Figure 3: friction against penetration",
-        "Two panels against penetration: mean and standard deviation of the friction coefficient, as markers with bars "
-        "for solved contact, expansion and both combined. A curve runs through the means.",
+        "Panels a and b, as in the paper: mean and standard deviation of the friction coefficient against penetration, "
+        "as markers with bars for solved contact, expansion and both combined. A curve runs through the means. Beyond "
+        "the paper, c shows the coefficient of variation.",
         "Mean, standard deviation and coefficient of variation of the friction coefficient fall with penetration.",
         "The paper's text gives no material, no roughness height and no values of the figure. So only the trends are "
         "compared. The shear strength is set for a mean of 0.3 at median penetration.",
@@ -88,9 +95,9 @@ SECTIONS = {
     ),
     "figure5": Section(
         "Figure 5: the mass on the belt",
-        "Left, loops of displacement and velocity: one black loop without scatter, many blue ones around it. Middle, a "
-        "histogram of the point where the mass sticks again, with a normal curve. Right, numbers of cycles against "
-        "damping: with scatter, without, and the difference.",
+        "Panels a to c, as in the paper: loops of displacement and velocity, one black loop without scatter and many "
+        "blue ones around it; a histogram of the point where the mass sticks again, with a normal curve; the cycles "
+        "lost to the scatter against damping. Beyond the paper, d shows the cycles with scatter and without.",
         "With and without scatter the mass moves on a stick-slip limit cycle. Without scatter the cycle ceases at a "
         "sharp limit of damping, and with scatter there is a range where it goes on.",
         "How long a cycle survives beyond the limit follows from the scatter of friction. The paper gives neither that "

@@ -124,7 +124,7 @@ def _reached(scene: Scene | None, wanted: tuple[str, ...]) -> dict[str, str]:
         if name in found and (reason or not found[name]):
             continue
         found[name] = reason
-        for other, is_always in (*_edges(declarations()[name]), *((one, True) for one in _companions(name))):
+        for other, is_always in (*_edges(declarations()[name]), *((one, False) for one in _companions(name))):
             stage = declarations()[other]
             holds = is_always or scene is None or runs(scene, stage)
             pending.append((other, reason or ("" if holds else _reason(stage))))

@@ -1,42 +1,43 @@
-"""Stage comparison: Figure 3 of several scenes in one picture, and the numbers that it draws."""
+"""Stage comparison: the figures of several scenes in one picture, and the numbers that it draws."""
+
+from pathlib import Path
 
 from roughslip import store
-from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
-from roughslip.figures.figure3 import COMPARED, MOST, comparison
-from roughslip.figures.style import save
+from roughslip.figures.comparison import MOST, comparison, drawn
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.drawing import save_with_numbers
 
 STAGE = Stage(
     name="comparison",
     reads="description",
-    many={"scenes": "figure3"},
+    many={"results": "figure2 figure3 figure5 figure_map figure_lifetimes"},
     result="comparison.nc",
-    caption="Friction coefficient of several scenes against penetration, mean and standard deviation, from "
-    "solved contact, from the expansion, and from both.",
+    caption="Scenes in comparison, with 95 % intervals: pressure at the centre over its mean; friction against "
+    "penetration; limit cycle without scatter, reattachment point, cycles lost to the scatter; where stick-slip is as "
+    "likely as not.",
     memory_mb=320,
 )
 
 
 def work(job: Job) -> None:
-    """Write the picture, and every number in it under its name and that of its scene."""
-    folders = job.arguments.scenes
-    if len(folders) > MOST:
-        raise InputError([f"{len(folders)} scenes are too many for one picture: compare at most {MOST}"])
-    results = {folder.name: store.read(folder / "figure3.nc") for folder in folders}
-    figure = comparison(results)
-    for path in (job.arguments.png, job.arguments.svg):
-        with replacing(path) as temporary:
-            save(figure, temporary)
+    """Write the picture, and every number in it under its name and those of its figure and scene."""
+    files: list[Path] = job.arguments.results
+    scenes = {file.parent.name for file in files}
+    if len(scenes) > MOST:
+        raise InputError([f"{len(scenes)} scenes are too many for one picture: compare at most {MOST}"])
+    results: dict[str, dict[str, store.Result]] = {}
     numbers = {}
-    for scene, result in results.items():
-        for name in COMPARED:
+    for file in files:
+        scene, figure = file.parent.name, file.stem
+        result = results.setdefault(figure, {})[scene] = store.read(file)
+        for name in drawn(figure):
             one = result.variable(name)
-            dimensions = tuple(f"{dimension}_{scene}" for dimension in one.dimensions)
-            numbers[f"{scene}_{name}"] = store.Variable(dimensions, one.values, one.units, one.long_name)
-    store.write(job.arguments.output, numbers, job.key)
-    job.usage.count(scenes=len(folders))
+            dimensions = tuple(f"{dimension}_{figure}_{scene}" for dimension in one.dimensions)
+            numbers[f"{scene}_{figure}_{name}"] = one._replace(dimensions=dimensions)
+    save_with_numbers(job, comparison(results), numbers)
+    job.usage.count(scenes=len(scenes))
 
 
 if __name__ == "__main__":

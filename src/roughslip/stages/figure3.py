@@ -13,9 +13,9 @@ STAGE = Stage(
     many={"results": "friction"},
     result="figure3.nc",
     target="figure3",
-    caption="Figure 3. Friction coefficient of the test surface against penetration, from solved contact, from "
-    "the expansion, and from both combined, with the expansion as control variate. The curve through "
-    "the last is mu_fit.",
+    caption="Figure 3. Friction coefficient of the test surface against penetration: as in the paper (a) mean and "
+    "(b) standard deviation, and (c) their ratio. Combined: solved contact with the expansion as control variate, and "
+    "the curve through it is mu_fit.",
     memory_mb=320,
 )
 

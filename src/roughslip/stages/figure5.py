@@ -13,8 +13,9 @@ STAGE = Stage(
     many={"results": "cycles"},
     result="figure5.nc",
     target="figure5",
-    caption="Figure 5. Stick-slip limit cycle with and without scatter, the point where the mass sticks again, "
-    "and the cycles lost to the scatter against damping.",
+    caption="Figure 5. As in the paper (a) the limit cycle, (b) the point where the mass sticks again, and (c) the "
+    "cycles lost to the scatter against damping; (d) the cycles themselves. The paper's dimensionless numbers are ours "
+    "in metres.",
     memory_mb=320,
 )
 

@@ -169,8 +169,8 @@ def _length(friction: Arrays) -> Finding:
     length = _at_median(friction, "length_least_squares")
     shorter = 1e6 * _window(friction) * PAPER_LENGTH / length[0]
     note = (
-        f"metres, least squares to lags of three windows; 1/e {one_over_e:.0f} um, integral {integral:.0f} um; the "
-        f"length goes with the window, and one of {shorter:.0f} um would give the paper's"
+        f"metres, least squares to lags of three windows; 1/e {one_over_e:.0f} µm, integral {integral:.0f} µm; the "
+        f"length goes with the window, and one of {shorter:.0f} µm would give the paper's"
     )
     return _judged(length, note, PAPER_LENGTH * (1 - SAME_LENGTH), PAPER_LENGTH * (1 + SAME_LENGTH))
 
@@ -181,8 +181,8 @@ def _length_at_any_depth(friction: Arrays) -> Finding | str:
         return ONE_LEVEL
     allowed = SAME_LENGTH * float(np.mean(lengths))
     note = (
-        f"metres, change from the first to the last level; {1e6 * allowed:.0f} um are allowed; over all levels "
-        f"{1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} um"
+        f"metres, change from the first to the last level; {1e6 * allowed:.0f} µm are allowed; over all levels "
+        f"{1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} µm"
     )
     return _judged(_number(friction, "trend_combined_length_least_squares_change"), note, -allowed, allowed)
 
@@ -224,7 +224,7 @@ def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
     if not skewness > 0:
         return "no window would have the skewness of Beta(2.1, 5)"
     window = 1e6 * _window(friction) * (skewness / BETA_SKEWNESS) ** 2
-    return f"a window of {window:.0f} um would have the skewness of Beta(2.1, 5), {BETA_SKEWNESS:.2f}"
+    return f"a window of {window:.0f} µm would have the skewness of Beta(2.1, 5), {BETA_SKEWNESS:.2f}"
 
 
 def _beta_at_any_depth(friction: Arrays) -> Finding:

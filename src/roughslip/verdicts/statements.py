@@ -30,7 +30,7 @@ STATEMENTS = {
     "fig3-std-decreases": ("The standard deviation decreases with penetration", "decreases"),
     "fig3-cov-decreases": ("The coefficient of variation decreases with penetration", "decreases"),
     "mu-correlation-exponential": ("The friction coefficient is exponentially correlated", "exponential"),
-    "mu-correlation-250um": ("Its correlation length is 250 um", "250 um"),
+    "mu-correlation-250um": ("Its correlation length is 250 µm", "250 µm"),
     "mu-correlation-any-depth": ("The correlation length does not depend on the penetration", "independent"),
     "mu-right-skewed": ("The friction coefficient is right skewed", "skewness > 0"),
     "mu-leptokurtic": ("The friction coefficient is leptokurtic", "excess kurtosis > 0"),
@@ -90,7 +90,7 @@ RULES = {
     "mu-correlation-exponential": "at median penetration the mean square distance to the fitted exponential is less "
     "than that to the triangle of the window itself: the interval of their difference lies below zero",
     "mu-correlation-250um": "at median penetration the interval of the least-squares length lies within "
-    f"{SAME_LENGTH:.0%} of 250 um",
+    f"{SAME_LENGTH:.0%} of 250 µm",
     "mu-correlation-any-depth": "the interval of the change from the first to the last level lies within "
     f"{SAME_LENGTH:.0%} of the mean length",
     "mu-right-skewed": "the interval of the skewness at median penetration lies above zero",

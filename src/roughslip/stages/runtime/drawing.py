@@ -23,11 +23,16 @@ def draw_and_save(
     results = [store.read(path) for path in job.arguments.results]
     owner = {name: result for result in results for name in result}
     figure = draw({name: result[name] for name, result in owner.items()})
-    for path in (job.arguments.png, job.arguments.svg):
-        with replacing(path) as temporary:
-            save(figure, temporary)
     kept = {name: owner.get(name, results[0]).variable(name) for name in drawn}
     for name in {dimension for one in kept.values() for dimension in one.dimensions}.intersection(owner):
         if owner[name].variable(name).dimensions == (name,):
             kept.setdefault(name, owner[name].variable(name))
-    store.write(job.arguments.output, kept, job.key)
+    save_with_numbers(job, figure, kept)
+
+
+def save_with_numbers(job: Job, figure: Any, numbers: Mapping[str, store.Variable]) -> None:
+    """Write a figure as PNG and SVG, and the numbers in it."""
+    for path in (job.arguments.png, job.arguments.svg):
+        with replacing(path) as temporary:
+            save(figure, temporary)
+    store.write(job.arguments.output, numbers, job.key)

@@ -1,0 +1,57 @@
+"""The whole chain in one picture: rough surface, contact pressure, friction along the path, limit cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from roughslip.figures.figure5 import draw_cycle
+from roughslip.figures.style import Arrays, Look, draw_map, heads, legend_above, panels, pressure_unit
+
+CYCLE = ["position", "velocity", "deterministic_position", "deterministic_velocity", "nominal_damping"]
+DRAWN = ["x", "y", "height", "pressure", "penetration", "path", "path_axis", "friction", "friction_mean", *CYCLE]
+RANGE = 2.5  # standard deviations of the heights that the colours span, either way
+
+
+def figure_chain(result: Arrays) -> Figure:
+    """A piece of a surface and the pressure on it; friction along a few paths; the limit cycle of several runs."""
+    figure, ((surface, contact), (path, cycle)) = panels(2, 2, 4.7)
+    heights = 1e6 * result["height"]
+    middle, half = float(np.mean(heights)), RANGE * float(np.std(heights))
+    _map(surface, result, heights, "height [µm]", "viridis", (middle - half, middle + half))
+    unit, name = pressure_unit(result["pressure"].max())
+    pressure = unit * result["pressure"]
+    _map(contact, result, pressure, f"pressure [{name}]", "magma", (0.0, float(pressure.max())))
+    _friction(path, result)
+    draw_cycle(cycle, result)
+    heads(
+        figure.axes,
+        "rough surface",
+        f"contact pressure, penetration {float(result['penetration']):.3g} %",
+        "friction along the path",
+        f"stick-slip at D = {float(result['nominal_damping']):g}",
+    )
+    for axes in (path, cycle):
+        sns.despine(ax=axes)
+    return figure
+
+
+def _map(axes: Axes, result: Arrays, values: np.ndarray, label: str, colours: str, limits: Sequence[float]) -> None:
+    image = draw_map(axes, result["x"], result["y"], values, colours, limits)
+    axes.figure.colorbar(image, ax=axes, label=label)
+
+
+def _friction(axes: Axes, result: Arrays) -> None:
+    place, mean = 1e3 * result["path"], float(result["friction_mean"])
+    for number, path in reversed(list(enumerate(result["friction"]))):
+        look: Look = {"color": "C0", "lw": 1.3, "label": "one path"} if number == 0 else {"color": "0.7", "lw": 0.8}
+        axes.plot(place, path, **look)
+    axes.plot([], [], color="0.7", lw=0.8, label="others")
+    axes.axhline(mean, color="0.1", lw=1.2, ls="--", label=f"mean {mean:.3g}")
+    axes.set(xlabel=str(result["path_axis"][0]), ylabel="friction coefficient $\\mu$", xlim=(0, place[-1]))
+    axes.locator_params(axis="y", nbins=6)
+    legend_above(axes, columns=3)

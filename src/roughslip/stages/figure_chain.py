@@ -1,0 +1,86 @@
+"""Stage figure_chain: draw the chain from surface to limit cycle, with one contact solve for surface and pressure."""
+
+import numpy as np
+
+from roughslip import store
+from roughslip.contact.solve import solve
+from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
+from roughslip.grid import Grid
+from roughslip.scene.declarations import Stage
+from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
+from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.drawing import save_with_numbers
+
+STAGE = Stage(
+    name="figure_chain",
+    reads="description seed material roughness oscillator ensemble strip.cell_m numerics.contact_tolerance",
+    reads_if_given="friction.statistics",
+    inputs={"friction": "friction", "cycles": "cycles"},
+    optional={"scan": "scan", "allocation": "ensemble_pilot"},
+    result="figure_chain.nc",
+    target="figure_chain",
+    comes_with="figure5",
+    runs_if="not friction.statistics",
+    caption="The chain in one picture: a piece of the rough surface, the contact pressure on it, friction along paths "
+    "that the mass slips, and the limit cycle of several runs with such friction.",
+    memory_mb=420,
+    memory_doubles={"path_nodes": 10},
+)
+
+SOLVED, SHOWN = 128, 96  # cells on an edge of the square
+PATHS = 4
+LENGTHS = 10  # correlation lengths of a path that are drawn
+
+
+def surface_and_pressure(job: Job, percentile: float) -> dict[str, store.Variable]:
+    """The middle of a square of the surface, on the cells of the strips, and the pressure on it."""
+    scene, cell = job.scene, job.scene.strip.cell_m
+    grid, model = Grid(SOLVED, SOLVED, cell, cell), surface_model.surface_model(scene, job.arguments.scan)
+    heights = model.heights(model.sampler(grid)(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, 0])))
+    plane = float(model.plane_height(np.array([percentile]))[0])
+    tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
+    with job.usage.core():
+        solution = solve(elastic.influence(scene, grid), heights - plane, tolerance, hardness_pa=hardness)
+    job.usage.count(solves=1)
+    middle = slice((SOLVED - SHOWN) // 2, (SOLVED + SHOWN) // 2)  # the ends of a contact carry more pressure
+    place = cell * (np.arange(SHOWN) + 0.5)
+    return {
+        "x": store.Variable(("x",), place, "m", "place along the path"),
+        "y": store.Variable(("y",), place, "m", "place across the path"),
+        "height": store.Variable(("x", "y"), heights[middle, middle], "m", "height of the surface"),
+        "pressure": store.Variable(("x", "y"), solution.pressure[middle, middle], "Pa", "contact pressure"),
+        "penetration": store.Variable((), percentile, "percent", "share of the heights that is penetrated"),
+    }
+
+
+def friction_along_paths(job: Job) -> dict[str, store.Variable]:
+    """The friction coefficient along the paths of the first runs, from their beginning."""
+    scene, friction = job.scene, job.arguments.friction
+    numbers = mass_on_belt.friction_numbers(scene, friction)
+    process = mass_on_belt.friction_process(scene, numbers, friction)
+    found = None if job.arguments.allocation is None else store.read(job.arguments.allocation)
+    nodes = int(scene.ensemble.nodes_per_correlation_length if found is None else found["nodes_per_correlation_length"])
+    paths = mass_on_belt.friction_paths(scene, process, nodes)
+    seeds = ([scene.seed, geometry.STREAM_PROCESS, number] for number in range(PATHS))
+    drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])
+    is_time = scene.oscillator.friction_follows == "time"
+    axis, unit = ("time [ms]", "s") if is_time else ("slipped distance [mm]", "m")
+    place = paths.spacing * np.arange(drawn.shape[1])
+    return {
+        "path": store.Variable(("path",), place, unit, "place along the path"),
+        "path_axis": store.Variable(("axis",), np.array([axis]), "1", "what the place is"),
+        "friction": store.Variable(("run", "path"), numbers.mean + drawn, "1", "friction coefficient of the runs"),
+        "friction_mean": store.Variable((), numbers.mean, "1", "its mean"),
+    }
+
+
+def work(job: Job) -> None:
+    """Draw the chain and write the numbers in it."""
+    cycles = store.read(job.arguments.cycles)
+    variables = surface_and_pressure(job, float(cycles["friction_percentile"])) | friction_along_paths(job)
+    variables |= {name: cycles.variable(name) for name in CYCLE}
+    save_with_numbers(job, figure_chain({name: variables[name].values for name in DRAWN}), variables)
+
+
+if __name__ == "__main__":
+    execute(STAGE, work)

@@ -359,18 +359,20 @@ def test_every_scene_is_drawn_from_what_is_stored(count):
     for name, found in results.items():
         assert all(result.read == set(drawn(name)) for result in found.values())
     panels = dict(zip([panel.title for panel in COMPARED], figure.axes, strict=True))
-    for title, name in (("mean friction", "mean"), ("its scatter", "std"), ("scatter over mean", "variation")):
-        lines = panels[title].lines
+    for title, name in (("mean", "mean"), ("scatter", "std"), ("scatter over mean", "variation")):
+        lines = panels[f"Figure 3: {title}"].lines
         for line, result in zip(lines, results["figure3"].values(), strict=True):
             np.testing.assert_array_equal(line.get_ydata(), result[f"combined_{name}"])
         places = np.array([line.get_xdata() for line in lines])
         assert np.all(np.diff(places, axis=0) > 0)  # no marker hides another
         np.testing.assert_allclose(places.mean(axis=0), results["figure3"]["scene0"]["percentile"])
-    x, y = panels["pressure"].lines[0].get_data()
+    x, y = panels["Figure 2: pressure"].lines[0].get_data()
     np.testing.assert_allclose(y, 1 - np.exp(-x), atol=0.01)  # exponential pressures, over their mean
-    np.testing.assert_array_equal(panels["cycles lost"].lines[0].get_ydata(), oscillator()["difference"])
-    np.testing.assert_array_equal(panels["50 % at the end"].lines[0].get_ydata(), lifetimes_result()["band"][:, 0, 1])
-    (level,) = panels["stick-slip at 50 %"].collections[0].get_paths()
+    np.testing.assert_array_equal(panels["Figure 5: cycles lost"].lines[0].get_ydata(), oscillator()["difference"])
+    np.testing.assert_array_equal(
+        panels["lifetimes: 50 % at the end"].lines[0].get_ydata(), lifetimes_result()["band"][:, 0, 1]
+    )
+    (level,) = panels["map: where stick-slip is at 50 %"].collections[0].get_paths()
     damping, speed = level.vertices.T
     np.testing.assert_allclose(damping, 0.5 / (1 + speed), atol=0.01)  # where the map has its limit
 

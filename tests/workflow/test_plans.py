@@ -87,6 +87,7 @@ AFTER_FRICTION = {"answer": 1, **MAPPED, **AFTER_DAMPINGS}
 AFTER_SQUARE = {"chaos_square": 1, "figure2": 1}
 CONTACT = {"contact_square": 3, **AFTER_SQUARE, **STRIP, **FIGURE3, **AFTER_FRICTION}
 SURFACE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
+DRAWN = {"figure2": 1, **FIGURE3, "figure5": 1, **CHAIN, "figure_map": 1}
 SCENE = "config/scenes/tiny.yaml"
 MARGINAL = "roughness: {marginal: {family: beta, shapes: [2.1, 5]}}\nsquare:"
 ACTS = ("\n\n\n", "\n\n_EDITED = 1\n\n\n")
@@ -97,10 +98,10 @@ EDITS = [
     (SCENE, "realisations: 8}", "realisations: 4}", {**CYCLES, "oscillator": 2}),
     (SCENE, "modes: 64", "variance_share: 0.2", SURFACE),
     (SCENE, "square:", MARGINAL, {"karhunen_loeve": 1, "design": 1, **CONTACT}),
-    (SCENE, "Every stage", "Each stage", {"figure2": 1, **FIGURE3, "figure5": 1, **CHAIN, "figure_map": 1, **CLAIMS}),
+    (SCENE, "Every stage", "Each stage", {**DRAWN, **CLAIMS}),
     (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", CLAIMS),
     ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, "design": 1, **CONTACT}),
-    ("src/roughslip/figures/style.py", *ACTS, {"figure2": 1, **FIGURE3, "figure5": 1, **CHAIN, "figure_map": 1, **COSTS}),
+    ("src/roughslip/figures/style.py", *ACTS, {**DRAWN, **COSTS}),
     ("src/roughslip/surface/modes.py", *ACTS, SURFACE),
     ("src/roughslip/contact/solve.py", *ACTS, CONTACT),
     ("src/roughslip/scan/covariance_fit.py", *ACTS, {}),

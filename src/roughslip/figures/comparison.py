@@ -63,9 +63,11 @@ def _friction(name: str) -> Callable[[Axes, Results, Mapping[str, Look]], None]:
 
 
 def _cycle(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
-    for scene, result in results.items():
+    for number, (scene, result) in enumerate(results.items()):
         drawn = 1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]
-        axes.plot(*drawn, color=looks[scene]["color"], lw=1.2)
+        axes.plot(
+            *drawn, color=looks[scene]["color"], lw=0.8 + 1.2 * (len(results) - 1 - number)
+        )  # cycles may coincide
     axes.set(xlabel="displacement $X_1$ [mm]", ylabel="velocity $X_2 = \\dot x / \\omega$ [mm]")
 
 
@@ -99,16 +101,25 @@ def _lifetimes(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
 
 
 COMPARED = (
-    Panel("figure2", "pressure", ("method", "pressure", *with_interval_names("cumulative")), _pressure),
+    Panel("figure2", "Figure 2: pressure", ("method", "pressure", *with_interval_names("cumulative")), _pressure),
     *(
         Panel("figure3", title, ("percentile", *with_interval_names(f"combined_{name}")), _friction(name))
-        for name, title in (("mean", "mean friction"), ("std", "its scatter"), ("variation", "scatter over mean"))
+        for name, title in (
+            ("mean", "Figure 3: mean"),
+            ("std", "Figure 3: scatter"),
+            ("variation", "Figure 3: scatter over mean"),
+        )
     ),
-    Panel("figure5", "cycle without scatter", ("deterministic_position", "deterministic_velocity"), _cycle),
-    Panel("figure5", "reattachment point", ("histogram", "histogram_edge"), _reattachment),
-    Panel("figure5", "cycles lost", ("damping_ratio", *with_interval_names("difference")), _loss),
-    Panel("figure_map", "stick-slip at 50 %", ("map_x", "map_y", "map_parameters", "probability"), _map),
-    Panel("figure_lifetimes", "50 % at the end", ("friction_deviation", *with_interval_names("band")), _lifetimes),
+    Panel("figure5", "Figure 5: cycle without scatter", ("deterministic_position", "deterministic_velocity"), _cycle),
+    Panel("figure5", "Figure 5: reattachment point", ("histogram", "histogram_edge"), _reattachment),
+    Panel("figure5", "Figure 5: cycles lost", ("damping_ratio", *with_interval_names("difference")), _loss),
+    Panel("figure_map", "map: where stick-slip is at 50 %", ("map_x", "map_y", "map_parameters", "probability"), _map),
+    Panel(
+        "figure_lifetimes",
+        "lifetimes: 50 % at the end",
+        ("friction_deviation", *with_interval_names("band")),
+        _lifetimes,
+    ),
 )
 
 

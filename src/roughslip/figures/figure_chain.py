@@ -42,7 +42,8 @@ def figure_chain(result: Arrays) -> Figure:
 
 def _map(axes: Axes, result: Arrays, values: np.ndarray, label: str, colours: str, limits: Sequence[float]) -> None:
     image = draw_map(axes, result["x"], result["y"], values, colours, limits)
-    axes.figure.colorbar(image, ax=axes, label=label)
+    assert axes.figure is not None
+    axes.figure.colorbar(image, ax=axes, label=label, extend="neither" if limits[0] == 0.0 else "both")
 
 
 def _friction(axes: Axes, result: Arrays) -> None:

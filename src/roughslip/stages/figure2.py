@@ -14,8 +14,8 @@ STAGE = Stage(
     result="figure2.nc",
     target="figure2",
     caption="Figure 2. Pressure at the centre of the square, given contact: (a) as in the paper, (b) at low "
-    "probabilities, and (c) the probability of contact. All samples: our own expansion; bands are 95 % intervals of sampling, "
-    "and for an expansion of its fit.",
+    "probabilities, and (c) the probability of contact. All samples: our own expansion; bands are 95 % intervals of "
+    "sampling, and for an expansion of its fit.",
     memory_mb=320,
 )
 

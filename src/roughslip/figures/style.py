@@ -28,7 +28,9 @@ def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
     """A figure in the style of the study with its panels, each `width` inches wide."""
     mpl.rcdefaults()  # a user's matplotlibrc changes nothing
     sns.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)
-    mpl.rcParams.update({"svg.hashsalt": "roughslip", "savefig.dpi": 160, "legend.frameon": False})
+    mpl.rcParams.update(
+        {"svg.hashsalt": "roughslip", "savefig.dpi": 160, "legend.frameon": False, "path.simplify_threshold": 0.3}
+    )
     figure = Figure(figsize=(width * columns, 3.5 * rows), layout="constrained")
     return figure, figure.subplots(rows, columns)
 

@@ -176,7 +176,7 @@ def plane_waves(law: WeierstrassMandelbrot, grid: Grid) -> PlaneWaves:
     for n, spacing, k in ((grid.nx, grid.dx, kx), (grid.ny, grid.dy, ky)):
         if n > 1 and np.max(np.abs(k)) * spacing >= math.pi * (1.0 - 1e-12):
             raise ParameterError(
-                f"waves of {2e6 * math.pi / np.max(np.abs(k)):.3g} um alias on cells of {1e6 * spacing:.3g} um: "
+                f"waves of {2e6 * math.pi / np.max(np.abs(k)):.3g} µm alias on cells of {1e6 * spacing:.3g} µm: "
                 f"lengthen the shortest wavelength or use a finer mesh"
             )
     x = np.outer(grid.x(), kx)

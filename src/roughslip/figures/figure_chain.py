@@ -14,15 +14,13 @@ from roughslip.figures.style import Arrays, Look, draw_map, heads, legend_above,
 
 CYCLE = ["position", "velocity", "deterministic_position", "deterministic_velocity", "nominal_damping"]
 DRAWN = ["x", "y", "height", "pressure", "penetration", "path", "path_axis", "friction", "friction_mean", *CYCLE]
-RANGE = 2.5  # standard deviations of the heights that the colours span, either way
 
 
 def figure_chain(result: Arrays) -> Figure:
     """A piece of a surface and the pressure on it; friction along a few paths; the limit cycle of several runs."""
     figure, ((surface, contact), (path, cycle)) = panels(2, 2, 4.7)
     heights = 1e6 * result["height"]
-    middle, half = float(np.mean(heights)), RANGE * float(np.std(heights))
-    _map(surface, result, heights, "height [µm]", "viridis", (middle - half, middle + half))
+    _map(surface, result, heights, "height [µm]", "viridis", (float(heights.min()), float(heights.max())))
     unit, name = pressure_unit(result["pressure"].max())
     pressure = unit * result["pressure"]
     _map(contact, result, pressure, f"pressure [{name}]", "magma", (0.0, float(pressure.max())))
@@ -43,7 +41,7 @@ def figure_chain(result: Arrays) -> Figure:
 def _map(axes: Axes, result: Arrays, values: np.ndarray, label: str, colours: str, limits: Sequence[float]) -> None:
     image = draw_map(axes, result["x"], result["y"], values, colours, limits)
     assert axes.figure is not None
-    axes.figure.colorbar(image, ax=axes, label=label, extend="neither" if limits[0] == 0.0 else "both")
+    axes.figure.colorbar(image, ax=axes, label=label)
 
 
 def _friction(axes: Axes, result: Arrays) -> None:

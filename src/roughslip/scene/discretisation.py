@@ -14,7 +14,7 @@ from roughslip.scene.expansion import AUTO
 from roughslip.scene.mistakes import Mistake, Values, given, refused
 
 CELL, TOLERANCE = "strip.cell_m", "numerics.contact_tolerance"
-SHARE = 0.6  # of what is asked, for the cells; the rest is for few strips
+SHARE = 0.7  # of what is asked, for the cells; the rest is for few strips
 ERRORS = {"friction_mean": 0.175, "friction_std": 1.23}  # a
 ORDER = 1.75  # p
 COARSEST = 1 / 4  # x at most, so that cells of twice the edge still follow the heights

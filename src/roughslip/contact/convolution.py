@@ -25,9 +25,11 @@ BLOCK = 128
 TILE = 32
 
 
-def convolution(symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int]) -> Convolution | NarrowConvolution:
+def convolution(
+    symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int], precision: type = np.float64
+) -> Convolution | NarrowConvolution:
     """The faster of the two methods for a mesh. They differ by rounding; arguments as of Convolution."""
-    return (NarrowConvolution if shape[1] <= NARROW else Convolution)(symbol, shape, torus)
+    return (NarrowConvolution if shape[1] <= NARROW else Convolution)(symbol, shape, torus, precision)
 
 
 class Convolution:
@@ -37,25 +39,29 @@ class Convolution:
         layout of numpy.fft.rfft2
     shape : (nx, ny)
     torus : (m, n), at least (nx, ny)
+    precision : float64 or float32, of the transforms; fields are float64, and the unit of B does not matter
 
     Rows of the torus outside the mesh are zero before the product and not needed after it, so they are not transformed
     along the second axis. An instance has its own working arrays and serves one thread.
     """
 
-    def __init__(self, symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int]) -> None:
+    def __init__(self, symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int], precision: type) -> None:
         self.shape, self.torus = shape, torus
         columns = torus[1] // 2 + 1
-        half = symbol[: torus[0] // 2 + 1] / (torus[0] * torus[1])  # the other rows mirror these
-        self._rows = np.zeros((shape[0], torus[1]))
+        self._unit = float(symbol.max())
+        scaled = symbol[: torus[0] // 2 + 1] / (torus[0] * torus[1] * self._unit)  # the other rows mirror these
+        half: np.ndarray = scaled.astype(precision)
+        complex_precision = np.result_type(precision, np.complex64)
+        self._rows: np.ndarray = np.zeros((shape[0], torus[1]), precision)
         edges = np.linspace(0, columns, columns // PART + 1 if columns > MOST_COLUMNS else 2).astype(int)
-        buffer = np.empty(torus[0] * int(np.diff(edges).max()), dtype=np.complex128)
+        buffer = np.empty(torus[0] * int(np.diff(edges).max()), complex_precision)
         self._parts = []
         for first, end in pairwise(edges):
             twice = np.repeat(half[:, first:end], 2, axis=1)  # for real and imaginary part
             block = buffer[: torus[0] * (end - first)].reshape(torus[0], -1)
             self._parts.append((slice(first, end), twice, block))
         whole = len(self._parts) == 1
-        self._spectrum = block[: shape[0]] if whole else np.empty((shape[0], columns), dtype=np.complex128)
+        self._spectrum = block[: shape[0]] if whole else np.empty((shape[0], columns), complex_precision)
 
     def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
         """Write B applied to a field (nx, ny) into the result (nx, ny)."""
@@ -67,12 +73,12 @@ class Convolution:
                 block[:nx] = self._spectrum[:, part]
             block[nx:] = 0.0
             fft.c2c(block, axes=(0,), out=block)
-            _multiply(block.view(np.float64), symbol)
+            _multiply(block.view(self._rows.dtype), symbol)
             fft.c2c(block, axes=(0,), forward=False, out=block)
             if len(self._parts) > 1:
                 self._spectrum[:, part] = block[:nx]
         fft.c2r(self._spectrum, axes=(1,), lastsize=n, forward=False, out=self._rows)
-        result[:] = self._rows[:, :ny]
+        np.multiply(self._rows[:, :ny], self._unit, out=result, dtype=np.float64)
 
 
 class NarrowConvolution:
@@ -84,21 +90,25 @@ class NarrowConvolution:
     the columns are needed.
     """
 
-    def __init__(self, symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int]) -> None:
+    def __init__(self, symbol: np.ndarray, shape: tuple[int, int], torus: tuple[int, int], precision: type) -> None:
         self.shape, self.torus = shape, torus
         waves = torus[0] // 2 + 1
-        across = fft.c2r(symbol[:waves] + 0j, axes=(1,), lastsize=torus[1], forward=False) / (torus[0] * torus[1])
-        self._toeplitz = np.repeat(across[:, : shape[1]].T, 2, axis=1)  # for real and imaginary part
-        self._columns = np.zeros((shape[1], torus[0]))
-        self._spectrum = np.empty((shape[1], waves), dtype=np.complex128)
+        self._unit = float(symbol.max())
+        scaled = symbol[:waves] / (torus[0] * torus[1] * self._unit)
+        across = fft.c2r(scaled + 0j, axes=(1,), lastsize=torus[1], forward=False)
+        self._toeplitz: np.ndarray = np.repeat(across[:, : shape[1]].T, 2, axis=1).astype(
+            precision
+        )  # real and imaginary part
+        self._columns: np.ndarray = np.zeros((shape[1], torus[0]), precision)
+        self._spectrum = np.empty((shape[1], waves), np.result_type(precision, np.complex64))
 
     def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
         """Write B applied to a field (nx, ny) into the result (nx, ny)."""
         _fold(field, self._columns)
         fft.r2c(self._columns, axes=(1,), out=self._spectrum)
-        _sum_across(self._toeplitz, self._spectrum.view(np.float64))
+        _sum_across(self._toeplitz, self._spectrum.view(self._columns.dtype))
         fft.c2r(self._spectrum, axes=(1,), lastsize=self.torus[0], forward=False, out=self._columns)
-        _unfold(self._columns, result)
+        _unfold(self._columns, self._unit, result)
 
 
 def fast_length(nodes: int) -> int:
@@ -143,19 +153,19 @@ def _fold(field: np.ndarray, columns: np.ndarray) -> None:
 
 
 @compiled()
-def _unfold(columns: np.ndarray, field: np.ndarray) -> None:
-    """Write the field that has these even and odd parts."""
+def _unfold(columns: np.ndarray, unit: float, field: np.ndarray) -> None:
+    """Write the field that has these even and odd parts, in a unit."""
     nx, ny = field.shape
-    half = ny // 2
+    half, mean = ny // 2, unit / 2
     for first in range(0, nx, TILE):
         end = min(first + TILE, nx)
         for a in range(half):
             for i in range(first, end):
-                field[i, a] = (columns[a, i] + columns[ny - 1 - a, i]) / 2
-                field[i, ny - 1 - a] = (columns[a, i] - columns[ny - 1 - a, i]) / 2
+                field[i, a] = (columns[a, i] + columns[ny - 1 - a, i]) * mean
+                field[i, ny - 1 - a] = (columns[a, i] - columns[ny - 1 - a, i]) * mean
         if ny % 2:
             for i in range(first, end):
-                field[i, half] = columns[half, i]
+                field[i, half] = columns[half, i] * unit
 
 
 @compiled()
@@ -167,11 +177,11 @@ def _sum_across(toeplitz: np.ndarray, spectrum: np.ndarray) -> None:
     """
     ny, length = spectrum.shape
     half = ny // 2
-    sums = np.empty((ny, BLOCK))
+    sums = np.empty((ny, BLOCK), spectrum.dtype)
     for first in range(0, length, BLOCK):
         end = min(first + BLOCK, length)
         width = end - first
-        sums[:] = 0.0
+        sums[:] = 0
         for a in range(half):
             even, odd = sums[a], sums[ny - 1 - a]
             for b in range(half):
@@ -186,7 +196,7 @@ def _sum_across(toeplitz: np.ndarray, spectrum: np.ndarray) -> None:
             for a in range(half):
                 between, even, even_part = toeplitz[half - a, first:end], sums[a], spectrum[a, first:end]
                 for k in range(width):
-                    even[k] += 2 * between[k] * middle_part[k]
+                    even[k] += (between[k] + between[k]) * middle_part[k]
                 for k in range(width):
                     middle[k] += between[k] * even_part[k]
             itself = toeplitz[0, first:end]

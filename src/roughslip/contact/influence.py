@@ -28,10 +28,10 @@ from roughslip.contact.periodic import periodic_symbol
 from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
 
-# Cells on either side of the centre of the patch behind `approximate_inverse`, which has 7 x 7 cells. Convolutions of
+# Cells on either side of the centre of the patch behind `approximate_inverse`, which has 5 x 5 cells. Convolutions of
 # the iterative solver on 24 rough surfaces, relative to those without any approximate inverse: 0.59 with 3 x 3 cells,
 # 0.56 with 5 x 5, 0.55 with 7 x 7, and 0.88 with the inverse of the whole symbol, which needs a second one a step.
-PATCH_RADIUS = 3
+PATCH_RADIUS = 2
 
 # Up to so many loaded nodes their sum costs less than a convolution; they break even at 64 (240 x 10) to 190 (64 x 64).
 DIRECT_SUM_LIMIT = 64
@@ -110,8 +110,8 @@ class Influence:
     coefficients : (nx, ny) [m/Pa] B by the offset of two nodes, along and across
     diagonal : B_00 [m/Pa], the displacement of a cell under its own unit pressure
     largest_eigenvalue : upper bound of the eigenvalues of B [m/Pa], from the circulant matrix that contains it
-    approximate_inverse : (7, 7) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and no other
-        cell. B^-1 decays as 1/r^3, so these 49 values are most of it. For all aspect ratios tried, the values off the
+    approximate_inverse : (5, 5) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and no other
+        cell. B^-1 decays as 1/r^3, so these 25 values are most of it. For all aspect ratios tried, the values off the
         centre are negative and the stencil is diagonally dominant, hence positive definite on any set of nodes.
 
     Raises ParameterError for a modulus that is not positive and finite, and for a periodic cell of one node.
@@ -147,6 +147,7 @@ class Influence:
         self.diagonal = float(coefficients[0, 0])
         self.largest_eigenvalue = float(symbol.max())
         self._convolution = convolution(symbol, grid.shape, torus)
+        self._rounded_convolution = convolution(symbol, grid.shape, torus, np.float32)
         self._mirrored = np.hstack((coefficients[:, :0:-1], coefficients))
         for array in (coefficients, self.approximate_inverse, self._mirrored):
             array.setflags(write=False)
@@ -173,11 +174,12 @@ class Influence:
         )
         return part
 
-    def apply(self, pressure: np.ndarray, result: np.ndarray | None = None) -> np.ndarray:
+    def apply(self, pressure: np.ndarray, result: np.ndarray | None = None, rounded: bool = False) -> np.ndarray:
         """Displacement u = B p.
 
         pressure : (nx, ny) [Pa]
         result : (nx, ny) array to write to; a new array if not given
+        rounded : whether single precision is enough
 
         Returns (nx, ny) [m], by direct summation when few nodes are loaded, else by a convolution.
         Raises ParameterError for a wrong shape.
@@ -190,7 +192,7 @@ class Influence:
         if few:
             _direct_sum(self._mirrored, loaded, pressure, result)
         else:
-            self._convolution(pressure, result)
+            (self._rounded_convolution if rounded else self._convolution)(pressure, result)
         return result
 
 

@@ -87,16 +87,12 @@ def assess(
 
 
 @compiled()
-def conjugate(descent: np.ndarray, factor: float, direction: np.ndarray, misfit: np.ndarray, free: np.ndarray) -> float:
-    """direction <- descent + factor direction on the free nodes, zero elsewhere. Returns inner(misfit, direction)."""
+def conjugate(descent: np.ndarray, factor: float, step: np.ndarray, free: np.ndarray, direction: np.ndarray) -> None:
+    """direction <- descent + factor step on the free nodes, zero elsewhere."""
     nx, ny = descent.shape
-    partial = np.zeros(ny)
     for i in range(nx):
         for j in range(ny):
-            d = descent[i, j] + factor * direction[i, j] if free[i, j] else 0.0
-            direction[i, j] = d
-            partial[j] += misfit[i, j] * d
-    return partial.sum()
+            direction[i, j] = descent[i, j] + factor * step[i, j] if free[i, j] else 0.0
 
 
 @compiled()
@@ -110,40 +106,58 @@ def balance(direction: np.ndarray, uniform_descent: np.ndarray) -> None:
 
 
 @compiled()
-def advance(
+def clipped_step(
     pressure: np.ndarray,
     length: float,
     direction: np.ndarray,
     cap: float,
     shift: float,
     free: np.ndarray,
-    new_pressure: np.ndarray,
-    excess: np.ndarray,
-) -> int:
-    """Write p + length d, plus the shift where that is positive and free, clipped to [0, cap].
+    misfit: np.ndarray,
+    step: np.ndarray,
+) -> tuple[float, int]:
+    """Write the step from p to p + length d, plus the shift where that is positive and free, clipped to [0, cap].
 
-    Returns the number of nodes at which shift and clip changed the pressure, and writes by how much: the excess.
+    Returns inner(misfit, step) and the number of nodes that were clipped.
     """
     nx, ny = pressure.shape
+    partial = np.zeros(ny)
     count = np.zeros(ny, dtype=np.int64)
     for i in range(nx):
         for j in range(ny):
-            trial = pressure[i, j] + length * direction[i, j]
+            p = pressure[i, j]
+            trial = p + length * direction[i, j]
             moved = trial + shift if free[i, j] & (trial > 0) else trial
             allowed = min(max(moved, 0.0), cap)
-            new_pressure[i, j] = allowed
-            excess[i, j] = allowed - trial
-            count[j] += allowed != trial
-    return count.sum()
+            count[j] += allowed != moved
+            step[i, j] = allowed - p
+            partial[j] += misfit[i, j] * (allowed - p)
+    return partial.sum(), count.sum()
 
 
 @compiled()
-def add_multiple(field: np.ndarray, factor: float, other: np.ndarray, result: np.ndarray) -> None:
-    """Write field + factor other."""
-    nx, ny = field.shape
+def room(pressure: np.ndarray, step: np.ndarray, cap: float) -> float:
+    """How many times a step fits between the bounds."""
+    nx, ny = pressure.shape
+    most = 0.0
     for i in range(nx):
         for j in range(ny):
-            result[i, j] = field[i, j] + factor * other[i, j]
+            t = step[i, j]
+            if t != 0:
+                most = max(most, -t / pressure[i, j] if t < 0 else t / (cap - pressure[i, j]))
+    return 1 / most
+
+
+@compiled()
+def move(
+    pressure: np.ndarray, gap: np.ndarray, factor: float, step: np.ndarray, product: np.ndarray, cap: float
+) -> None:
+    """p <- p + factor step, between the bounds, and gap <- gap + factor product."""
+    nx, ny = pressure.shape
+    for i in range(nx):
+        for j in range(ny):
+            pressure[i, j] = min(max(pressure[i, j] + factor * step[i, j], 0.0), cap)
+            gap[i, j] += factor * product[i, j]
 
 
 @compiled()
@@ -212,44 +226,33 @@ def positive_square(interference: np.ndarray, plane: float) -> float:
 
 @compiled()
 def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, result: np.ndarray) -> None:
-    """Write a stencil of 7 x 7 nodes, even on both axes, applied to a field at the given nodes; zero elsewhere.
+    """Write a stencil of 5 x 5 nodes, even on both axes, applied to a field at the given nodes; zero elsewhere.
 
     The field is zero outside the mesh.
     """
     nx, ny = field.shape
-    pair = np.zeros(ny + 6)  # a row between three zeros on either side
+    pair = np.zeros(ny + 4)  # a row between two zeros on either side
+    inside = pair[2 : ny + 2]
     for i in range(nx):
-        row, wanted, end = result[i], nodes[i], 0
+        row, wanted = result[i], nodes[i]
         row[:] = 0.0
-        while end < ny:
-            first = end
-            while first < ny and not wanted[first]:
-                first += 1
-            end = first
-            while end < ny and wanted[end]:
-                end += 1
-            if first == end:
-                break
-            low, high = max(0, first - 3), min(ny, end + 3)
-            near, around, run = pair[low + 3 : high + 3], pair[first : end + 6], row[first:end]
-            for far in range(4):  # rows at equal distances are added before they are weighed
-                before, after = i >= far, far > 0 and i + far < nx
-                if before and after:
-                    one, other = field[i - far, low:high], field[i + far, low:high]
-                    for j in range(near.size):
-                        near[j] = one[j] + other[j]
-                elif before or after:
-                    near[:] = field[i - far if before else i + far, low:high]
-                else:
-                    continue
-                w0, w1, w2, w3 = stencil[3 + far, 3], stencil[3 + far, 4], stencil[3 + far, 5], stencil[3 + far, 6]
-                for j in range(run.size):
-                    run[j] += (
-                        w0 * around[j + 3]
-                        + w1 * (around[j + 2] + around[j + 4])
-                        + w2 * (around[j + 1] + around[j + 5])
-                        + w3 * (around[j] + around[j + 6])
-                    )
+        if not wanted.any():
+            continue
+        for far in range(3):  # rows at equal distances are added before they are weighed
+            before, after = i >= far, far > 0 and i + far < nx
+            if before and after:
+                one, other = field[i - far], field[i + far]
+                for j in range(ny):
+                    inside[j] = one[j] + other[j]
+            elif before or after:
+                inside[:] = field[i - far if before else i + far]
+            else:
+                continue
+            w0, w1, w2 = stencil[2 + far, 2], stencil[2 + far, 3], stencil[2 + far, 4]
+            for j in range(ny):
+                row[j] += w0 * pair[j + 2] + w1 * (pair[j + 1] + pair[j + 3]) + w2 * (pair[j] + pair[j + 4])
+        for j in range(ny):
+            row[j] = row[j] if wanted[j] else 0.0
 
 
 def relative_residual(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roughslip.contact.conjugate_gradients import Problem, solve
+from roughslip.contact.conjugate_gradients import Problem, approximate
 from roughslip.errors import ConvergenceError
 
 # Meshes up to COARSEST nodes start from zero, because coarser meshes would cost more than they save.
@@ -29,7 +29,7 @@ def guess(problem: Problem) -> np.ndarray | None:
         return None
     coarse = Problem(coarser, coarse_u_bar, problem.cap, pressure_sum)
     try:
-        pressure = solve(coarse, TOLERANCE, guess(coarse)).pressure
+        pressure = approximate(coarse, TOLERANCE, guess(coarse))
     except ConvergenceError:  # the solve on the fine mesh may still succeed
         return None
     for axis in (0, 1):

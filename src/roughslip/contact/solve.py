@@ -14,9 +14,9 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
 
-# The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.8 us per node of the
-# mesh. They cost the same at k^3 = 2e5 nodes of the mesh, k = 930 on 64 x 64. DENSE_LIMIT bounds the memory.
-DENSE_SHARE = 200_000
+# The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
+# the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. DENSE_LIMIT bounds the memory.
+DENSE_SHARE = 140_000
 DENSE_LIMIT = 2000
 
 # Conjugate gradients run on the rows and columns that can touch if these have less than this share of the nodes.
@@ -102,16 +102,16 @@ def solve(
     initial_pressure = _guess(initial_pressure, influence)
 
     touching = interference > 0
-    candidates = np.count_nonzero(touching)
+    candidates = int(np.count_nonzero(touching))
     if candidates == 0:
         nothing = np.zeros(influence.grid.shape)
         return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none")
-    if dense_pays(interference):
+    if _dense_pays(candidates, interference.size):
         pressure, work = dense_solver.solve(influence, interference)
-        if pressure.max() <= hardness_pa:
+        if hardness_pa == math.inf or pressure.max() <= hardness_pa:
             gap = influence.apply(pressure) - interference
-            dense = _elastic(pressure, gap, 0.0, work, "dense", int(candidates), "none")
-            return _checked(dense, influence, interference, hardness_pa, tolerance)
+            how = work, "dense", candidates, "none"
+            return _checked(pressure, gap, 0.0, how, influence, interference, hardness_pa, tolerance)
         initial_pressure = np.minimum(pressure, hardness_pa)
     box = _box(touching)
     if touching[box].size <= CROPPED_SHARE * touching.size:
@@ -124,14 +124,17 @@ def solve(
     else:
         found, start = _iterate(Problem(influence, interference, hardness_pa), tolerance, initial_pressure)
         pressure, gap = found.pressure, found.gap
-    solved = _elastic(pressure, gap, 0.0, found.products, "fft", found.pressure.size, start)
-    return _checked(solved, influence, interference, hardness_pa, tolerance)
+    how = found.products, "fft", found.pressure.size, start
+    return _checked(pressure, gap, 0.0, how, influence, interference, hardness_pa, tolerance)
 
 
 def dense_pays(interference: np.ndarray) -> bool:
     """Whether the dense method is the faster for interferences (nx, ny), and has the memory it needs."""
-    candidates = np.count_nonzero(interference > 0)
-    return bool(candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * interference.size)
+    return _dense_pays(int(np.count_nonzero(interference > 0)), interference.size)
+
+
+def _dense_pays(candidates: int, nodes: int) -> bool:
+    return candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * nodes
 
 
 def solve_load(
@@ -162,8 +165,9 @@ def solve_load(
         )
     problem = Problem(influence, heights, hardness_pa, mean_pressure_pa * heights.size)
     found, start = _iterate(problem, tolerance, initial_pressure)
-    solved = _elastic(found.pressure, found.gap, found.plane, found.products, "fft", heights.size, start)
-    return _checked(solved, influence, heights - found.plane, hardness_pa, tolerance)
+    how = found.products, "fft", heights.size, start
+    interference = heights - found.plane
+    return _checked(found.pressure, found.gap, found.plane, how, influence, interference, hardness_pa, tolerance)
 
 
 def sweep(
@@ -212,29 +216,33 @@ def _iterate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> tu
     return conjugate_gradients.solve(problem, tolerance, guess), start
 
 
-def _elastic(
-    pressure: np.ndarray, gap: np.ndarray, plane: float, work: int, method: str, nodes: int, start: str
-) -> ContactSolution:
-    """Result of either method before its check; the gap is B p - u_bar."""
-    return ContactSolution(pressure, gap, np.zeros(gap.shape), plane, math.nan, work, method, nodes, start)
-
-
 def _checked(
-    solution: ContactSolution, influence: Influence, interference: np.ndarray, hardness_pa: float, tolerance: float
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    plane: float,
+    how: tuple[int, str, int, str],
+    influence: Influence,
+    interference: np.ndarray,
+    hardness_pa: float,
+    tolerance: float,
 ) -> ContactSolution:
-    """Check the residual, and where the surface yields take the plastic displacement out of the gap."""
-    pressure, gap = solution.pressure, solution.gap
+    """The result, after a check of its residual. Where the surface yields, the gap is without plastic displacement.
+
+    gap : (nx, ny) [m] B p - u_bar
+    how : work, method, nodes and start of ContactSolution
+    """
     residual = relative_residual(gap, pressure, influence.diagonal, interference, hardness_pa)
     if not residual <= tolerance:
         raise ConvergenceError(
             f"the contact residual is above the tolerance {tolerance:.1e}; rounding allows about 1e-14",
             residual,
-            solution.work,
+            how[0],
         )
-    if not math.isfinite(hardness_pa):
-        return replace(solution, residual=residual)
-    plastic = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
-    return replace(solution, residual=residual, plastic_displacement=plastic, gap=gap + plastic)
+    plastic = np.zeros(gap.shape)
+    if hardness_pa < math.inf:
+        plastic = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
+        gap = gap + plastic
+    return ContactSolution(pressure, gap, plastic, plane, residual, *how)
 
 
 def _box(nodes: np.ndarray) -> tuple[slice, slice]:

@@ -38,6 +38,10 @@ WHOLE = 0.8
 # lambda is multiplied by theta to this power. With 0.5 and 1 solves take 1 to 6 % more products.
 ADAPTION = 0.75
 
+# Where steps become shorter than this, nodes near their bounds hold each other, and a step of gradient projection parts
+# them. Without it 1 of 1200 random problems ends without a solution.
+SHORTEST = 0.02
+
 # Steps are multiplied in single precision, which leaves an error of ROUNDING of the residual at which the gap was last
 # computed in double precision. It is computed again at REFRESH of that residual.
 ROUNDING = 1e-6
@@ -199,9 +203,6 @@ class _Iteration:
         self.compute_gap()
         return True
 
-    def refresh(self) -> None:
-        self.gap = self._multiply(self.pressure) - self.problem.interference
-
     def solution(self, residual: float) -> Solution:
         """The present fields."""
         return Solution(self.pressure, self.gap + self.plane, self.plane, residual, self.products)
@@ -245,11 +246,12 @@ class _Iteration:
         bounds = self.pressure, self.length, self.direction, problem.cap
         if problem.pressure_sum is not None:
             shift, met = kernels.shift_to_sum(*bounds, problem.pressure_sum, self.free, False)
-        if met:
+        if met and self.length >= SHORTEST:
             slope, clipped = kernels.clipped_step(*bounds, shift, self.free, self.misfit, self.step)
             if slope > 0:
                 return slope, clipped > 0
-        # The free nodes cannot carry the sum, so that further nodes must come into contact; or d lost its descent.
+        # The free nodes cannot carry the sum, so that further nodes must come into contact; or d is of no use.
+        self.length = 1.0
         trial = self.pressure - self.gap / problem.influence.diagonal
         self.step[:] = _nearest(problem, trial) - self.pressure
         return -kernels.inner(self.gap, self.step), True

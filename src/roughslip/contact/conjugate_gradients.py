@@ -38,9 +38,9 @@ WHOLE = 0.8
 # lambda is multiplied by theta to this power. With 0.5 and 1 solves take 1 to 6 % more products.
 ADAPTION = 0.75
 
-# Where steps become shorter than this, nodes near their bounds hold each other, and a step of gradient projection parts
-# them. Without it 1 of 1200 random problems ends without a solution.
-SHORTEST = 0.02
+# After so many steps in turn with theta below SHORT, nodes near their bounds hold each other, and a step of gradient
+# projection parts them. A length that only has to adapt takes three. Without it 1 of 1200 random problems is not solved.
+SHORT, PATIENCE = 0.5, 5
 
 # Steps are multiplied in single precision, which leaves an error of ROUNDING of the residual at which the gap was last
 # computed in double precision. It is computed again at REFRESH of that residual.
@@ -160,13 +160,15 @@ class _Iteration:
     misfit, descent, direction, step, product : (nx, ny) r, s, d, t and B t
     uniform_descent : (nx, ny) M 1 on F, of which a multiple makes the sum of a direction zero
     free : (nx, ny) whether a node may move
-    length : lambda
+    length, usual_length : lambda, and lambda of the last step that was not short
+    short_steps : number of short steps in turn
     curvature : t' B t; zero where there is no earlier step
     products : number of products with B
     """
 
     def __init__(self, problem: Problem, guess: np.ndarray | None) -> None:
-        self.problem, self.products, self.curvature, self.plane, self.length = problem, 0, 0.0, 0.0, 1.0
+        self.problem, self.products, self.curvature, self.plane = problem, 0, 0.0, 0.0
+        self.length, self.usual_length, self.short_steps = 1.0, 1.0, 0
         self.pressure, self.gap = self._start(guess)
         fields = (np.zeros_like(self.gap) for _ in range(6))
         self.misfit, self.descent, self.uniform_descent, self.direction, self.step, self.product = fields
@@ -246,19 +248,23 @@ class _Iteration:
         bounds = self.pressure, self.length, self.direction, problem.cap
         if problem.pressure_sum is not None:
             shift, met = kernels.shift_to_sum(*bounds, problem.pressure_sum, self.free, False)
-        if met and self.length >= SHORTEST:
+        if met and self.short_steps < PATIENCE:
             slope, clipped = kernels.clipped_step(*bounds, shift, self.free, self.misfit, self.step)
             if slope > 0:
                 return slope, clipped > 0
         # The free nodes cannot carry the sum, so that further nodes must come into contact; or d is of no use.
-        self.length = 1.0
+        self.length, self.short_steps = self.usual_length, 0
         trial = self.pressure - self.gap / problem.influence.diagonal
         self.step[:] = _nearest(problem, trial) - self.pressure
-        return -kernels.inner(self.gap, self.step), True
+        return -kernels.inner(self.gap + self.plane, self.step), True
 
     def move(self, theta: float, clipped: bool) -> None:
         """p <- p + theta t within the bounds, and its gap."""
         cap = self.problem.cap
+        if theta >= SHORT:
+            self.usual_length, self.short_steps = self.length, 0
+        else:
+            self.short_steps += 1
         self.length *= theta**ADAPTION
         if clipped and theta > WHOLE:
             theta = 1.0

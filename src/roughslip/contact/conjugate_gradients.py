@@ -39,7 +39,7 @@ WHOLE = 0.8
 ADAPTION = 0.75
 
 # After so many steps in turn with theta below SHORT, nodes near their bounds hold each other, and a step of gradient
-# projection parts them. A length that only has to adapt takes three. Without it 1 of 1200 random problems is not solved.
+# projection parts them. A length that only has to adapt takes three. Without it 1 of 1200 random problems has no end.
 SHORT, PATIENCE = 0.5, 5
 
 # Steps are multiplied in single precision, which leaves an error of ROUNDING of the residual at which the gap was last

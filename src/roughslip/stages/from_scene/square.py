@@ -84,6 +84,7 @@ def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, 
     kept = nodes.x, nodes.y
     for row, solution in enumerate(solutions(problem, xi, count, job)):
         pressure[row], gap[row] = solution.pressure[kept], solution.signed_gap[kept]
+    gap[(pressure == 0) & (gap < 0)] = 0.0  # within the tolerance of a solve a gap may lie below zero
     return {
         "pressure": store.Variable(("sample", "node"), pressure, "Pa", PRESSURE),
         "gap": store.Variable(("sample", "node"), gap, "m", GAP),

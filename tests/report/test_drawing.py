@@ -14,11 +14,12 @@ NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
 
 @pytest.fixture(scope="module")
 def svg(tmp_path_factory):
-    """A curve with markers, text that looks like markup, and a map."""
-    figure, (curve, field) = panels(2, 1, 4.0)
+    """A curve with markers, text that looks like markup, and a map twice, whose images have the same id."""
+    figure, (curve, *fields) = panels(3, 1, 4.0)
     curve.plot(np.linspace(0, 1, 50), np.sin(np.linspace(0, 7, 50)), "o-", label="<script>-->")
     curve.legend()
-    draw_map(field, np.arange(5.0), np.arange(5.0), np.random.default_rng(1).random((5, 5)), "viridis", (0, 1))
+    for field in fields:
+        draw_map(field, np.arange(5.0), np.arange(5.0), np.random.default_rng(1).random((5, 5)), "viridis", (0, 1))
     path = tmp_path_factory.mktemp("drawing") / "figure.svg"
     save(figure, path)
     return path.read_text()

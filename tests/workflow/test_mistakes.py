@@ -128,7 +128,8 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
         "bare": f"roughness: {{scan: {{{scan}}}}}",
         "wrong": "seed: -1",
     }.items():
-        (folder / f"{name}.yaml").write_text(f"extends: resolved\ntargets: [figure3]\nstrip: {{cell_m: 1.25e-6}}\n{text}\n")
+        whole = f"extends: resolved\ntargets: [figure3]\nstrip: {{cell_m: 1.25e-6}}\n{text}\n"
+        (folder / f"{name}.yaml").write_text(whole)
     words = ["flat", "bare", "wrong"]
     with pytest.raises(InputError) as caught:
         Scenes(tmp_path, words, checked_scans=tmp_path / "marks")

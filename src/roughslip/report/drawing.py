@@ -17,7 +17,8 @@ def reduced(svg: str) -> str:
     """A drawing of matplotlib without comments, metadata and spare digits: coordinates in points to 0.01."""
     svg = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>", "", svg[svg.index("<svg") :], flags=re.S)
     svg = re.sub(r' (?:d|x|y)="[^"]*"', lambda match: re.sub(r"(\.\d\d)\d+", r"\1", match[0]), svg)
-    svg = re.sub(r'<g id="[^"]*"', "<g", svg).replace("xlink:href", "href")  # matplotlib refers to no group
+    svg = re.sub(r'<g id="[^"]*"', "<g", svg).replace("xlink:href", "href")  # matplotlib refers to no group or image,
+    svg = re.sub(r'(<image [^>]*?) id="[^"]*"', r"\1", svg)  # and alike images have the same id
     return re.sub(r">\s+<", "><", re.sub(r"\s*\n\s*", " ", svg))
 
 

@@ -64,7 +64,7 @@ def test_a_png_takes_the_place_of_a_large_drawing(svg, tmp_path):
     save(figure, tmp_path / "figure.png")
     png = (tmp_path / "figure.png").read_bytes()
     assert size(png) == (480, 560)  # 3.0 and 3.5 inches at 160 dots
-    assert size(reduced(svg).encode()) == pytest.approx((576, 252))  # points
+    assert size(reduced(svg).encode()) == pytest.approx((864, 252))  # points, three panels of 4 inches
     assert chosen(svg, png) == reduced(svg).encode()
     long = svg.replace("</svg>", '<path d="M 0 0"/>' * 20_000 + "</svg>")
     assert chosen(long, png) == png

@@ -2,6 +2,7 @@
 #   JOBS=8 make reproduce                jobs at a time (2)
 #   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
 #   make benchmark PEERS=1               measure public solvers too, from their own environment .venv-peers
+#   make cluster SCENE=smoke             one scene on Slurm, not the default ones
 #   make faults COUNT=20                 the first 20 of 200 faults; SEED=2 for others
 #   make fuzz COUNT=500                  the first 500 of 2000 scenes a test; SEED=today for others at each run
 #   make stress SEED=today               other random problems than the usual ones, the same all day
@@ -76,7 +77,7 @@ fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a
 	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_plans.py::test_each_random_scene_that_is_accepted_is_planned
 
 cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
-	$(RUN) snakemake --profile profiles/slurm
+	$(RUN) snakemake --profile profiles/slurm $(SCENE)
 
 reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again; Monte Carlo where missing (75 minutes)
 	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input

@@ -46,8 +46,8 @@ try:
         key_files.write_drafts()
     if workflow.is_main_process:
         check_targets(sys.argv[1:], names, RULES | {"all"})
-    scans = start.STATE / "scans" if workflow.is_main_process else None
-    scenes = Scenes(ROOT, sys.argv[1:], options["memory_mb"], default=options["scenes"], checked_scans=scans)
+    marks = start.STATE / "scans"
+    scenes = Scenes(ROOT, sys.argv[1:], options["memory_mb"], default=options["scenes"], checked_scans=marks)
     compared = scenes.compared(config.get("compare"))
     if workflow.is_main_process:
         lines, shared = start.recover(scenes)

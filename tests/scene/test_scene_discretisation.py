@@ -39,5 +39,14 @@ def test_what_does_not_follow_from_an_accuracy_has_to_be_given(mine):
     ]
 
 
+def test_a_scan_has_no_length_before_it_is_read_so_its_scene_gives_the_cells(mine):
+    """The line names the file that has the scan, not the shipped one that says auto."""
+    scan = "file: a.txt, form: mean, covariance: best, marginal: gaussian"
+    assert lines_of(mine, f"extends: resolved\ntargets: [figure3]\nroughness: {{scan: {{{scan}}}}}") == [
+        "scenes/mine.yaml: strip.cell_m: 'auto' is not allowed; with roughness.scan a number > 0 [m], at most a "
+        "quarter of its shortest correlation length"
+    ]
+
+
 def _left(cell: float, length: float) -> float:
     return ERRORS["friction_std"] * (cell / length) ** ORDER

@@ -31,7 +31,11 @@ def test_a_mistake_has_its_line(mine, mistake):
             "not valid YAML: unacceptable character #x0000: special characters are not allowed in "
             '"<unicode string>", position 3',
         ),
-        ("a: 'b\n", "line 2, column 1: not valid YAML: found unexpected end of stream"),
+        (
+            "a: 'b\n",
+            "line 2, column 1: not valid YAML: found unexpected end of stream, while scanning a quoted scalar that "
+            "begins in line 1",
+        ),
         ("a:\n\tb: 1\n", "line 2, column 1: not valid YAML: found character '\\t' that cannot start any token"),
         ("a: 1\n---\na: 1\n", "line 2, column 1: not valid YAML: but found another document"),
         ('a: "\\Uffffffff"\n', "not valid YAML: "),

@@ -29,6 +29,7 @@ from roughslip.stages.costs import total
 from roughslip.stages.from_scene import elastic
 from roughslip.stages.report import read_scene, represented
 from roughslip.stages.runtime import command, skip_reasons
+from roughslip.stages.runtime import usage as usage_module
 from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.usage import Usage
 from tests.stages.scenes import CONTACT, changed
@@ -58,15 +59,16 @@ def run(tmp_path, monkeypatch):
     [
         (ConvergenceError("no end", 1e-3, 7), ["contact: no end (residual reached 1.000e-03, work 7)"]),
         (InputError(["first mistake", "second mistake"]), ["contact: first mistake", "second mistake"]),
+        (KeyboardInterrupt(), ["contact: interrupted"]),
     ],
 )
-def test_an_error_of_the_package_is_a_message_and_exit_1(run, capsys, error, lines):
+def test_an_error_of_the_package_and_ctrl_c_are_a_message(run, capsys, error, lines):
     def work(job):
         raise error
 
     with pytest.raises(SystemExit) as stop:
         run(work)
-    assert stop.value.code == 1
+    assert stop.value.code == (130 if isinstance(error, KeyboardInterrupt) else 1)
     assert capsys.readouterr().err.splitlines() == lines
     assert sorted(path.name for path in run.folder.iterdir()) == ["key.json"]  # and no record of cost
     with pytest.raises(ZeroDivisionError):  # a mistake of ours keeps its traceback
@@ -122,6 +124,22 @@ def test_compiling_is_not_core(tmp_path):
     spent = time.process_time() - start
     assert spent > 0.3, "compiling this took some 0.7 s when the test was written"
     assert 0.05 <= usage.core_cpu_seconds < 0.05 + 0.2 * (spent - 0.05)  # nested compilations are not taken off twice
+
+
+def test_progress_has_the_time_to_go(tmp_path, capsys, monkeypatch):
+    """A first sample after 20 s of compiling, then one each 3 s: 5 are left of 8, 15 s; another loop counts anew."""
+    clock = iter([0.0, 20.0, 23.0, 26.0, 30.0, 36.0, 44.0])
+    monkeypatch.setattr(usage_module.time, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(usage_module, "_seconds_since_process_start", lambda: 0.0)
+    usage = Usage(tmp_path / "usage.json", "contact")
+    for done, of in ((1, 8), (2, 8), (3, 8), (1, 3), (2, 3), (3, 3)):
+        usage.progress(done, of)
+    assert capsys.readouterr().err.splitlines() == [
+        "contact: 1 of 8 after 0 s",
+        "contact: 3 of 8 after 0 s, about 15 s to go",
+        "contact: 2 of 3 after 0 s, about 6 s to go",
+        "contact: 3 of 3 after 0 s",
+    ]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel's own peak and time of start are read on Linux only")

@@ -144,6 +144,32 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
     assert Scenes(tmp_path, ["flat"], checked_scans=tmp_path / "marks").asked == ["flat"]
 
 
+def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monkeypatch):
+    """A wave of 0.05 µm on points 1 µm apart, 20 a period: differences have 2 sin(pi / 20) of its rms: slope 0.0111.
+
+    A prefix more or less changes it by a thousand, to both sides of what is plausible. Read again from its mark.
+    """
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "config/scenes"
+    folder.mkdir(parents=True)
+    (folder / "paper.yaml").write_bytes((ROOT / "config/scenes/paper.yaml").read_bytes())
+    wave = 0.05 * np.cos(2 * np.pi * np.arange(41) / 20)
+    np.savetxt(folder / "wave.txt", np.tile(wave, (41, 1)))
+    units = ["um", "mm", "nm"]
+    scan = "file: wave.txt, covariance: best, marginal: gaussian, form: mean, spacing_x_m: 1.0e-6, spacing_y_m: 1.0e-6"
+    for unit in units:
+        text = f"extends: paper\ntargets: [figure3]\nroughness: {{scan: {{{scan}, height_unit: {unit}}}}}\n"
+        (folder / f"{unit}.yaml").write_text(text)
+    for _ in range(2):
+        scenes = Scenes(tmp_path, units, checked_scans=tmp_path / "marks")
+        assert scenes.warnings("um") == []
+        (steep,) = scenes.warnings("mm")
+        (flat,) = scenes.warnings("nm")
+        assert steep.startswith("rms slope 11.1 between neighbouring points of the scan is above 0.5, too steep")
+        assert "scatter by 3.58e-05 m, and of their distance, 1e-06 m" in steep
+        assert flat.startswith("rms slope 1.11e-05 between neighbouring points of the scan is below 0.001")
+
+
 def test_a_file_in_place_of_a_folder_is_named(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("results/smoke/keys").mkdir(parents=True)

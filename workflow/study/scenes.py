@@ -21,7 +21,7 @@ from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
 from workflow.study.commands import job_name
-from workflow.study.surface_check import scan_mistakes, scene_warnings, surface_of
+from workflow.study.surface_check import check_scan, scene_warnings, surface_of
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
@@ -72,6 +72,7 @@ class Scenes:
             asked.update(self.default)
         asked.update([variant for name in asked for variant in self.variants.get(name, ())])
         self.valid: dict[str, dict[str, Any]] = {}
+        self._checked_scans = checked_scans
         mistakes: list[str] = []
         for name in self.names:
             try:
@@ -81,7 +82,7 @@ class Scenes:
                     mistakes += error.lines
         mistakes += [line for name in sorted(asked & self.valid.keys()) for line in self._too_large(name)]
         for name in sorted(asked & self.valid.keys()):
-            mistakes += self._surface_mistakes(name, checked_scans)
+            mistakes += self._surface_mistakes(name)
         mistakes += [f"{folder}: cannot be written to" for name in sorted(asked) for folder in not_writable(name)]
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
@@ -254,21 +255,27 @@ class Scenes:
         file = get(self.valid[name], "roughness.scan.file")
         return f"results/{name}/{declarations()['grinding'].result}" if file is None else _scan_file(self.root, file)
 
-    def _surface_mistakes(self, name: str, checked_scans: Path | None) -> list[str]:
+    def _surface_mistakes(self, name: str) -> list[str]:
         """A line if the scan of the scene cannot be read, or if no surface has the numbers of the scene."""
-        scene, file = self.valid[name], scene_file(name, self.root / "config" / "scenes")
         try:
-            surface_of(scene)
+            surface_of(self.valid[name])
         except RoughslipError as error:
+            file = scene_file(name, self.root / "config" / "scenes")
             return [strict_yaml.line(file, ("roughness",), str(error))]
-        if checked_scans is None or "scan" not in self.stages(name) or get(scene, "roughness.scan.file") is None:
-            return []
-        return scan_mistakes(file, Path(self.scan_file(name)), scene, checked_scans)
+        return self._scan_check(name)[0]
+
+    @cache  # noqa: B019
+    def _scan_check(self, name: str) -> tuple[list[str], list[str]]:
+        """Mistakes and warnings of the scan of the scene; none where no user's scan is read."""
+        scene, file = self.valid[name], scene_file(name, self.root / "config" / "scenes")
+        if self._checked_scans is None or "scan" not in self.stages(name) or not get(scene, "roughness.scan.file"):
+            return [], []
+        return check_scan(file, Path(self.scan_file(name)), scene, self._checked_scans)
 
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
-        return scene_warnings(self.valid[name])
+        return [*scene_warnings(self.valid[name]), *self._scan_check(name)[1]]
 
     def products(self, name: str) -> list[str]:
         """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""

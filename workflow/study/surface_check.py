@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from roughslip.atomic_write import replacing
 from roughslip.errors import InputError, ParameterError
 from roughslip.scene import plausibility
 from roughslip.scene.roughness import FIELD, FIELD_OPTIONS
@@ -14,30 +15,35 @@ from roughslip.scene.strict_yaml import line
 from roughslip.scene.types import get, scene_of
 
 
-def scan_mistakes(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked: Path) -> list[str]:
-    """Return a line that names the key of the scene if the scan cannot be read as the scene states, or is form alone.
+def check_scan(
+    scene_file: Path, scan_file: Path, scene: dict[str, Any], checked: Path
+) -> tuple[list[str], list[str]]:
+    """Return the mistakes and the warnings of the scan of a scene.
 
-    checked : folder of marks for scans that were read; reading one takes some seconds
+    A mistake is a line that names the key of the scene: the scan cannot be read as the scene states, or is form alone.
+    checked : folder of marks that hold the warnings of scans that were read; reading one takes some seconds
     """
     *stated, form = (
         get(scene, f"roughness.scan.{key}") for key in ("spacing_x_m", "spacing_y_m", "height_unit", "form")
     )
-    mark = checked / hashlib.sha256(scan_file.read_bytes() + repr((stated, form)).encode()).hexdigest()
+    mark = checked / f"{hashlib.sha256(scan_file.read_bytes() + repr((stated, form)).encode()).hexdigest()}.txt"
     if mark.is_file():
-        return []
+        return [], mark.read_text(encoding="utf-8").splitlines()
+    from roughslip.scan import plausibility as of_scans
     from roughslip.scan.instrument_file import read_scan  # with SurfaceTopography, for such scenes alone
     from roughslip.scan.topography import remove_form
 
     spacing = None if None in stated[:2] else (stated[0], stated[1])
     try:
-        remove_form(read_scan(scan_file, spacing, stated[2]), form)
+        scan = remove_form(read_scan(scan_file, spacing, stated[2]), form)
     except InputError as error:
-        return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines]
+        return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines], []
     except ParameterError as error:
-        return [line(scene_file, ("roughness", "scan", "form"), str(error))]
-    mark.parent.mkdir(parents=True, exist_ok=True)
-    mark.touch()
-    return []
+        return [line(scene_file, ("roughness", "scan", "form"), str(error))], []
+    found = list(of_scans.warnings(scan))
+    with replacing(mark) as temporary:
+        temporary.write_text("\n".join(found), encoding="utf-8")
+    return [], found
 
 
 def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | None:

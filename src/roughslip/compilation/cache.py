@@ -148,7 +148,7 @@ class _Cache(caching.FunctionCache):
             if found is not None:
                 _unlock(self.cache_path)
             else:
-                _announce("compiling, once for this version of the code, about 40 s")
+                _announce("compiling, once for this version of the code, about 10 s")
         return found
 
     def save_overload(self, sig: object, data: Any) -> None:

@@ -13,7 +13,7 @@ from math import ceil, gcd, lcm
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.mistakes import Mistake, Values, given, refused
 
-CELL, TOLERANCE = "strip.cell_m", "numerics.contact_tolerance"
+CELL, TOLERANCE, SCAN = "strip.cell_m", "numerics.contact_tolerance", "roughness.scan"
 SHARE = 0.7  # of what is asked, for the cells; the rest is for few strips
 ERRORS = {"friction_mean": 0.175, "friction_std": 1.23}  # a
 ORDER = 1.75  # p
@@ -36,7 +36,9 @@ def discretised(scene: Values) -> tuple[Values, list[Mistake]]:
             scene = scene | {"strip": scene["strip"] | {"cell_m": cell_m(asked, min(length, across), sizes)}}
         else:
             needed = "a number > 0 [m], or auto with accuracy of friction (mean and std) and a correlation length"
-            mistakes.append(refused(AUTO, needed, CELL, "accuracy.friction_std"))
+            if given(scene, SCAN):
+                needed = f"with {SCAN} a number > 0 [m], at most a quarter of its shortest correlation length"
+            mistakes.append(refused(AUTO, needed, CELL, SCAN, "accuracy.friction_std"))
     if given(scene, TOLERANCE) == AUTO:
         if asked:
             scene = scene | {"numerics": scene["numerics"] | {"contact_tolerance": tolerance(asked)}}

@@ -51,7 +51,9 @@ def read(file: Path) -> tuple[dict[str, Any], list[tuple[KeyPath, str]]]:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
-        raise InputError(f"{where}: {at}not valid YAML: {error.problem or error.context}") from None
+        begun = error.context_mark
+        since = f", {error.context} that begins in line {begun.line + 1}" if error.problem and begun else ""
+        raise InputError(f"{where}: {at}not valid YAML: {error.problem or error.context}{since}") from None
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # PyYAML raises the last two for wild \U escapes
         raise InputError(f"{where}: not valid YAML: {' '.join(str(error).split())}") from None
     if parsed is None:

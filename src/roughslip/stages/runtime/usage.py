@@ -42,6 +42,8 @@ class Usage:
         self.made: dict[str, str] = {}
         self.core_cpu_seconds = 0.0
         self._last_line = time.perf_counter()
+        self._done = 0
+        self._first = (0, 0.0)  # done at the first call of a loop, and when
 
     def __enter__(self) -> Usage:
         return self
@@ -104,12 +106,22 @@ class Usage:
         self.read, self.made = checksums(read), checksums(made)
 
     def progress(self, done: int, total: int) -> None:
-        """A line on stderr, which is the job's log: every few seconds, and when all is done."""
+        """A line on stderr, which is the job's log: every few seconds, with the time to go, and when all is done.
+
+        done : from 1 up; a lower one than before begins another loop. Time is counted from the first call of a loop, so
+            that compiling does not count
+        """
         now = time.perf_counter()
+        if done <= self._done or not self._done:
+            self._first = done, now
+        self._done = done
         if now - self._last_line >= _LINES_APART or done == total:
             self._last_line = now
             seconds = _seconds_since_process_start()
-            print(f"{self.stage}: {done} of {total} after {seconds:.0f} s", file=sys.stderr, flush=True)
+            first, began = self._first
+            to_go = (total - done) * (now - began) / max(done - first, 1)
+            left = f", about {to_go:.0f} s to go" if first < done < total else ""
+            print(f"{self.stage}: {done} of {total} after {seconds:.0f} s{left}", file=sys.stderr, flush=True)
 
 
 def die_with_parent() -> None:

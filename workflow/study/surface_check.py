@@ -15,9 +15,7 @@ from roughslip.scene.strict_yaml import line
 from roughslip.scene.types import get, scene_of
 
 
-def check_scan(
-    scene_file: Path, scan_file: Path, scene: dict[str, Any], checked: Path
-) -> tuple[list[str], list[str]]:
+def check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked: Path) -> tuple[list[str], list[str]]:
     """Return the mistakes and the warnings of the scan of a scene.
 
     A mistake is a line that names the key of the scene: the scan cannot be read as the scene states, or is form alone.

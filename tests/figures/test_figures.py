@@ -337,7 +337,8 @@ def test_the_chain_draws_the_stored_numbers():
 def compared(count):
     """Results of so many scenes, by figure and scene: friction larger from one to the next, one damping less."""
     results = {"figure2": square(), "figure5": oscillator(), "figure_map": map_result()}
-    results |= {"figure3": friction(), "figure_lifetimes": lifetimes_result()}
+    results |= {"figure3": friction(), "figure3_law": friction(), "figure_lifetimes": lifetimes_result()}
+    results |= {"figure_field": field_result(), "figure_scan": scan_result(), "figure_design": design_result()}
     return {
         figure: {
             f"scene{number}": Recorded({name: results[figure][name] for name in drawn(figure)})
@@ -372,6 +373,13 @@ def test_every_scene_is_drawn_from_what_is_stored(count):
     np.testing.assert_array_equal(
         panels["lifetimes: 50 % at the end"].lines[0].get_ydata(), lifetimes_result()["band"][:, 0, 1]
     )
+    lengths = panels["Figure 3: correlation length"].lines[0].get_ydata()
+    np.testing.assert_allclose(lengths, 1e6 * friction()["combined_length_least_squares"])
+    np.testing.assert_array_equal(panels["field: modes"].lines[0].get_ydata(), 100 * field_result()["sobol_total"])
+    lag, correlation = panels["scan: autocorrelation"].lines[0].get_data()
+    assert (lag[0], correlation[0]) == (0.0, 1.0)
+    cost, probability = panels["cheapest change"].lines[0].get_data()
+    assert (cost, probability) == tuple(design_result()[f"design_{name}"] for name in ("cost", "probability"))
     (level,) = panels["map: where stick-slip is at 50 %"].collections[0].get_paths()
     damping, speed = level.vertices.T
     np.testing.assert_allclose(damping, 0.5 / (1 + speed), atol=0.01)  # where the map has its limit

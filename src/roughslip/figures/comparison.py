@@ -1,4 +1,4 @@
-"""Figures 2, 3 and 5, the map and the lifetimes of several scenes in one picture, a colour a scene."""
+"""The figures of several scenes in one picture, a colour a scene."""
 
 from __future__ import annotations
 
@@ -62,6 +62,40 @@ def _friction(name: str) -> Callable[[Axes, Results, Mapping[str, Look]], None]:
     return draw
 
 
+def _length(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
+    for number, (scene, result) in enumerate(results.items()):
+        x = result["percentile"] + APART * (number - 0.5 * (len(results) - 1))
+        draw_points(axes, x, with_ends(result, "combined_length_least_squares", factor=1e6), looks[scene])
+    axes.set(xlabel=PENETRATION, ylabel="correlation length [µm]", ylim=(0, None))
+
+
+def _modes(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
+    """Sobol' indices of the modes with others, with two standard errors."""
+    for scene, one in results.items():
+        share, error = 100 * one["sobol_total"], 200 * one["sobol_total_error"]
+        ends = share, share - error, share + error
+        draw_curve(axes, np.arange(1, len(share) + 1), ends, {"color": looks[scene]["color"]})
+    axes.set(xlabel="mode", ylabel="share of the variance [%]", ylim=(0, None))
+
+
+def _scan(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
+    """Autocorrelation of the scans along the belt."""
+    for scene, result in results.items():
+        i, j = (len(result[f"lag_{axis}"]) // 2 for axis in "xy")
+        ends = with_ends(result, "correlation", (slice(i, None), j))
+        draw_curve(axes, 1e6 * result["lag_x"][i:], ends, {"color": looks[scene]["color"]})
+    axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
+
+
+def _change(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
+    """What the cheapest change costs, and the probability of stick-slip after it."""
+    for scene, result in results.items():
+        cost, low, high = with_ends(result, "design_cost")
+        axes.hlines(result["design_probability"], low, high, color=looks[scene]["color"], lw=1.2)
+        draw_points(axes, np.array([cost]), with_ends(result, "design_probability", None), looks[scene])
+    axes.set(xlabel="cost of the change", ylabel="probability of stick-slip", xlim=(0, None), ylim=(0, None))
+
+
 def _cycle(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     for number, (scene, result) in enumerate(results.items()):
         drawn = 1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]
@@ -110,6 +144,12 @@ COMPARED = (
             ("variation", "Figure 3: scatter over mean"),
         )
     ),
+    Panel(
+        "figure3_law",
+        "Figure 3: correlation length",
+        ("percentile", *with_interval_names("combined_length_least_squares")),
+        _length,
+    ),
     Panel("figure5", "Figure 5: cycle without scatter", ("deterministic_position", "deterministic_velocity"), _cycle),
     Panel("figure5", "Figure 5: reattachment point", ("histogram", "histogram_edge"), _reattachment),
     Panel("figure5", "Figure 5: cycles lost", ("damping_ratio", *with_interval_names("difference")), _loss),
@@ -120,6 +160,9 @@ COMPARED = (
         ("friction_deviation", *with_interval_names("band")),
         _lifetimes,
     ),
+    Panel("figure_field", "field: modes", ("sobol_total", "sobol_total_error"), _modes),
+    Panel("figure_scan", "scan: autocorrelation", ("lag_x", "lag_y", *with_interval_names("correlation")), _scan),
+    Panel("figure_design", "cheapest change", (*with_interval_names("design_cost", "design_probability"),), _change),
 )
 
 

@@ -20,7 +20,7 @@ OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the
 OF_STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
 OF_SQUARE = {"design", "contact_square", "chaos_square"}  # without karhunen_loeve, which draws nothing
 FRICTION = OF_STRIP | OF_OSCILLATOR | OF_POINT
-OWN = {"figure5": 1, "claims": 1, "costs": 1, "scene_report": 1}
+OWN = {"figure5": 1, "figure_chain": 1, "claims": 1, "costs": 1, "scene_report": 1}
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ def test_a_sweep_solves_a_contact_problem_once(shared, plan):
     planned = plan(shared.folder, "mine")
     own = dict.fromkeys(OF_OSCILLATOR | {"answer"}, 1) | OWN
     assert planned.pop("") == {"mine.shared": 1, "mine-3.shared": 1, "mine-4.shared": 1}
-    assert planned.pop("mine") == {"answer": 1, "figure5": 1, "claims": 1, "costs": 1, "scene_report": 1, "sweep": 1}
+    assert planned.pop("mine") == {"answer": 1, "sweep": 1} | OWN
     assert planned == {
         **dict.fromkeys(("mine-1", "mine-2"), dict.fromkeys(OF_STRIP, 1) | own),
         **dict.fromkeys(("mine-3", "mine-4"), own),

@@ -52,21 +52,16 @@ def _pressure(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     axes.set(xlabel="pressure at the centre over its mean", ylabel="cumulative probability", xlim=(0, 5), ylim=(0, 1))
 
 
-def _friction(name: str) -> Callable[[Axes, Results, Mapping[str, Look]], None]:
+def _by_penetration(name: str, label: str, factor: float = 1.0) -> Callable[[Axes, Results, Mapping[str, Look]], None]:
+    """Draws a number of friction against penetration, in units of 1 / factor."""
+
     def draw(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
         for number, (scene, result) in enumerate(results.items()):
             x = result["percentile"] + APART * (number - 0.5 * (len(results) - 1))
-            draw_points(axes, x, with_ends(result, f"combined_{name}"), looks[scene])
-        axes.set(xlabel=PENETRATION, ylabel=FRICTION[name], ylim=(0, None))
+            draw_points(axes, x, with_ends(result, name, factor=factor), looks[scene])
+        axes.set(xlabel=PENETRATION, ylabel=label, ylim=(0, None))
 
     return draw
-
-
-def _length(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
-    for number, (scene, result) in enumerate(results.items()):
-        x = result["percentile"] + APART * (number - 0.5 * (len(results) - 1))
-        draw_points(axes, x, with_ends(result, "combined_length_least_squares", factor=1e6), looks[scene])
-    axes.set(xlabel=PENETRATION, ylabel="correlation length [µm]", ylim=(0, None))
 
 
 def _modes(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
@@ -137,18 +132,13 @@ def _lifetimes(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
 COMPARED = (
     Panel("figure2", "Figure 2: pressure", ("method", "pressure", *with_interval_names("cumulative")), _pressure),
     *(
-        Panel("figure3", title, ("percentile", *with_interval_names(f"combined_{name}")), _friction(name))
-        for name, title in (
-            ("mean", "Figure 3: mean"),
-            ("std", "Figure 3: scatter"),
-            ("variation", "Figure 3: scatter over mean"),
+        Panel(figure, f"Figure 3: {title}", ("percentile", *with_interval_names(name)), _by_penetration(name, *label))
+        for figure, title, name, label in (
+            ("figure3", "mean", "combined_mean", (FRICTION["mean"],)),
+            ("figure3", "scatter", "combined_std", (FRICTION["std"],)),
+            ("figure3", "scatter over mean", "combined_variation", (FRICTION["variation"],)),
+            ("figure3_law", "correlation length", "combined_length_least_squares", ("correlation length [µm]", 1e6)),
         )
-    ),
-    Panel(
-        "figure3_law",
-        "Figure 3: correlation length",
-        ("percentile", *with_interval_names("combined_length_least_squares")),
-        _length,
     ),
     Panel("figure5", "Figure 5: cycle without scatter", ("deterministic_position", "deterministic_velocity"), _cycle),
     Panel("figure5", "Figure 5: reattachment point", ("histogram", "histogram_edge"), _reattachment),

@@ -88,6 +88,11 @@ SIDES = {
         {"roughness": {"correlation_length_m": 1.0e-4}, "strip": {"training_samples": 13, "window_m": 1.0e-3}},
         "strip.training_samples = 13 have 312 independent columns, fewer than 2 for each of the 165 terms",
     ),
+    "least contact of a window": (  # of 480 x 20 cells: two of them
+        {"friction": {"least_contact_fraction": 2 / 9600}},
+        {"friction": {"least_contact_fraction": 1.9 / 9600}},
+        "friction.least_contact_fraction = 0.000197917 lets a window count with 1.9 cells in contact",
+    ),
 }
 
 

@@ -24,7 +24,19 @@ from roughslip.surface.embedding import embed
 from roughslip.surface.lanczos import leading_modes
 from roughslip.surface.models import covariance_of
 from roughslip.surface.modes import karhunen_loeve
-from workflow.stress import chaos, chaos_strip, contact, friction, oscillator, refusals, runner, surface, surface_fit
+from workflow.benchmarks.chain import Run
+from workflow.stress import (
+    accuracy,
+    chaos,
+    chaos_strip,
+    contact,
+    friction,
+    oscillator,
+    refusals,
+    runner,
+    surface,
+    surface_fit,
+)
 from workflow.stress.runner import SEED, Verdict, verdict_of
 
 CAMPAIGNS = {campaign.STAGE: campaign for campaign in (surface, contact, chaos, friction, oscillator)}
@@ -114,6 +126,39 @@ def test_files_hold_all_rows_and_a_failure_ends_the_command_with_one(tmp_path, m
         assert stage["worst_residual_over_tolerance"] == pytest.approx(0.5)
     monkeypatch.setattr("sys.argv", ["stress", "--only", "3", "5"])
     assert runner.command("", "contact", row_of, 10) == 0
+
+
+# The judge of accuracies.
+
+ASKING = accuracy.random_problem(SEED, 1)
+PERCENTILES = np.array([33.0, 50.0, 85.0])
+
+
+def answer_of(mean: np.ndarray, std: np.ndarray) -> Run:
+    """A run that gives these numbers."""
+    found = {"percentile": PERCENTILES, "combined_mean": mean, "combined_std": std}
+    return Run(ASKING.asked, 1.0, 30, 0.1, found, [])
+
+
+def test_numbers_farther_away_than_four_errors_are_rejected():
+    """A known number without error: the limit is 4 / 1.96 of the accuracy, in units of the mean at the median."""
+    mean, std = np.array([0.33, 0.3, 0.25]), np.array([0.03, 0.02, 0.01])
+    known = np.log([mean, std]).T - np.log(0.3)
+    nothing = np.zeros((3, 2))
+    assert accuracy.judge(ASKING, answer_of(7 * mean, 7 * std), known, nothing, nothing).broken == ()
+    limit = np.exp(accuracy.SIGMAS / accuracy.NORMAL_95 * ASKING.asked * np.array([1.0, 1.0, 0.99]))
+    found = accuracy.judge(ASKING, answer_of(mean, std * limit * 1.001), known, nothing, nothing)
+    assert names(found) == {"std at 33 %", "std at 50 %"}
+    assert found.residual == pytest.approx(4.0 / 1.96, rel=0.01)
+    known_to = accuracy.judge(ASKING, answer_of(mean, std * limit * 1.001), known, nothing, np.full((3, 2), 0.01))
+    assert known_to.broken == ()
+
+
+@pytest.mark.slow
+def test_a_random_scene_keeps_its_accuracy():
+    """Asked 26 %; the difference from 324 strips on cells of the scene and 24 on half of them is below that."""
+    row = accuracy.row_of(SEED, 1)
+    assert (row["outcome"], row["residual"] < 1.0) == ("converged", True)
 
 
 # Judges of surfaces.

@@ -83,7 +83,9 @@ def run_stage(stage: ModuleType, scene: Values, output: Path, **arguments: objec
     return time.process_time() - start, usage.did
 
 
-def run_chain(scene: Values, asked: Sequence[float], folder: Path) -> tuple[list[Run], dict[float, str]]:
+def run_chain(
+    scene: Values, asked: Sequence[float], folder: Path, limit_s: float = LIMIT_S
+) -> tuple[list[Run], dict[float, str]]:
     """Run the chain once for each accuracy; return the runs, and why the others were refused.
 
     All share the pilot and the expansion, whose seconds count in each.
@@ -95,7 +97,7 @@ def run_chain(scene: Values, asked: Sequence[float], folder: Path) -> tuple[list
     shared = run_stage(strip_pilot, scene, pilot)[0] + run_stage(chaos_strip, scene, fitted, contact=[pilot])[0]
     runs, refused = [], {}
     for one in asked:
-        scene = changed(scene, accuracy={"friction_mean": one, "friction_std": one, "cost_limit_cpu_s": LIMIT_S})
+        scene = changed(scene, accuracy={"friction_mean": one, "friction_std": one, "cost_limit_cpu_s": limit_s})
         try:
             seconds, _ = run_stage(strip_allocation, scene, allocation, pilot=pilot, expansion=fitted)
         except IllPosedError as error:

@@ -26,7 +26,7 @@ from workflow.study.surface_check import check_scan, scene_warnings, surface_of
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
 MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
-STRESSED = ("surface", "contact", "chaos", "friction", "oscillator", "refusals")
+STRESSED = ("surface", "contact", "chaos", "friction", "oscillator", "accuracy", "refusals")
 CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
 EVIDENCE = (
     "benchmark",

@@ -245,7 +245,9 @@ def nearest(options: Sequence[Option], asked: dict[str, float]) -> dict[str, flo
         return {name: float(f"{factor * value:.3g}") for name, value in asked.items()}
 
     if cheapest(options, scaled(high)) is None:
-        raise IllPosedError("no accuracy of friction below 100 % is reached: allow more windows, cost or strips")
+        raise IllPosedError(
+            "no accuracy of friction below 100 % is reached: take larger windows, or more cost or strips"
+        )
     while high > 1.002 * low:
         factor = math.sqrt(low * high)
         low, high = (low, factor) if cheapest(options, scaled(factor)) else (factor, high)

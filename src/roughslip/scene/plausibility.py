@@ -19,6 +19,7 @@ from roughslip.scene.types import get
 THOUSAND = 1000.0  # a wrong unit
 METALS = {"young_modulus_pa": (1e10, 5e11), "hardness_pa": (1e8, 1e10)}  # lead to tungsten; aluminium to hard steel
 SHALLOW = 1.3  # mean friction at 5 % over that at the median, on the surfaces of the shipped scenes
+LEAST_CELLS = 2.0  # in contact: one cell keeps its area at a vanishing force, so that its A / N has no variance
 SAMPLES_PER_TERM = 2  # least oversampling of regressions, Hosder, Walters & Balch, AIAA 2007-1939
 
 
@@ -37,7 +38,7 @@ def warnings(scene: Values, length_m: float | None = None) -> list[str]:
 
     length_m : 1/e length of the heights along the belt, where it is known
     """
-    return [*_materials(scene), *_static_friction(scene), *_training(scene, length_m)]
+    return [*_materials(scene), *_static_friction(scene), *_training(scene, length_m), *_least_contact(scene)]
 
 
 def _materials(scene: Values) -> Iterator[str]:
@@ -98,3 +99,17 @@ def _training(scene: Values, length_m: float | None) -> Iterator[str]:
                 f"{SAMPLES_PER_TERM} for each of the {count} terms of expansion.degree = {degree}. Take at least "
                 f"{least}, or a lower degree"
             )
+
+
+def _least_contact(scene: Values) -> Iterator[str]:
+    """Windows that count with a single cell in contact."""
+    if "contact_strip" not in stages_needed(scene):
+        return
+    strip, share = get(scene, "strip"), get(scene, "friction.least_contact_fraction")
+    cells = strip["window_m"] * strip["width_m"] / strip["cell_m"] ** 2
+    if share * cells < LEAST_CELLS * (1 - 1e-9):
+        yield (
+            f"friction.least_contact_fraction = {share:g} lets a window count with {share * cells:.2g} cells in "
+            f"contact. The friction of a single cell grows without bound. Take at least {LEAST_CELLS / cells:.2g}, or "
+            "smaller cells"
+        )

@@ -1,7 +1,7 @@
 """Stage costs: what every stage of the scene cost, did, left out and warned of; which did not run."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from roughslip import store
@@ -31,7 +31,20 @@ def total(
     stages = sorted({record["stage"] for record in records})
     rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
     found = [*warnings, *(f"{row['stage']}: {text}" for row in rows for text in row["warnings"])]
+    found += missed(rows)
     return [*rows, _sum("all", records) | {"warnings": found, "not_needed": dict(sorted(not_needed.items()))}]
+
+
+def missed(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """A warning for each number whose accuracy is not as asked, for which a pilot was too small."""
+    counts = {name: value for row in rows for name, value in row["did"].items()}
+    for name, asked in counts.items():
+        number = name.removesuffix("_asked")
+        if number != name and (value := counts.get(f"{number}_reached", 0.0)) > asked:
+            yield (
+                f"accuracy.{number} of {asked:g} was asked and {value:.3g} is reached, as the pilot shows less scatter "
+                "than there is: give the numbers of samples, or ask for less"
+            )
 
 
 def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:

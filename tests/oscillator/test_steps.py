@@ -176,6 +176,23 @@ def test_a_kept_path_is_drawn_once():
     assert drawn == [0, 1, 2, 3, 4]
 
 
+def test_a_kept_path_keeps_no_more_nodes_than_asked():
+    """Of pieces of two nodes three are kept for at most five; the others are drawn again, with the same values."""
+
+    class Source:
+        begun = 0
+
+        def __iter__(self):
+            self.begun += 1
+            return iter([np.full(2, float(k)) for k in range(5)])
+
+    source = Source()
+    path = KeptPath(source, 5)
+    for begun in (2, 3):
+        assert [piece[0] for piece in path] == [0.0, 1.0, 2.0, 3.0, 4.0]
+        assert (path.nodes, source.begun) == (6, begun)
+
+
 @pytest.mark.parametrize(("cubic", "order"), [(True, 2), (False, 1)])
 def test_the_bound_of_a_kink_holds(cubic: bool, order: int) -> None:
     """Cubics meet with one slope, so that they part as t^2, lines as t; two steps up and two down attain it."""

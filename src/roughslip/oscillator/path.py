@@ -7,6 +7,7 @@ piece spans several nodes.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -240,10 +241,12 @@ class PathFeed:
 class KeptPath:
     """An iterable path that keeps its pieces, so that a second run does not draw them again.
 
-    path : rows of nodes; kept up to the last one that a run has read
+    path : rows of nodes, the same in each iteration; kept up to the last one that a run has read
+    most : nodes to keep; those after them are drawn for each run
     """
 
-    def __init__(self, path: Iterable[np.ndarray]) -> None:
+    def __init__(self, path: Iterable[np.ndarray], most: float = math.inf) -> None:
+        self._path, self._most = path, most
         self._source = iter(path)
         self._kept: list[np.ndarray] = []
 
@@ -256,6 +259,9 @@ class KeptPath:
         number = 0
         while True:
             if number == len(self._kept):
+                if self.nodes >= self._most:
+                    yield from itertools.islice(self._path, number, None)
+                    return
                 piece = next(self._source, None)
                 if piece is None:
                     return

@@ -18,7 +18,8 @@ from roughslip.oscillator.cycles import NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import cycle_period, equilibrium
-from roughslip.oscillator.motion import FrictionPath, MotionOptions, Trajectory, simulate, trajectory
+from roughslip.oscillator.motion import MotionOptions, Trajectory, simulate, trajectory
+from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.survival import LONG_SLIP, is_cycling, sliding_intervals
 from roughslip.probability.level_search import LevelSearch
 from roughslip.report.answer import summary
@@ -49,7 +50,7 @@ VARIED = ("damping", "belt_velocity", "mass", "stiffness", "load")
 REACH = 100.0  # factor of the scene's value, either way, up to which limits are searched
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 10.0  # where the search begins without damping; as far as it always goes
 LEVELS = {"0.05": 0.05, "0.95": 0.95}
-KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; the run of a longer path, or of another, draws it again
+KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; what is beyond is drawn again for each run
 SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
 CLEAR = 0.5  # width of the band of chance over the distance to the limit, up to which the mean curve alone decides
 SIDES = {"below": False, "above": True}
@@ -68,17 +69,14 @@ class Runs:
     paths: Recursion
     options: MotionOptions
     times: np.ndarray
-    kept: dict[int, np.ndarray] = field(default_factory=dict)
+    kept: dict[int, KeptPath] = field(default_factory=dict)
 
-    def path(self, number: int, belt: Oscillator) -> FrictionPath:
-        """The friction path of a run, long enough for an oscillator."""
-        seed = [self.scene.seed, geometry.STREAM_ANSWER, number]
-        length = mass_on_belt.path_length(belt, self.times.max() + LONG_SLIP, self.options.friction_follows)
-        if length > KEPT_NODES * self.paths.spacing or number >= KEPT_PATHS:
-            return self.paths.realisation(seed)
+    def path(self, number: int) -> KeptPath:
+        """The friction path of a run."""
         if number not in self.kept:
-            self.kept[number] = next(iter(self.paths.realisation(seed, KEPT_NODES + 2)))
-        return self.kept[number][: int(np.ceil(length / self.paths.spacing)) + 2]
+            seed = [self.scene.seed, geometry.STREAM_ANSWER, number]
+            self.kept[number] = KeptPath(self.paths.realisation(seed), KEPT_NODES if number < KEPT_PATHS else 0)
+        return self.kept[number]
 
     def cycles(self, belt: Oscillator, law: FrictionLaw, numbers: range, from_sliding: bool = False) -> np.ndarray:
         """(runs,) whether the mass stick-slips at the time of each run; it begins at rest on the belt or in sliding."""
@@ -88,7 +86,7 @@ class Runs:
             start = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
         for number in numbers:
             time = float(self.times[number])
-            path = self.path(number, belt)
+            path = self.path(number)
             motion = simulate(belt, law, path, self.paths.spacing, time + LONG_SLIP, self.options, **start)
             found.append(is_cycling(motion, time))
         return np.array(found, dtype=bool)
@@ -102,7 +100,7 @@ class Runs:
         """Yields all runs of the scene's own oscillator, to the end of the longest."""
         belt, law, periods = self.own.belt, self.own.law, float(self.times.max()) + LONG_SLIP
         for number in range(self.times.size):
-            path = self.path(number, belt)
+            path = self.path(number)
             yield trajectory(belt, law, path, self.paths.spacing, periods, self.options, 0.0, SAMPLES)
 
 

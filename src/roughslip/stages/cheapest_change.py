@@ -98,7 +98,7 @@ def work(job: Job) -> None:
     names, own = list(ranges), variation.system(scene, numbers)
     values, low, high = ranges_of_change(scene, ranges, own)
     weights = np.array([1.0 if asked.weights is None else getattr(asked.weights, name) for name in names])
-    at = PointRuns(scene, numbers, job.arguments.friction, ranges, asked.duration_periods, geometry.STREAM_CHANGE)
+    at = PointRuns(scene, numbers, job.arguments.friction, asked.duration_periods, geometry.STREAM_CHANGE)
 
     def of_change(change: np.ndarray) -> dict[str, float]:
         return dict(

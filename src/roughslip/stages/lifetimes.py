@@ -15,6 +15,7 @@ from roughslip.friction.recursion import recursion
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import equilibrium, hopf_damping
 from roughslip.oscillator.motion import Motion, simulate
+from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.survival import (
     LONG_SLIP,
     Spells,
@@ -117,18 +118,17 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
     in_slip: dict[str, Any] = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
     periods, found = asked.duration_periods, []
     together = mass_on_belt.independent_windows(scene, job.arguments.friction) ** 0.5  # the process divides by it
-    length = mass_on_belt.path_length(belt, periods, options.friction_follows)
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
         scaled = replace(numbers, standard_deviation=float(deviation) * together)
         process = mass_on_belt.friction_process(scene, scaled, job.arguments.friction)
         paths = recursion(process, process.correlation_length_m / NODES)
         seeds = ([scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations))
-        nodes = [mass_on_belt.path_nodes(paths, length, seed) for seed in seeds]
+        kept = [KeptPath(paths.realisation(seed)) for seed in seeds]
         of_scatter = []
         for ratio in row:
             damped = replace(belt, damping_ratio=float(ratio))
-            from_rest = [simulate(damped, law, path, paths.spacing, periods, options) for path in nodes]
-            from_sliding = [simulate(damped, law, path, paths.spacing, periods, options, **in_slip) for path in nodes]
+            from_rest = [simulate(damped, law, path, paths.spacing, periods, options) for path in kept]
+            from_sliding = [simulate(damped, law, path, paths.spacing, periods, options, **in_slip) for path in kept]
             of_scatter.append(summed_up(from_rest, from_sliding))
         found.append(of_scatter)
         job.usage.progress(number + 1, len(deviations))

@@ -36,7 +36,7 @@ def work(job: Job) -> None:
     names = tuple(ranges)
     axes = [spaced(*ranges[name], asked.points) for name in names]
     runs = range(asked.realisations)
-    at_points = PointRuns(scene, numbers, job.arguments.friction, ranges, asked.duration_periods, geometry.STREAM_MAP)
+    at_points = PointRuns(scene, numbers, job.arguments.friction, asked.duration_periods, geometry.STREAM_MAP)
 
     def probability(i: int, j: int) -> float:
         values = {name: float(axis[k]) for name, axis, k in zip(names, axes, (i, j), strict=True)}

@@ -1,7 +1,6 @@
 """The mass on the belt of a scene: oscillator, friction law, and the friction process with its realisations."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from roughslip.errors import InputError
 from roughslip.friction.paths import Paths, prepare
 from roughslip.friction.penetration import between
 from roughslip.friction.process import PAPER_SHAPES, FrictionProcess, Marginal, average_beta
-from roughslip.friction.recursion import Recursion
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.laws import LAWS
@@ -196,9 +194,3 @@ def friction_paths(scene: Scene, process: FrictionProcess, nodes_per_length: int
     length = path_length(oscillator(scene), periods, follows)
     spacing = process.correlation_length_m / nodes_per_length
     return prepare(process, spacing, length, ensemble.process)
-
-
-def path_nodes(paths: Recursion, length_m: float, seed: Sequence[int]) -> np.ndarray:
-    """(nodes,) [-] one realisation up to a slipped distance [m], for many runs along the same path."""
-    pieces = paths.realisation(seed, int(np.ceil(length_m / paths.spacing)) + 2)
-    return next(iter(pieces))

@@ -1,6 +1,5 @@
 """Runs of the oscillator at points of a box of parameters, on the same realisations of friction at every point."""
 
-import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import numpy as np
 from roughslip.errors import InputError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.survival import cycling_share
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.ranges import KEYS, Ranges
@@ -58,26 +58,20 @@ class PointRuns:
 
     scene : with sections `oscillator`, `numerics`, `ensemble.marginal` and `ensemble.interpolation`
     numbers, statistics : friction of the scene, and its file if any
-    box : the parameters and their ranges
     periods : natural periods of a run
     stream : of the random numbers
     runs, steps, sticks, paths : counts of what was done
     """
 
     def __init__(
-        self, scene: Scene, numbers: FrictionNumbers, statistics: Path | None, box: Box, periods: float, stream: int
+        self, scene: Scene, numbers: FrictionNumbers, statistics: Path | None, periods: float, stream: int
     ) -> None:
         self._scene, self._numbers, self._statistics = scene, numbers, statistics
         self._periods, self._seed = periods, (scene.seed, stream)
         self._options = mass_on_belt.motion_options(scene)
-        corners = (dict(zip(box, corner, strict=True)) for corner in itertools.product(*box.values()))
-        self._longest = max(self._length(variation.changed(scene, numbers, corner)) for corner in corners)
         self._of_friction: tuple[float, ...] | None = None
-        self._nodes: dict[int, np.ndarray] = {}
+        self._kept: dict[int, KeptPath] = {}
         self.runs = self.steps = self.sticks = self.paths = 0
-
-    def _length(self, system: variation.System) -> float:
-        return mass_on_belt.path_length(system.belt, self._periods, self._options.friction_follows)
 
     def shares(self, values: Mapping[str, float], realisations: Sequence[int]) -> np.ndarray:
         """(realisations,) [-] at a point, given by values of the parameters of the box."""
@@ -86,15 +80,13 @@ class PointRuns:
         if of_friction != self._of_friction:
             process = variation.process(self._scene, system, self._statistics)
             self._recursion = recursion(process, process.correlation_length_m / NODES)
-            self._of_friction, self._nodes = of_friction, {}
-        spacing = self._recursion.spacing
-        length = max(self._length(system), 0.0)
+            self._of_friction, self._kept = of_friction, {}
         found = np.empty(len(realisations))
         for row, number in enumerate(realisations):
-            if number not in self._nodes:
-                self._nodes[number] = mass_on_belt.path_nodes(self._recursion, self._longest, [*self._seed, number])
+            if number not in self._kept:
+                self._kept[number] = KeptPath(self._recursion.realisation([*self._seed, number]))
                 self.paths += 1
-            path = self._nodes[number][: int(np.ceil(length / spacing)) + 2]
+            path, spacing = self._kept[number], self._recursion.spacing
             motion = simulate(system.belt, system.law, path, spacing, self._periods, self._options)
             found[row] = cycling_share(motion, 0.5 * self._periods)
             self.runs, self.steps = self.runs + 1, self.steps + motion.steps

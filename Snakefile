@@ -21,7 +21,7 @@ configfile: f"{ROOT}/config/config.yaml"
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
 from roughslip.scene.sweep import all_names
-from roughslip.stages.runtime.usage import PARENT
+from roughslip.stages.runtime.parent import PARENT
 from workflow.keys import key_files
 from workflow.recovery import earlier_runs, start
 from workflow.recovery.snakemake_metadata import SHARED

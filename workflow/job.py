@@ -6,7 +6,7 @@ import os
 import runpy
 import sys
 
-from roughslip.stages.runtime.usage import PARENT, die_with_parent
+from roughslip.stages.runtime.parent import PARENT, die_with_parent
 
 if __name__ == "__main__":
     die_with_parent()

@@ -32,7 +32,6 @@ def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, ca
     def write_key(code: str) -> None:
         key.write_text(json.dumps({"configuration": {}, "code": code}))
 
-    monkeypatch.setattr("roughslip.stages.runtime.command.die_with_parent", lambda: None)
     monkeypatch.setattr("sys.argv", ["stage", f"--key={key}", f"--output={tmp_path / 'a.nc'}", f"--usage={usage}"])
     write_key("old")
     execute(Stage(name="design", result="design.nc"), lambda job: None)

@@ -10,7 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
-from roughslip.stages.runtime.usage import die_with_parent
+from roughslip.stages.runtime.parent import die_with_parent
 
 Row = dict[str, Any]
 Item = TypeVar("Item")

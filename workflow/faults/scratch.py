@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from roughslip.stages.runtime.record import checksum
-from roughslip.stages.runtime.usage import die_with_parent
+from roughslip.stages.runtime.parent import die_with_parent
 
 SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock", "pyproject.toml")
 

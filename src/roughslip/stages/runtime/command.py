@@ -10,7 +10,7 @@ from pathlib import Path
 from roughslip.errors import RoughslipError, StoreError
 from roughslip.scene.declarations import RANGE, Stage
 from roughslip.scene.types import Scene, scene_of
-from roughslip.stages.runtime.usage import Usage, die_with_parent
+from roughslip.stages.runtime.usage import Usage
 from roughslip.store import Key, read_key
 
 
@@ -56,7 +56,6 @@ def execute(stage: Stage, work: Callable[[Job], None]) -> None:
     for name in stage.placeholders:
         parser.add_argument(f"--{name}", type=int if name in RANGE else str, required=True)
     arguments = parser.parse_args()
-    die_with_parent()
     try:
         with Usage(arguments.usage, stage.name) as usage:
             key = read_key(arguments.key)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import json
 import os
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -16,7 +14,6 @@ from typing import Any
 from roughslip.stages.runtime.record import checksums, sealed
 
 _IMPORTED = time.perf_counter()
-PARENT = "ROUGHSLIP_PARENT"  # in the environment: the process that starts the stages
 _LINES_APART = 5.0  # seconds between two lines of progress
 
 
@@ -122,19 +119,6 @@ class Usage:
             to_go = (total - done) * (now - began) / max(done - first, 1)
             left = f", about {to_go:.0f} s to go" if first < done < total else ""
             print(f"{self.stage}: {done} of {total} after {seconds:.0f} s{left}", file=sys.stderr, flush=True)
-
-
-def die_with_parent() -> None:
-    """Ask the kernel to kill this process when its parent dies, so that a killed Snakemake leaves no writer behind.
-
-    Linux only, and only for the direct parent: a rule's shell line starts the stage with `exec`. A parent that died
-    while this process was still importing sends no signal any more. The Snakefile puts its process id into PARENT.
-    """
-    if sys.platform == "linux":
-        set_parent_death_signal = 1  # PR_SET_PDEATHSIG of <linux/prctl.h>
-        ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL, 0, 0, 0)
-        if os.environ.get(PARENT, str(os.getppid())) != str(os.getppid()):
-            os.kill(os.getpid(), signal.SIGKILL)
 
 
 def peak_memory_mib() -> float | None:

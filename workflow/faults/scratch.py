@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from roughslip.stages.runtime.record import checksum
 from roughslip.stages.runtime.parent import die_with_parent
+from roughslip.stages.runtime.record import checksum
 
 SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock", "pyproject.toml")
 

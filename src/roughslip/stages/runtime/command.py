@@ -38,8 +38,6 @@ class Job:
 def execute(stage: Stage, work: Callable[[Job], None]) -> None:
     """Run a stage as a command; exit 1 with the message, not a traceback, where the package refuses or gives up.
 
-    Ctrl-C is a message too, and exit 130.
-
     Its options are those of its declaration, and the placeholders in the name of its result.
     """
     parser = argparse.ArgumentParser(prog=f"python -m roughslip.stages.{stage.name}")
@@ -69,9 +67,6 @@ def execute(stage: Stage, work: Callable[[Job], None]) -> None:
     except RoughslipError as error:
         print(f"{stage.name}: {error}", file=sys.stderr)
         sys.exit(1)
-    except KeyboardInterrupt:  # Snakemake shows the log, which would be a traceback of hundreds of lines
-        print(f"{stage.name}: interrupted", file=sys.stderr)
-        sys.exit(130)  # 128 + SIGINT, as of a shell
 
 
 def _paths(arguments: argparse.Namespace, names: Iterable[str]) -> list[Path]:

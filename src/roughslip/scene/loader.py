@@ -323,7 +323,8 @@ def _nearest(given: str, known: list[str], heading: str) -> str:
 
 def _guess(given: str, known: list[str]) -> str:
     """A question for the known word that is nearest, or nothing where none is near."""
-    near = difflib.get_close_matches(given[:100], known, n=1)
+    given = given[:100].replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")  # else µm is near m
+    near = difflib.get_close_matches(given, known, n=1)
     return f"did you mean {near[0]}? " if near else ""
 
 

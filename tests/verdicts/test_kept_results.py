@@ -85,7 +85,7 @@ def test_friction_is_held_against_direct_strips_in_standard_errors_of_both():
     friction["combined_std"] = np.array([0.05, 0.04 + 4.01 * 0.0125])
     rows = compared_friction(friction, reference)
     assert disagreeing(rows) == ["std at 50 %, direct"]
-    assert not any(row.moved for row in rows)  # a run with the kept bits differs from strips of other random numbers too
+    assert not any(row.moved for row in rows)  # a run with the kept bits differs from other strips too
     assert rows[1].allowed.endswith("+4.01 of them off")
     friction["mesh_change_of_std"] = np.array([0.0, 0.25])
     friction |= {f"combined_std{end}": 1.25 * friction[f"combined_std{end}"] for end in ("", "_low", "_high")}

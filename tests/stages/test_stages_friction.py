@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from roughslip import store
+from roughslip.friction.over_penetration import TRENDS
 from roughslip.stages import friction
-from roughslip.stages.result_tables.friction_table import TRENDS
 from tests.stages.scenes import CONTACT, changed
 
 STRIPS, MANY, WINDOWS = 12, 40, 60

@@ -14,7 +14,8 @@ from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import reattachment_statistics
 from roughslip.verdicts.finding import inside
 from roughslip.verdicts.rules import claims
-from roughslip.verdicts.statements import BETA_KURTOSIS, BETA_SKEWNESS, P_VALUES, RULES, STATEMENTS, VISIBLE
+from roughslip.verdicts.statements import P_VALUES, RULES, STATEMENTS
+from roughslip.verdicts.thresholds import BETA_KURTOSIS, BETA_SKEWNESS, VISIBLE
 from tests.verdicts.claimed import LEVELS, friction, judge, oscillator, square, with_interval
 
 IDS = [

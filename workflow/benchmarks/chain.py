@@ -97,7 +97,8 @@ def run_chain(
     shared = run_stage(strip_pilot, scene, pilot)[0] + run_stage(chaos_strip, scene, fitted, contact=[pilot])[0]
     runs, refused = [], {}
     for one in asked:
-        scene = changed(scene, accuracy={"friction_mean": one, "friction_std": one, "cost_limit_cpu_s": limit_s})
+        limits = {"cost_limit_cpu_s": limit_s, "verdict_limit_cpu_s": 0.0}  # no strips for verdicts
+        scene = changed(scene, accuracy={"friction_mean": one, "friction_std": one, **limits})
         try:
             seconds, _ = run_stage(strip_allocation, scene, allocation, pilot=pilot, expansion=fitted)
         except IllPosedError as error:

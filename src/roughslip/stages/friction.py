@@ -11,6 +11,7 @@ from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.combination import Combined, Others, Rows, combine, mesh_factors
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
+from roughslip.friction.over_penetration import combined_estimates
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
@@ -96,7 +97,7 @@ def work(job: Job) -> None:
         shear = Estimate.from_rows(mean / np.exp(best[median].rows["mean"]))
         best = [one.calibrated(mean, best[median]) for one in best]
         lags = scene.strip.window_spacing_m * np.arange(unit["solved"][0].shape[2])
-        combined = friction_table.combined_estimates(best, lags, scene.strip.window_m)
+        combined = combined_estimates(best, lags, scene.strip.window_m)
         mu = float(shear.value) * unit["solved"][0], unit["solved"][1]
         table: dict[str, list[Estimate]] = {}
         for level, percentile in enumerate(percentiles):

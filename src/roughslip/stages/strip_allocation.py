@@ -1,4 +1,6 @@
-"""Stage strip_allocation: as many strips as the accuracy asked of friction takes, from the pilot strips.
+"""Stage strip_allocation: as many strips as accuracy and verdicts on friction take, from the pilot strips.
+
+Where the accuracy leaves verdicts undecided, strips are added as far as `accuracy.verdict_limit_cpu_s` allows.
 
 Costs are counted by a model, work times cells, and not by a clock, so that any machine finds the same numbers.
 """
@@ -22,6 +24,8 @@ from roughslip.friction.allocation import (
     sources,
 )
 from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.friction.combination import Windows
+from roughslip.friction.over_penetration import judged_estimates
 from roughslip.limits import MOST_WINDOWS, SHARES
 from roughslip.scene.declarations import Stage
 from roughslip.scene.expansion import AUTO
@@ -29,11 +33,12 @@ from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.strips import ODDS, strips_from_pilot
 
 STAGE = Stage(
     name="strip_allocation",
     reads="seed material roughness strip expansion.degree expansion.target "
-    "accuracy.friction_mean accuracy.friction_std accuracy.cost_limit_cpu_s",
+    "accuracy.friction_mean accuracy.friction_std accuracy.cost_limit_cpu_s accuracy.verdict_limit_cpu_s",
     reads_if_given="friction.least_contact_fraction",
     inputs={"pilot": "strip_pilot", "expansion": "chaos_strip"},
     optional={"scan": "scan"},
@@ -43,6 +48,7 @@ STAGE = Stage(
     memory_doubles={"cells": 150, "windows": 8000, "levels cells": 8},
 )
 
+REPLICATES = 200  # of the pilot, for verdicts
 MORE = 200  # strips of the expansion that are not of the pilot: its variance is then known to a tenth
 OTHERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # strips on cells 2h alone, for each solved strip
 COARSE_SHARE = 0.25  # of the CPU time of a solved strip, which has both meshes
@@ -77,7 +83,10 @@ def work(job: Job) -> None:
         found = cheapest(options, asked)
         if found is None:
             raise IllPosedError(_refusal(options, asked, scene.strip.cell_m))
-    (option, chosen), errors = found, found[0].errors
+        limit = accuracy.verdict_limit_cpu_s if scene.strip.samples == AUTO else 0.0
+        needed = _for_verdicts(job, solved, control, coarse) if limit else {}
+        option, chosen = _with_verdicts(options, asked, found, needed, limit, 1 + MORE / strips)
+    errors = option.errors
     coarse_strips = (1 + option.others) * chosen.strips if is_extrapolated else 0
     shown = {f"{name}_asked": value for name, value in asked.items()}
     for name in asked:
@@ -87,7 +96,58 @@ def work(job: Job) -> None:
         shown |= {f"{name}_from_cells": round(max(map(mesh_alone, of_it), default=0.0), 5)}
     numbers = {"strips_chosen": chosen.strips, "coarse_strips_chosen": coarse_strips}
     job.usage.count(**numbers, expansion_strips_chosen=chosen.many, **shown)
-    store.write(job.arguments.output, _variables(errors, asked, chosen, coarse_strips), job.key)
+    of_accuracy = found[1].strips
+    if needed:
+        job.usage.count(strips_for_accuracy=of_accuracy)
+    for name, number in needed.items():
+        if number > of_accuracy:
+            place = "to_decide" if number <= chosen.strips else "beyond_limit_for"
+            job.usage.count(**{f"strips_{place}_{name}": number})
+    variables = _variables(errors, asked, chosen, coarse_strips) | _of_verdicts(of_accuracy, needed)
+    store.write(job.arguments.output, variables, job.key)
+
+
+def _for_verdicts(
+    job: Job, solved: list[Windows], control: list[Windows], coarse: list[Windows] | None
+) -> dict[str, int]:
+    """By statement the strips that settle it, as the rules judge what the pilot leaves possible."""
+    strip = job.scene.strip
+    percentiles = np.array(strip.penetration_percentiles, dtype=float)
+    rng = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP, 1])
+    lags = strip.window_spacing_m * np.arange(solved[0][0].shape[1])
+    windows = solved, control, coarse
+    try:
+        estimates = judged_estimates(percentiles, windows, lags, strip.window_m, REPLICATES, rng)
+    except IllPosedError as error:
+        job.usage.warn(f"no strips are added for verdicts, raise strip.training_samples: {error}")
+        return {}
+    return strips_from_pilot(estimates, percentiles, len(solved[0][0]))
+
+
+def _with_verdicts(
+    options: list[Option],
+    asked: dict[str, float],
+    found: tuple[Option, Allocation],
+    needed: dict[str, int],
+    limit: float,
+    ratio: float,
+) -> tuple[Option, Allocation]:
+    """Strips for what is asked and for as many verdicts as cost at most `limit` [s] in all; else as found without them.
+
+    needed : by statement; ratio : strips of the control for each of these
+    """
+    for number in sorted({one for one in needed.values() if one > found[1].strips}, reverse=True):
+        more = []
+        for option in options:
+            (low, high), (least, most) = option.choice.strips, option.choice.many
+            many = max(least, min(math.ceil(ratio * number), most)), most
+            strips = max(low, number), high
+            choice = replace(option.choice, strips=strips, many=many, limit=min(limit, option.choice.limit))
+            more.append(replace(option, choice=choice))
+        enough = cheapest(more, asked)
+        if enough is not None:
+            return enough
+    return found
 
 
 def _choice(job: Job, pilot: store.Result, others: int) -> Choice:
@@ -149,6 +209,18 @@ def _variables(
         "cost": (round(chosen.cost, 3), "s", "CPU time of both, by the model of cost"),
     }
     return variables | {name: store.Variable((), *scalar) for name, scalar in scalars.items()}
+
+
+def _of_verdicts(of_accuracy: int, needed: dict[str, int]) -> dict[str, store.Variable]:
+    """Strips for the accuracy alone, and for each statement."""
+    names, numbers = np.array(list(needed), dtype=str), np.array(list(needed.values()), dtype=np.int64)
+    found = {"strips_for_accuracy": store.Variable((), of_accuracy, "1", "strips that the accuracy alone takes")}
+    if not needed:
+        return found
+    return found | {
+        "statement": store.Variable(("statement",), names, "1", "statement on friction"),
+        "strips_needed": store.Variable(("statement",), numbers, "1", f"strips that settle it with odds {ODDS:.2f}"),
+    }
 
 
 if __name__ == "__main__":

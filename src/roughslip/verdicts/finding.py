@@ -1,20 +1,19 @@
-"""A number judged by its rule: the verdict, and what would turn it."""
+"""A number judged by its rule."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-
-from roughslip.verdicts.statements import UNITLESS, UNITS
 
 REPRODUCED, CONTRADICTED, UNDECIDED = "reproduced", "contradicted", "undecided"
 CONTRADICTS, NOT_TESTED = "contradicts itself", "not tested"
 VERDICTS = {1: REPRODUCED, -1: CONTRADICTED, 0: UNDECIDED}
 ON_THRESHOLD = 0.02  # relative distance up to which an undecided number lies on its threshold
-BEYOND = 1e-12  # step with which an interval passes a threshold; the smallest numbers judged are lengths in metres
 
+Arrays = Mapping[str, np.ndarray]
 Interval = tuple[float, float]
 
 
@@ -42,6 +41,13 @@ class Finding:
         """What the whole rule says if our number had this interval."""
         return self.joined(self.says(interval), self.other.says(self.other.interval) if self.other else 1)
 
+    @property
+    def near_threshold(self) -> float | None:
+        """The threshold that our number lies on, and its interval holds, if there is one."""
+        low, high = self.interval
+        on_it = (one for one in self.thresholds if abs(one - self.ours) <= ON_THRESHOLD * abs(one) < np.inf)
+        return next((one for one in on_it if low <= one <= high), None)
+
 
 def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> int:
     """1 for an interval inside [low, high], -1 for one outside, 0 for one that reaches both sides and decides nothing.
@@ -53,41 +59,14 @@ def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> in
     return -1 if interval[1] <= low or high <= interval[0] else 0
 
 
-def in_unit(name: str, number: float) -> str:
-    """A number of a statement in the unit that a reader uses."""
-    _, scale, unit = UNITS.get(name, UNITLESS)
-    return f"{scale * number:.3g}{unit}"
+def number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:
+    """A stored number with its interval."""
+    value, low, high = (float(np.asarray(arrays[name + suffix])[index]) for suffix in ("", "_low", "_high"))
+    return value, (low, high)
 
 
-def what_turns(name: str, found: Finding) -> str:
-    """What would turn the verdict: another interval of our number, else of the second number of the rule."""
-    if found.contradicts:
-        return "another number in the paper"
-    text = _turning(name, found)
-    if not text and found.other and (text := _turning("", replace(found.other, other=found, joined=found.joined))):
-        text = f"{found.other.note}: {text}"
-    return text or "other numbers of the rule, or several at once"
-
-
-def _turning(name: str, found: Finding) -> str:
-    """The nearest interval of one number for which the rule says something else; empty without one.
-
-    Of a decided verdict it moves with its number, of an undecided one it narrows around it. A width is asked for and
-    not samples: part of it may not fall with those of the scene.
-    """
-    ours, (low, high), now = found.ours, found.interval, found.holds(found.interval)
-    limits = [limit for limit in found.thresholds if np.isfinite(limit) and (now or low <= limit <= high)]
-    ends = [(end, limit) for limit in limits for end in (low, high)]
-    if now:
-        for size, move, limit in sorted((abs(limit - end), limit - end, limit) for end, limit in ends):
-            if any(found.holds((low + move + step, high + move + step)) != now for step in (-BEYOND, BEYOND)):
-                far = in_unit(name, size).replace("%", "percentage points")
-                return f"an interval {far} {'higher' if move > 0 else 'lower'}, which reaches {in_unit(name, limit)}"
-        return ""
-    for limit in limits:
-        if abs(limit - ours) <= ON_THRESHOLD * abs(limit):
-            return f"nothing, it lies within {ON_THRESHOLD:.0%} of the threshold {in_unit(name, limit)}"
-    for times in sorted((end - ours) / (limit - ours) * (1 + BEYOND) for end, limit in ends):
-        if times > 1 and (then := found.holds((ours + (low - ours) / times, ours + (high - ours) / times))):
-            return f"an interval {times:.3g} times as narrow around the same number, then {VERDICTS[then]}"
-    return ""
+def judged_inside(
+    stored: tuple[float, Interval], note: str = "", low: float = -np.inf, high: float = np.inf
+) -> Finding:
+    """The rule that wants the interval of one stored number between low and high."""
+    return Finding(*stored, note, partial(inside, low=low, high=high), (low, high))

@@ -7,7 +7,7 @@ odds with another number of the paper `contradicts itself`. Without numbers it i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -15,25 +15,31 @@ from typing import Any
 import numpy as np
 
 from roughslip.friction.penetration import between
-from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED, VERDICTS, Finding, Interval, in_unit, inside, what_turns
-from roughslip.verdicts.statements import (
+from roughslip.verdicts.finding import (
+    CONTRADICTS,
+    NOT_TESTED,
+    VERDICTS,
+    Arrays,
+    Finding,
+    Interval,
+    inside,
+    judged_inside,
+    number,
+)
+from roughslip.verdicts.friction_rules import FRICTION_RULES, at_median, farthest, follows_beta, median
+from roughslip.verdicts.statements import P_VALUES, RULES, STATEMENTS, UNITLESS, UNITS
+from roughslip.verdicts.thresholds import (
     BETA_KURTOSIS,
     BETA_SKEWNESS,
     CAN_CYCLE,
     CYCLING,
     FACTOR,
     NON_NORMAL,
-    P_VALUES,
     PAPER_LENGTH,
-    RULES,
-    SAME_LENGTH,
     SEEN_RANGE,
-    SKEWNESS_RANGE,
-    STATEMENTS,
-    UNITLESS,
-    UNITS,
     VISIBLE,
 )
+from roughslip.verdicts.turning import in_unit, what_turns
 
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
 LEAST_P = 1e-16  # smallest p-value reported
@@ -46,7 +52,6 @@ OF_LOAD = "penetration and windows follow from the load, so the runs have its sc
 NO_END = "the list of damping ratios does not reach surely beyond the range, or its runs are too few"
 ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
 
-Arrays = Mapping[str, np.ndarray]
 Rule = Callable[[Arrays], Finding | str]  # a text says why the statement cannot be tested
 
 
@@ -85,23 +90,13 @@ def _claim(name: str, rule: Rule, arrays: Arrays | None) -> dict[str, Any]:
     return {"id": name, "statement": statement, "paper": paper, "unit": unit, **judged, "rule": RULES[name]}
 
 
-def _number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:
-    value, low, high = (float(np.asarray(arrays[name + suffix])[index]) for suffix in ("", "_low", "_high"))
-    return value, (low, high)
-
-
-def _judged(number: tuple[float, Interval], note: str, low: float = -np.inf, high: float = np.inf) -> Finding:
-    """The rule that wants the interval of one stored number between low and high."""
-    return Finding(*number, note, partial(inside, low=low, high=high), (low, high))
-
-
-def _shown(number: tuple[float, Interval], digits: int = 2) -> str:
-    value, (low, high) = number
+def _shown(stored: tuple[float, Interval], digits: int = 2) -> str:
+    value, (low, high) = stored
     return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
 def _of_method(square: Arrays, name: str, method: str) -> tuple[float, Interval]:
-    return _number(square, name, [str(one) for one in square["method"]].index(method))
+    return number(square, name, [str(one) for one in square["method"]].index(method))
 
 
 def _distance_note(square: Arrays) -> str:
@@ -111,7 +106,7 @@ def _distance_note(square: Arrays) -> str:
 
 
 def _coincide(square: Arrays, distance: tuple[float, Interval]) -> Finding:
-    return _judged(distance, _distance_note(square), high=VISIBLE)
+    return judged_inside(distance, _distance_note(square), high=VISIBLE)
 
 
 def _equation_8(square: Arrays) -> Finding:
@@ -127,30 +122,28 @@ def _equation_8(square: Arrays) -> Finding:
         f"At samples that a solve found in contact, new ones too, eqs. (8) and (9) have {at_contact[row_8]:.3f} and "
         f"{at_contact[row_9]:.3f}; at all samples eq. (8) is positive in {square['fit_positive_share'][row_8]:.0%}"
     )
-    return _judged(first, note, high=VISIBLE)
+    return judged_inside(first, note, high=VISIBLE)
 
 
 def _tail(square: Arrays) -> Finding:
     ours = _shown(_of_method(square, "tail_error", "roughslip"))
     note = f"largest |log10| of the ratio to the solved samples; that of the expansion of all samples {ours}"
-    return _judged(_of_method(square, "tail_error", "equation_8"), note, high=float(np.log10(FACTOR)))
+    return judged_inside(_of_method(square, "tail_error", "equation_8"), note, high=float(np.log10(FACTOR)))
 
 
-def _decreases(friction: Arrays, key: str, title: str) -> Finding | str:
-    if len(friction["percentile"]) == 1:
-        return ONE_LEVEL
-    change, slope = (_number(friction, f"trend_combined_{key}_{part}") for part in ("change", "slope"))
+def _noted(name: str) -> Rule:
+    """The rule of a statement on friction, with the note on its finding."""
+
+    def rule(friction: Arrays) -> Finding | str:
+        found = FRICTION_RULES[name](friction)
+        return ONE_LEVEL if found is None else replace(found, note=NOTES[name](friction, found))
+
+    return rule
+
+
+def _on_decrease(friction: Arrays, _: Finding, key: str, title: str) -> str:
     values = friction[f"combined_{key}"]
-    note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
-    return replace(_judged(change, note, high=0.0), other=_judged(slope, "slope over penetration", high=0.0))
-
-
-def _median(friction: Arrays) -> int:
-    return int(np.flatnonzero(friction["percentile"] == 50.0)[0])
-
-
-def _at_median(friction: Arrays, name: str) -> tuple[float, Interval]:
-    return _number(friction, f"combined_{name}", _median(friction))
+    return f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
 
 
 def _window(friction: Arrays) -> float:
@@ -158,65 +151,44 @@ def _window(friction: Arrays) -> float:
     return float(friction["lag"][1] / (1.0 - friction["triangle"][1]))
 
 
-def _exponential(friction: Arrays) -> Finding:
-    exponential, triangle = (friction[f"misfit_{name}"][_median(friction)] for name in ("exponential", "triangle"))
-    note = f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
-    return _judged(_at_median(friction, "misfit_difference"), note, high=0.0)
+def _on_exponential(friction: Arrays, _: Finding) -> str:
+    exponential, triangle = (friction[f"misfit_{name}"][median(friction)] for name in ("exponential", "triangle"))
+    return f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
 
 
-def _length(friction: Arrays) -> Finding:
-    one_over_e, integral = (1e6 * friction[f"length_{name}"][_median(friction)] for name in ("one_over_e", "integral"))
-    length = _at_median(friction, "length_least_squares")
-    shorter = 1e6 * _window(friction) * PAPER_LENGTH / length[0]
-    note = (
+def _on_length(friction: Arrays, found: Finding) -> str:
+    one_over_e, integral = (1e6 * friction[f"length_{name}"][median(friction)] for name in ("one_over_e", "integral"))
+    shorter = 1e6 * _window(friction) * PAPER_LENGTH / found.ours
+    return (
         f"metres, least squares to lags of three windows; 1/e {one_over_e:.0f} µm, integral {integral:.0f} µm; the "
         f"length goes with the window, and one of {shorter:.0f} µm would give the paper's"
     )
-    return _judged(length, note, PAPER_LENGTH * (1 - SAME_LENGTH), PAPER_LENGTH * (1 + SAME_LENGTH))
 
 
-def _length_at_any_depth(friction: Arrays) -> Finding | str:
+def _on_length_at_any_depth(friction: Arrays, found: Finding) -> str:
     lengths = friction["combined_length_least_squares"]
-    if len(lengths) == 1:
-        return ONE_LEVEL
-    allowed = SAME_LENGTH * float(np.mean(lengths))
-    note = (
-        f"metres, change from the first to the last level; {1e6 * allowed:.0f} µm are allowed; over all levels "
-        f"{1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} µm"
+    return (
+        f"metres, change from the first to the last level; {1e6 * found.thresholds[1]:.0f} µm are allowed; over all "
+        f"levels {1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} µm"
     )
-    return _judged(_number(friction, "trend_combined_length_least_squares_change"), note, -allowed, allowed)
 
 
-def _right_skewed(friction: Arrays) -> Finding:
+def _on_skewness(friction: Arrays, _: Finding) -> str:
     skewness = friction["combined_skewness"]
-    note = f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}"
-    return _judged(_at_median(friction, "skewness"), note, low=0.0)
+    return f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}"
 
 
-def _leptokurtic(friction: Arrays) -> Finding:
-    note = f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}"
-    return replace(_judged(_at_median(friction, "kurtosis"), note, low=0.0), contradicts=BETA_KURTOSIS < 0)
-
-
-def _like_beta(friction: Arrays, level: int, note: str) -> Finding:
-    """Whether windows at a level have the shape of the paper's Beta; by the distance alone the normal would pass."""
-    distance = _number(friction, "beta_distance_standardised", level)
-    skewness = _number(friction, "combined_skewness", level)
-    return replace(_judged(distance, note, high=VISIBLE), other=_judged(skewness, "skewness", *SKEWNESS_RANGE))
-
-
-def _beta(friction: Arrays) -> Finding:
-    median, skewness = _median(friction), _at_median(friction, "skewness")
+def _on_beta(friction: Arrays, _: Finding) -> str:
+    middle, skewness = median(friction), at_median(friction, "skewness")
     fitted, scaled = (
-        ", ".join(f"{friction[f'{name}_{shape}'][median]:.3g}" for shape in "ab") for name in ("beta", "scaled_beta")
+        ", ".join(f"{friction[f'{name}_{shape}'][middle]:.3g}" for shape in "ab") for name in ("beta", "scaled_beta")
     )
-    at_bound = friction["beta_at_bound"][median]
+    at_bound = friction["beta_at_bound"][middle]
     undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
-    note = (
+    return (
         f"Kolmogorov distance; skewness {_shown(skewness)}; fitted Beta({fitted}){undetermined}, after scaling by the "
         f"sample extremes Beta({scaled}); {_window_of_the_beta(friction, skewness[0])}"
     )
-    return _like_beta(friction, median, note)
 
 
 def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
@@ -227,17 +199,12 @@ def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
     return f"a window of {window:.0f} µm would have the skewness of Beta(2.1, 5), {BETA_SKEWNESS:.2f}"
 
 
-def _beta_at_any_depth(friction: Arrays) -> Finding:
-    levels = [_like_beta(friction, level, "") for level in range(len(friction["percentile"]))]
-    follows = [one.holds(one.interval) for one in levels]
-    farthest = int(np.argmax(friction["beta_distance_standardised_high"]))
-    skewness = friction["combined_skewness"]
-    note = (
-        f"Kolmogorov distance at percentile {friction['percentile'][farthest]:g}, of the largest upper end; "
+def _on_beta_at_any_depth(friction: Arrays, _: Finding) -> str:
+    follows, skewness = follows_beta(friction), friction["combined_skewness"]
+    return (
+        f"Kolmogorov distance at percentile {friction['percentile'][farthest(friction)]:g}, of the largest upper end; "
         f"{follows.count(1)} of {len(follows)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"
     )
-    others = min([*follows[:farthest], *follows[farthest + 1 :]], default=1)
-    return replace(levels[farthest], note=note, joined=lambda *here: min(*here, others))
 
 
 def _limit(oscillator: Arrays) -> float:
@@ -248,11 +215,11 @@ def _limit_cycle(oscillator: Arrays) -> Finding | str:
     nominal, limit = float(oscillator["nominal_damping"]), _limit(oscillator)
     if not np.isfinite(limit):
         return NO_LIMIT
-    damping = _judged((nominal, (nominal, nominal)), "damping ratio", high=limit)
+    damping = judged_inside((nominal, (nominal, nominal)), "damping ratio", high=limit)
     note = (
         f"share of the runs that cycle to the end at D = {nominal:g}; without scatter a cycle exists up to {limit:.4f}"
     )
-    return replace(_judged(_number(oscillator, "cycling_share"), note, low=CYCLING), other=damping)
+    return replace(judged_inside(number(oscillator, "cycling_share"), note, low=CYCLING), other=damping)
 
 
 def _sharp_limit(oscillator: Arrays) -> Finding | str:
@@ -284,7 +251,7 @@ def _beyond_limit(oscillator: Arrays) -> Finding | str:
         f"share of the runs that cycle to the end at D = {damping[surest]:g}, where M_d = {int(cycles[surest])} and "
         f"E[M_S] = {oscillator['mean_cycles'][surest]:.1f}{reach}"
     )
-    return _judged(_number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
+    return judged_inside(number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
 
 
 def _under_load(both: Arrays) -> Finding | str:
@@ -310,12 +277,12 @@ def _under_load(both: Arrays) -> Finding | str:
         f"friction scatters by {std[0]:.2g}. In the runs it scatters by {scatter:.2g}, and the range ends between "
         f"{low:.2%} and {high:.2%}"
     )
-    return _judged((ours, (interval[0], interval[1])), note, low=SEEN_RANGE)
+    return judged_inside((ours, (interval[0], interval[1])), note, low=SEEN_RANGE)
 
 
 def _reattachment(oscillator: Arrays) -> Finding:
     distance, skewness, kurtosis = (
-        _number(oscillator, f"reattachment_{name}") for name in ("distance_to_normal", "skewness", "kurtosis")
+        number(oscillator, f"reattachment_{name}") for name in ("distance_to_normal", "skewness", "kurtosis")
     )
     moments_p, anderson_p = (float(oscillator[f"normality_{test}_p"]) for test in ("jarque_bera", "anderson_darling"))
     unseen = ", less than an eye sees in a histogram" if distance[1][1] < VISIBLE else ""
@@ -336,20 +303,21 @@ ON_THE_SQUARE: dict[str, Rule] = {
     "fig2-mcs-lhs": lambda square: _coincide(square, _of_method(square, "distance_in_contact", "latin_hypercube")),
     "fig2-pc-lhs": _equation_8,
     "fig2-pc-tail": _tail,
-    "fig2-variants-agree": lambda square: _coincide(square, _number(square, "distance_between_variants")),
+    "fig2-variants-agree": lambda square: _coincide(square, number(square, "distance_between_variants")),
 }
-ON_FRICTION: dict[str, Rule] = {
-    "fig3-mean-decreases": partial(_decreases, key="mean", title="mean"),
-    "fig3-std-decreases": partial(_decreases, key="std", title="standard deviation"),
-    "fig3-cov-decreases": partial(_decreases, key="variation", title="coefficient of variation"),
-    "mu-correlation-exponential": _exponential,
-    "mu-correlation-250um": _length,
-    "mu-correlation-any-depth": _length_at_any_depth,
-    "mu-right-skewed": _right_skewed,
-    "mu-leptokurtic": _leptokurtic,
-    "mu-beta-2.1-5": _beta,
-    "mu-beta-any-depth": _beta_at_any_depth,
+NOTES: dict[str, Callable[[Arrays, Finding], str]] = {
+    "fig3-mean-decreases": partial(_on_decrease, key="mean", title="mean"),
+    "fig3-std-decreases": partial(_on_decrease, key="std", title="standard deviation"),
+    "fig3-cov-decreases": partial(_on_decrease, key="variation", title="coefficient of variation"),
+    "mu-correlation-exponential": _on_exponential,
+    "mu-correlation-250um": _on_length,
+    "mu-correlation-any-depth": _on_length_at_any_depth,
+    "mu-right-skewed": _on_skewness,
+    "mu-leptokurtic": lambda _, __: f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}",
+    "mu-beta-2.1-5": _on_beta,
+    "mu-beta-any-depth": _on_beta_at_any_depth,
 }
+ON_FRICTION: dict[str, Rule] = {name: _noted(name) for name in FRICTION_RULES}
 ON_THE_OSCILLATOR: dict[str, Rule] = {
     "fig5-limit-cycle": _limit_cycle,
     "fig5-reattachment-nonnormal": _reattachment,

@@ -28,8 +28,9 @@ from typing import Any
 import numpy as np
 
 from roughslip.verdicts.bracket import REACH, end
-from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED
-from roughslip.verdicts.rules import Arrays, claims
+from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED, Arrays
+from roughslip.verdicts.rules import claims
+from roughslip.verdicts.strips import narrowed
 
 Scene = Mapping[str, Any]
 At = Callable[[float], str | None]  # the verdict at a factor of an input; None where it is unknown
@@ -121,15 +122,6 @@ def judged(again: Callable[[float], list[dict[str, Any]]]) -> Callable[[str], At
         return {claim["id"]: claim["verdict"] for claim in again(factor)}
 
     return lambda name: lambda factor: at(factor)[name]
-
-
-def narrowed(arrays: Arrays, factor: float) -> dict[str, np.ndarray]:
-    """Results of so many times the samples, in first order: the same numbers, their intervals over sqrt(factor)."""
-    found = dict(arrays)
-    for name in (name for name in arrays if f"{name}_low" in arrays):
-        for close in (f"{name}_low", f"{name}_high"):
-            found[close] = arrays[name] + (arrays[close] - arrays[name]) / np.sqrt(factor)
-    return found
 
 
 def lengthened(friction: Arrays, factor: float) -> dict[str, np.ndarray]:

@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from roughslip.chaos.sampling import wilson_interval
-from roughslip.verdicts.finding import CONTRADICTED, NOT_TESTED, REPRODUCED
-from roughslip.verdicts.rules import CYCLING, Arrays, claims
+from roughslip.verdicts.finding import CONTRADICTED, NOT_TESTED, REPRODUCED, Arrays
+from roughslip.verdicts.rules import claims
 from roughslip.verdicts.sensitivity import (
     FEWEST,
     ROOT_N,
@@ -25,11 +25,12 @@ from roughslip.verdicts.sensitivity import (
     Scene,
     Sensitivity,
     judged,
-    narrowed,
     present,
     range_of,
     surface_inputs,
 )
+from roughslip.verdicts.strips import narrowed
+from roughslip.verdicts.thresholds import CYCLING
 
 CYCLE, SHARP, BEYOND, REATTACHMENT = (
     f"fig5-{name}" for name in ("limit-cycle", "sharp-limit", "range-beyond-limit", "reattachment-nonnormal")

@@ -8,7 +8,8 @@ from roughslip import store
 from roughslip.friction.combination import Combined
 from roughslip.friction.correlation import LONGEST_WINDOWS, correlation_fit, triangular, white_autocorrelation
 from roughslip.friction.marginal import FAMILIES, SHAPES, fit_candidates, standardised_distribution
-from roughslip.friction.penetration import Trend, p_value, p_value_of_equality, penetration_curve, trend
+from roughslip.friction.over_penetration import trend_estimates, trend_of
+from roughslip.friction.penetration import p_value, p_value_of_equality, penetration_curve
 from roughslip.friction.statistics import PERCENTS
 from roughslip.probability import Estimate
 from roughslip.scene.contact import Strip
@@ -23,7 +24,6 @@ SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
 QUANTILES = 1000
 BY_SOURCE = ("mean", "std")  # also given of the expansion alone
-TRENDS = ("mean", "std", "variation", "length_least_squares")  # of which the change with penetration is stored too
 LOAD = {  # further columns of summary.csv, of what stage friction stores of load
     "force_per_window": "force_per_window_n",
     "nominal_pressure": "nominal_pressure_pa",
@@ -104,16 +104,6 @@ def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) ->
     return store.with_interval(name, dimensions, columns, unit, title)
 
 
-def combined_estimates(combined: list[Combined], lags: np.ndarray, window: float) -> dict[str, list[Estimate]]:
-    """By name the statistics of all levels from all strips, with the lengths [m] of the autocorrelation at the lags."""
-    found = [each.estimates() for each in combined]
-    fits = [correlation_fit(lags, each["autocorrelation"], window) for each in found]
-    return {name: [each[name] for each in found] for name in found[0]} | {
-        "length_least_squares": [fit.least_squares for fit in fits],
-        "misfit_difference": [fit.misfit_difference for fit in fits],
-    }
-
-
 def table_variables(
     table: dict[str, list[Estimate]],
     combined: dict[str, list[Estimate]],
@@ -139,7 +129,8 @@ def table_variables(
     for name, estimates in combined.items():
         variables |= stored(f"combined_{name}", ("level", *extra.get(name, ())), estimates)
     if levels > 1:
-        variables |= trend_variables(combined, percentiles)
+        for name, estimate in trend_estimates(combined, percentiles).items():
+            variables |= stored(name, (), [estimate])
     shapes = np.stack([variables["beta_a"].values, variables["beta_b"].values])
     at_bound = np.any((shapes < 1.001 * SHAPES[0]) | (shapes > 0.999 * SHAPES[1]), axis=0)
     title = f"whether a shape of the Beta lies at the end of its range, {SHAPES[0]:g} to {SHAPES[1]:g}"
@@ -172,21 +163,6 @@ def error_variables(combined: list[Combined]) -> dict[str, store.Variable]:
         gains, gain = np.array([1.0 / each.kept[name] for each in combined]), f"combined_{name}_gain"
         variables[gain] = store.Variable(("level",), gains, "1", TITLES[gain])
     return variables
-
-
-def trend_variables(combined: dict[str, list[Estimate]], percentiles: np.ndarray) -> dict[str, store.Variable]:
-    """Slope over penetration, and last less first level, of TRENDS from all strips."""
-    variables: dict[str, store.Variable] = {}
-    for name in TRENDS:
-        one = trend_of(percentiles, combined[name])
-        variables |= stored(f"trend_combined_{name}_slope", (), [one.slope])
-        variables |= stored(f"trend_combined_{name}_change", (), [one.change])
-    return variables
-
-
-def trend_of(percentiles: np.ndarray, estimates: list[Estimate]) -> Trend:
-    """Trend over penetration of estimates that share their replicates."""
-    return trend(percentiles, np.array([e.value for e in estimates]), np.array([e.replicates for e in estimates]))
 
 
 def distribution(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]:

@@ -1,0 +1,80 @@
+"""How many strips decide the statements on friction.
+
+Intervals narrow by 1 / sqrt(n) around the number found, and the rules judge them, the same for a pilot as at the end.
+Of final results n follows from the numbers as they are. A pilot leaves other numbers possible: if q is what it found,
+and q* one of its replicates, then 2 q - q*. This is the pivot (Hall and Wilson, Biometrics 47 (1991) 757), and it takes
+off the bias that noise gives a distance. Replicates share the resampled strips, so all numbers of a rule vary together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from roughslip.probability import Estimate
+from roughslip.probability.estimate import variance_margin
+from roughslip.verdicts.finding import Arrays, Finding
+from roughslip.verdicts.friction_rules import FRICTION_RULES
+
+ODDS = 2 / 3  # of the numbers that a pilot leaves possible, the share for which the strips settle a statement
+STEP = 1.1  # of one number of strips over the one before
+MOST = 1000.0  # times the strips, beyond which no number of strips is looked for
+
+
+def narrowed(arrays: Arrays, factor: float) -> dict[str, np.ndarray]:
+    """Results of so many times the samples, in first order: the same numbers, their intervals over sqrt(factor)."""
+    found = dict(arrays)
+    for name in (name for name in arrays if f"{name}_low" in arrays):
+        for close in (f"{name}_low", f"{name}_high"):
+            found[close] = arrays[name] + (arrays[close] - arrays[name]) / np.sqrt(factor)
+    return found
+
+
+def _is_settled(found: Finding | None) -> bool:
+    """Whether a statement is decided, or lies on its threshold, or cannot be tested."""
+    if found is None or not np.isfinite([found.ours, *found.interval]).all():
+        return True
+    if found.contradicts or found.holds(found.interval):
+        return True
+    return any(one.near_threshold is not None for one in (found, found.other) if one is not None)
+
+
+def factors_to_settle(arrays: Arrays) -> dict[str, float]:
+    """By statement the least of 1, STEP, STEP^2, ... times the strips that settle it, above MOST where none does."""
+    found: dict[str, float] = {}
+    left, factor = dict(FRICTION_RULES), 1.0
+    while left and factor <= MOST:
+        now = narrowed(arrays, factor)
+        settled = [name for name, rule in left.items() if _is_settled(rule(now))]
+        found |= dict.fromkeys(settled, factor)
+        left = {name: rule for name, rule in left.items() if name not in settled}
+        factor *= STEP
+    return found | dict.fromkeys(left, factor)
+
+
+def strips_that_decide(friction: Arrays, strips: int) -> dict[str, int]:
+    """Strips that would decide each statement that is undecided off its threshold, its numbers as they are."""
+    factors = factors_to_settle(friction)
+    return {name: math.ceil(strips * times) for name, times in factors.items() if 1.0 < times <= MOST}
+
+
+def strips_from_pilot(estimates: Mapping[str, Estimate], percentiles: np.ndarray, strips: int) -> dict[str, int]:
+    """By statement the strips that settle it for ODDS of the numbers that the pilot leaves possible.
+
+    estimates : by name what the rules read, each () or (levels,); strips : of the pilot
+
+    The intervals are as wide as one pilot in ten hides, see `variance_margin`.
+    """
+    margin = math.sqrt(variance_margin(strips))
+    needed: dict[str, list[float]] = {name: [] for name in FRICTION_RULES}
+    for replicate in range(next(iter(estimates.values())).replicates.shape[-1]):
+        possible: dict[str, np.ndarray] = {"percentile": percentiles}
+        for name, one in estimates.items():
+            value = 2.0 * one.value - one.replicates[..., replicate]
+            ends = (value + margin * (end - one.value) for end in (one.low, one.high))
+            possible |= dict(zip((name, f"{name}_low", f"{name}_high"), (value, *ends), strict=True))
+        for name, times in factors_to_settle(possible).items():
+            needed[name].append(strips * times)
+    return {name: math.ceil(np.quantile(each, ODDS, method="higher")) for name, each in needed.items()}

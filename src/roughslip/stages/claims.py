@@ -1,6 +1,7 @@
 """Stage claims: the verdict on each statement of the paper, from what the scene found, and its sensitivity."""
 
 import json
+from typing import Any
 
 from roughslip import store
 from roughslip.report.sensitivity_table import unit_of
@@ -10,6 +11,7 @@ from roughslip.verdicts.finding import CONTRADICTS, NOT_TESTED
 from roughslip.verdicts.rules import claims
 from roughslip.verdicts.sensitivity import of_friction, of_the_square, with_sensitivity
 from roughslip.verdicts.sensitivity_oscillator import of_the_oscillator
+from roughslip.verdicts.strips import strips_that_decide
 
 STAGE = Stage(
     name="claims",
@@ -28,6 +30,14 @@ STAGE = Stage(
 BRANCHES = ("square", "friction", "oscillator")
 
 
+def with_strips(claim: dict[str, Any], strips: int | None) -> dict[str, Any]:
+    """The claim on an undecided statement with the number of strips that would decide it, if any would."""
+    if strips is None:
+        return claim
+    number = f"about {float(f'{strips:.2g}'):,.0f} strips would decide it if its number stayed"
+    return claim | {"turns": f"{claim['turns']}; {number}"}
+
+
 def work(job: Job) -> None:
     """Write claims.json."""
     paths = {name: getattr(job.arguments, name) for name in (*BRANCHES, "deterministic")}
@@ -38,6 +48,9 @@ def work(job: Job) -> None:
         scenes["friction"]["strip"]["samples"] = int(results["friction"].attributes["strips"])
     with job.usage.core():
         found = claims(*(results.get(name) for name in BRANCHES))
+        if "friction" in results:
+            deciding = strips_that_decide(results["friction"], scenes["friction"]["strip"]["samples"])
+            found = [with_strips(claim, deciding.get(claim["id"])) for claim in found]
         verdicts = {claim["id"]: claim["verdict"] for claim in found}
         tested = {name: verdict for name, verdict in verdicts.items() if verdict not in (NOT_TESTED, CONTRADICTS)}
         sensitivities = of_the_square(tested, scenes) if "square" in results else {}

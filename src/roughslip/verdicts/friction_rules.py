@@ -86,7 +86,8 @@ def _beta_at_any_depth(friction: Arrays) -> Finding:
     return replace(like_beta(friction, shown), joined=lambda *here: min(*here, others))
 
 
-FRICTION_RULES: dict[str, Callable[[Arrays], Finding | None]] = {
+FrictionRule = Callable[[Arrays], Finding | None]
+FRICTION_RULES: dict[str, FrictionRule] = {
     "fig3-mean-decreases": partial(_decreases, key="mean"),
     "fig3-std-decreases": partial(_decreases, key="std"),
     "fig3-cov-decreases": partial(_decreases, key="variation"),

@@ -9,18 +9,20 @@ off the bias that noise gives a distance. Replicates share the resampled strips,
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import variance_margin
 from roughslip.verdicts.finding import Arrays, Finding
-from roughslip.verdicts.friction_rules import FRICTION_RULES
+from roughslip.verdicts.friction_rules import FRICTION_RULES, FrictionRule
 
 ODDS = 2 / 3  # of the numbers that a pilot leaves possible, the share for which the strips settle a statement
 STEP = 1.1  # of one number of strips over the one before
-MOST = 1000.0  # times the strips, beyond which no number of strips is looked for
+STEPS = 72  # to a thousand times the strips
 
 
 def narrowed(arrays: Arrays, factor: float) -> dict[str, np.ndarray]:
@@ -42,22 +44,24 @@ def _is_settled(found: Finding | None) -> bool:
 
 
 def factors_to_settle(arrays: Arrays) -> dict[str, float]:
-    """By statement the least of 1, STEP, STEP^2, ... times the strips that settle it, above MOST where none does."""
-    found: dict[str, float] = {}
-    left, factor = dict(FRICTION_RULES), 1.0
-    while left and factor <= MOST:
-        now = narrowed(arrays, factor)
-        settled = [name for name, rule in left.items() if _is_settled(rule(now))]
-        found |= dict.fromkeys(settled, factor)
-        left = {name: rule for name, rule in left.items() if name not in settled}
-        factor *= STEP
-    return found | dict.fromkeys(left, factor)
+    """By statement the least of 1, STEP, STEP^2, ... times the strips that settle it; STEP^STEPS where none does.
+
+    Intervals of more strips lie within those of fewer, so that a settled statement stays so.
+    """
+    at = cache(lambda power: narrowed(arrays, STEP**power))
+
+    def least(rule: FrictionRule) -> int:
+        if _is_settled(rule(arrays)):
+            return 0
+        return bisect_left(range(STEPS), True, lo=1, key=lambda power: _is_settled(rule(at(power))))
+
+    return {name: STEP ** least(rule) for name, rule in FRICTION_RULES.items()}
 
 
 def strips_that_decide(friction: Arrays, strips: int) -> dict[str, int]:
     """Strips that would decide each statement that is undecided off its threshold, its numbers as they are."""
     factors = factors_to_settle(friction)
-    return {name: math.ceil(strips * times) for name, times in factors.items() if 1.0 < times <= MOST}
+    return {name: math.ceil(strips * times) for name, times in factors.items() if 1.0 < times < STEP**STEPS}
 
 
 def strips_from_pilot(estimates: Mapping[str, Estimate], percentiles: np.ndarray, strips: int) -> dict[str, int]:

@@ -248,6 +248,26 @@ def test_skipped_work_stands_in_the_costs_with_its_reason():
     assert "everything" not in text
 
 
+def test_strips_that_were_added_for_verdicts_are_named():
+    """A scene without strips for verdicts says nothing of them."""
+    did = {"friction_mean_asked": 0.01, "friction_mean_expected": 0.01, "strips_chosen": 507}
+    other = claim(id="mu-correlation-250um", statement="The length is 250 µm")
+    pages = []
+    for verdicts in (
+        {},
+        {"strips_for_accuracy": 254},
+        {"strips_for_accuracy": 254, "strips_to_decide_fig3-mean-decreases": 507},
+        {"strips_for_accuracy": 254, "strips_beyond_limit_for_mu-correlation-250um": 2400},
+    ):
+        costs = [cost(stage="strip_allocation", did=did | verdicts), cost(stage="all", did={})]
+        pages.append(" ".join("".join(parsed(scene(claims=[claim(), other], costs=costs)).text).split()))
+    assert "takes 254 strips" not in pages[0]
+    assert all("The accuracy of friction takes 254 strips." in text for text in pages[1:])
+    assert ["were added" in text for text in pages] == [False, False, True, False]
+    assert "253 were added, as the pilot leaves these verdicts open: “The mean decreases” (507)." in pages[2]
+    assert "above accuracy.verdict_limit_cpu_s: “The length is 250 µm” (2,400)." in pages[3]
+
+
 def test_what_was_asked_expected_and_reached_stands_by_number():
     """Of the pressure 0.05 was asked and 0.04 reached: cells leave 0.01 of it and modes 0.02. Of the cycles 3 was
     asked and 6 reached; of friction nothing yet. Bars are in per cent of the largest. The table holds no work."""

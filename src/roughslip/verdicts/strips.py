@@ -20,7 +20,7 @@ from roughslip.probability.estimate import variance_margin
 from roughslip.verdicts.finding import Arrays, Finding
 from roughslip.verdicts.friction_rules import FRICTION_RULES, FrictionRule
 
-ODDS = 2 / 3  # of the numbers that a pilot leaves possible, the share for which the strips settle a statement
+ODDS = 0.75  # of the numbers that a pilot leaves possible, the share for which the strips settle a statement
 STEP = 1.1  # of one number of strips over the one before
 STEPS = 72  # to a thousand times the strips
 

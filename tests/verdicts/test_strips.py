@@ -72,6 +72,21 @@ def test_a_gaussian_pilot_asks_for_the_strips_of_a_quantile_of_the_distance(dist
     assert exact[0] <= found[SKEWED] <= STEP * exact[1] + 1
 
 
+def test_noise_raises_a_distance_and_the_pivot_takes_that_off():
+    """Replicates at 0.095 around 0.07 say that noise adds 0.025, so the truth is near 0.045, far below 0.1.
+
+    A half width of 0.04 widened by the margin is less than that distance. Taken as they are, the replicates would ask
+    for (0.05 / 0.005)^2 times the strips.
+    """
+    table = {name: value for name, value in friction().items() if f"{name}_low" in friction()}
+    estimates = {name: scattered(value, value[..., None] + np.zeros(50)) for name, value in table.items()}
+    replicates = 0.095 + 0.003 * np.random.default_rng(43).standard_normal((LEVELS, 50))
+    ends = np.full(LEVELS, 0.03), np.full(LEVELS, 0.11)
+    estimates["beta_distance_standardised"] = Estimate(np.full(LEVELS, 0.07), *ends, replicates)
+    found = strips_from_pilot(estimates, friction()["percentile"], 24)
+    assert found["mu-beta-2.1-5"] == found["mu-beta-any-depth"] == 24
+
+
 def test_with_these_strips_more_than_the_odds_are_decided():
     """Truths spread evenly about a threshold, and of 24 strips each the pilots that leave them undecided: some 120.
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from roughslip.contact import Influence, solve
+from roughslip.contact import Influence, point_pressures, solve
 from roughslip.contact.at_nodes import LARGER_MESH, solve_at
 from roughslip.contact.influence import gathered
 from roughslip.grid import Grid
@@ -49,6 +49,22 @@ def test_pressures_lie_within_their_bounds(plane, hardness):
         assert found.work <= full.work
         methods.add(found.method)
     assert methods & {"bounded", "dense"}
+
+
+@pytest.mark.parametrize("plane", [0.0, 1.0])
+def test_pressures_without_the_mesh_error_are_those_of_full_solves(plane):
+    """At nodes whose neighbour is out of contact, within 1 % of the largest: neighbours are known to 2 % of theirs."""
+    influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
+    for seed in range(10):
+        interference = rough(seed) - plane
+        full = solve(influence, interference, 1e-10).pressure
+        edge = (full[1:-1, 1:-1] > 0) & (full[2:, 1:-1] == 0)
+        nodes = tuple(1 + np.argwhere(edge)[:: max(1, np.count_nonzero(edge) // 4)].T)
+        found = solve_at(influence, interference, nodes, 1e-3, 1e-10, points=True)
+        assert np.all(found.low > 0)
+        expected = point_pressures(full, nodes)
+        np.testing.assert_allclose(found.pressure, expected, rtol=0, atol=0.01 * expected.max())
+        assert np.abs(found.pressure - full[nodes]).max() > 0.02 * expected.max()
 
 
 def test_nodes_below_the_plane_need_no_solve():

@@ -6,6 +6,7 @@ from roughslip.contact.closed_forms import CrossedWaves as CrossedWaves
 from roughslip.contact.closed_forms import HertzSphere as HertzSphere
 from roughslip.contact.closed_forms import SineWave as SineWave
 from roughslip.contact.closed_forms import square_punch_force_n as square_punch_force_n
+from roughslip.contact.edge_pressure import point_pressures as point_pressures
 from roughslip.contact.influence import Influence as Influence
 from roughslip.contact.influence import Material as Material
 from roughslip.contact.kernels import relative_residual as relative_residual

@@ -4,6 +4,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
+from roughslip.chaos.local import LocalExpansion
 from roughslip.chaos.pressure import KINDS
 from roughslip.chaos.regression import Fit
 from roughslip.chaos.sampling import NORMAL_95, kolmogorov_distance, monte_carlo, quantile_levels
@@ -17,6 +18,7 @@ from roughslip.stages.result_tables.centre_distribution import (
     METHODS,
     REPLICATES,
     ROWS,
+    EdgeCorrection,
     Expansion,
     Reference,
     Row,
@@ -36,7 +38,8 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="chaos_square",
-    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile expansion",
+    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile "
+    "numerics.contact_area expansion",
     inputs={"surface": "karhunen_loeve", "designs": "design"},
     optional={"scan": "scan", "pilot": "square_pilot"},
     many={"contact": "contact_square adaptive_training"},
@@ -88,6 +91,28 @@ def local_expansion(batches: list[store.Result], surface: store.Result, job: Job
         regression=candidates.regression,
     )
     return chosen, chosen.rotation @ candidates.directions[0]
+
+
+def edges_of(batches: list[store.Result], job: Job) -> tuple[EdgeCorrection, EdgeCorrection]:
+    """The error of the mesh at edges of contacts, from the training samples, and what the scene takes off of it."""
+    cells, points = (samples_of(batches, "expansion", name) for name in ("pressure", "point_pressure"))
+    corrected = job.scene.numerics.contact_area == "corrected"
+    return EdgeCorrection(cells, points), EdgeCorrection(cells, points if corrected else cells)
+
+
+def drawn_locally(
+    local: LocalExpansion, edges: EdgeCorrection, reference: Reference, solved: Reference, job: Job
+) -> tuple[np.ndarray, dict[str, Row]]:
+    """Pressures of our expansion, and its rows; its contact probability is its own.
+
+    edges : what is taken off; reference, solved : of the levels, and of the distances
+    """
+    drawing = [job.scene.seed, geometry.STREAM_DRAWS]
+    pressure = edges.apply(local.draw(np.random.default_rng(drawing), job.scene.expansion.draws))
+    moved, error = moved_local(local, reference.levels, drawing, edges)
+    share = float(np.mean(pressure > 0))
+    probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)
+    return pressure, expanded_rows(pressure, moved, probability, solved)
 
 
 def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarray:
@@ -157,12 +182,9 @@ def work(job: Job) -> None:
             rows[method] = designed_rows(repeated[method], probability, solved)
         for method in EXPANDED[:2]:
             rows.setdefault(method, refused_rows(reference.levels, probability))
-        at_contact["roughslip"] = reference.distance(local.mean_pressure_at(known))
-        pressure["roughslip"] = local.draw(np.random.default_rng(drawing), asked.draws)
-        moved["roughslip"], error = moved_local(local, reference.levels, drawing)
-        share = float(np.mean(pressure["roughslip"] > 0))
-        probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)
-        rows["roughslip"] = expanded_rows(pressure["roughslip"], moved["roughslip"], probability, solved)
+        error, edges = edges_of(batches, job)
+        at_contact["roughslip"] = reference.distance(edges.apply(local.mean_pressure_at(known)))
+        pressure["roughslip"], rows["roughslip"] = drawn_locally(local, edges, reference, solved, job)
         between: Row = (np.nan, np.nan, np.nan)
         if len(repeated) == 2:
             pairs = zip(*repeated.values(), strict=True)
@@ -177,7 +199,7 @@ def work(job: Job) -> None:
     results = table(rows, pressure, solved) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)
-    results |= choice(chosen, directions)
+    results |= choice(chosen, directions) | corrections(error)
     results["captured_variance"] = surface.variable("captured_variance")
     store.write(job.arguments.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
 
@@ -209,6 +231,15 @@ def choice(chosen: Chosen, directions: np.ndarray) -> dict[str, store.Variable]:
         "sobol_first": store.Variable(("mode",), first, "1", explained.format("alone")),
         "sobol_total": store.Variable(("mode",), total, "1", explained.format("alone and with others")),
         "direction": store.Variable(("variable", "mode"), directions, "1", variables),
+    }
+
+
+def corrections(error: EdgeCorrection) -> dict[str, store.Variable]:
+    """What the mesh error at edges is, whether the scene takes it off or not."""
+    title = "contact probability at the training nodes without the mesh error at edges, over that with it"
+    distance = "Kolmogorov distance given contact between these distributions"
+    return store.with_interval("contact_correction", (), error.contact(), "1", title) | {
+        "distance_of_correction": store.Variable((), error.distance(), "1", distance)
     }
 
 

@@ -9,7 +9,8 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="contact_square",
-    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance",
+    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
+    "numerics.contact_area",
     inputs={"surface": "karhunen_loeve", "designs": "design"},
     optional={"scan": "scan", "pilot": "square_pilot"},
     result="contact/square-{design}-{first}-{last}.nc",
@@ -22,7 +23,7 @@ STAGE = Stage(
         },
     ),
     memory_mb=420,
-    memory_doubles={"square_modes": 2.5, "nodes": 80, "design_numbers": 2, "batch": 144},
+    memory_doubles={"square_modes": 2.5, "nodes": 80, "design_numbers": 2, "batch": 160},
 )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.contact.at_nodes import NodePressures, solve_at
+from roughslip.contact.edge_pressure import point_pressures
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve
 from roughslip.grid import Grid
@@ -20,6 +21,7 @@ from roughslip.surface.modes import heights
 
 PRECISION = 1e-3  # width of the bounds of a pressure over the pressure; errors are then a tenth of that
 PRESSURE = "contact pressure at nodes around the centre"
+POINT = f"{PRESSURE}, less the mesh error at edges"
 GAP = "gap at nodes around the centre, below zero the plastic displacement"
 
 
@@ -76,17 +78,19 @@ def solutions(problem: Square, xi: Iterable[np.ndarray], count: int, job: Job) -
 
 
 def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job) -> dict[str, store.Variable]:
-    """Pressure and gap at some nodes of every sample.
+    """Pressure, with the mesh error at edges and without it, and gap at some nodes of every sample.
 
     xi : `count` samples (M,) of the variables of the modes
     """
-    pressure, gap = np.empty((2, count, len(nodes.x)))
+    pressure, point, gap = np.empty((3, count, len(nodes.x)))
     kept = nodes.x, nodes.y
     for row, solution in enumerate(solutions(problem, xi, count, job)):
         pressure[row], gap[row] = solution.pressure[kept], solution.signed_gap[kept]
+        point[row] = point_pressures(solution.pressure, kept)
     gap[(pressure == 0) & (gap < 0)] = 0.0  # within the tolerance of a solve a gap may lie below zero
     return {
         "pressure": store.Variable(("sample", "node"), pressure, "Pa", PRESSURE),
+        "point_pressure": store.Variable(("sample", "node"), point, "Pa", POINT),
         "gap": store.Variable(("sample", "node"), gap, "m", GAP),
     }
 
@@ -98,6 +102,7 @@ def pressures_at(
 
     xi : `count` samples (M,) of the variables of the modes
     """
+    points = job.scene.numerics.contact_area == "corrected"
     pressure, error = np.empty((2, count, len(nodes.x)))
     kept = nodes.x, nodes.y
     there = np.ascontiguousarray(problem.modes[:, *kept, None])
@@ -109,7 +114,13 @@ def pressures_at(
         if (problem.model.heights(heights(there, one)) > problem.plane_m).any():
             rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
             found = solve_at(
-                problem.influence, rough, kept, PRECISION, problem.tolerance, hardness_pa=problem.hardness_pa
+                problem.influence,
+                rough,
+                kept,
+                PRECISION,
+                problem.tolerance,
+                hardness_pa=problem.hardness_pa,
+                points=points,
             )
         pressure[row], error[row] = found.pressure, found.high - found.low
         methods[found.method] += 1
@@ -118,6 +129,6 @@ def pressures_at(
     job.usage.count(surfaces=count, solves=count - methods["none"], products=work)
     job.usage.skip({skip_reasons.NODES_BELOW: methods["none"], skip_reasons.NODES_KNOWN: methods["bounded"]})
     return {
-        "pressure": store.Variable(("sample", "node"), pressure, "Pa", PRESSURE),
-        "pressure_error": store.Variable(("sample", "node"), error, "Pa", "width of the bounds of the pressure"),
+        "pressure": store.Variable(("sample", "node"), pressure, "Pa", POINT if points else PRESSURE),
+        "pressure_error": store.Variable(("sample", "node"), error, "Pa", "width of the bounds of the cell's pressure"),
     }

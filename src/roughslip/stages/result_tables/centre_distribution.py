@@ -110,15 +110,50 @@ def refits(expansion: Expansion, fit: Fit, levels: np.ndarray, seed: list[int], 
     return curves[1:] - curves[0]
 
 
-def moved_local(expansion: LocalExpansion, levels: np.ndarray, seed: list[int]) -> tuple[np.ndarray, float]:
-    """Changes of the local expansion by the scatter of its samples.
+@dataclass(frozen=True)
+class EdgeCorrection:
+    """What the mesh error at edges of contacts does to the pressure at nodes, from solves of both.
+
+    cells, points : (K, nodes) [Pa] mean pressures of cells, and pressures without that error
+    """
+
+    cells: np.ndarray
+    points: np.ndarray
+
+    def apply(self, pressure: np.ndarray) -> np.ndarray:
+        """Pressures : (...) [Pa] of the distribution of points, from draws of that of cells : (...) [Pa].
+
+        Quantiles of one go to those of the other, linearly between them; a monotone map keeps the order of draws.
+        """
+        count = np.count_nonzero(self.cells)
+        cells, points = (np.sort(one, axis=None)[-count:] for one in (self.cells, self.points))
+        moved = pressure + np.interp(pressure, cells, points - cells)
+        return np.where(pressure > 0, np.maximum(moved, 0.0), 0.0)
+
+    def contact(self) -> Row:
+        """Contact probability of points over that of cells, with its 95 % interval from the scatter over surfaces."""
+        cells, points = (np.count_nonzero(one, axis=1) for one in (self.cells, self.points))
+        ratio = float(points.sum() / cells.sum())
+        half = NORMAL_95 * float(np.sqrt(np.sum((points - ratio * cells) ** 2.0)) / cells.sum())
+        return ratio, ratio - half, ratio + half
+
+    def distance(self) -> float:
+        """Kolmogorov distance given contact of points from cells."""
+        return kolmogorov_distance(self.points[self.points > 0], self.cells[self.cells > 0])
+
+
+def moved_local(
+    expansion: LocalExpansion, levels: np.ndarray, seed: list[int], edges: EdgeCorrection
+) -> tuple[np.ndarray, float]:
+    """Changes of the local expansion, with its edges corrected, by the scatter of its samples.
 
     Returns the distribution given contact of REPLICATES simulated refits minus that of the fit (R, levels), and the
     standard error of its contact probability. Both are from the jackknife, with groups multiplied by normal numbers.
     Raises IllPosedError where the expansion without one of the groups is never in contact.
     Method: Kline and Santos, J. Econom. Methods 1 (2012) 23.
     """
-    pressures = expansion.draw(np.random.default_rng(seed), REFIT_BLOCKS * BLOCK, left_out=True)[1:]
+    drawn = expansion.draw(np.random.default_rng(seed), REFIT_BLOCKS * BLOCK, left_out=True)
+    pressures = edges.apply(drawn[1:])
     curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
     multipliers = np.random.default_rng([*seed, REFIT_BLOCKS]).standard_normal((REPLICATES, len(pressures)))
     shares = jackknife_deviations(np.mean(pressures > 0, axis=1))

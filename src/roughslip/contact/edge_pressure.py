@@ -1,0 +1,40 @@
+"""Pressure at a node itself near the edge of a contact, from the pressures of its cell and of its neighbours.
+
+Near an edge p = K sqrt(d), with d the distance from it. So p^2 has the gradient K^2, and s = p^2 / (h |grad p^2|) is
+the distance in cells h. The mean pressures of cells do not follow the root within a cell of the edge: they begin a
+seventh of a cell outside, and are too small further in. But they depend on the distance alone, alike for edges of any
+direction and place between the nodes. Hence p = sqrt(h |grad p^2| d(s)) with one table d(s) for all contacts. It was
+measured on Hertz contacts of 48 cells a radius, where single nodes scatter by 0.02 cells about it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# sqrt(s), and the distance d of the node from the edge [cells]; from the last on both are the same.
+ROOT = np.array([0.145, *np.arange(2, 17) / 10])
+DISTANCE = np.array(
+    [0, 0.047, 0.132, 0.221, 0.313, 0.412, 0.524, 0.645, 0.787, 0.967, 1.177, 1.415, 1.676, 1.949, 2.243, 2.56]
+)
+
+
+def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Pressures at some nodes, without the error of the mesh at edges.
+
+    pressure : (nx, ny) [Pa] of a solve on square cells, positive in contact
+    nodes : indices (n,), (n,) of the nodes
+
+    Returns p : (n,) [Pa], zero where the edge lies inside the node. Inside a contact it is the pressure of the cell.
+    Cells beyond the mesh count as out of contact. The share of nodes in contact and the distribution of their pressures
+    are of second order in the cell. A lone cell has no gradient and keeps its pressure.
+    """
+    x, y = nodes
+    squared = np.pad(pressure, 1) ** 2
+    own = squared[x + 1, y + 1]
+    rise_x = np.maximum(squared[x + 2, y + 1], squared[x, y + 1]) - own  # towards the inside, where the field is smooth
+    rise_y = np.maximum(squared[x + 1, y + 2], squared[x + 1, y]) - own
+    rise = np.hypot(np.maximum(rise_x, 0.0), np.maximum(rise_y, 0.0))
+    found = pressure[x, y].astype(np.float64)
+    near = own < ROOT[-1] ** 2 * rise
+    found[near] = np.sqrt(rise[near] * np.interp(np.sqrt(own[near] / rise[near]), ROOT, DISTANCE))
+    return found

@@ -53,7 +53,7 @@ def test_pressures_lie_within_their_bounds(plane, hardness):
 
 @pytest.mark.parametrize("plane", [0.0, 1.0])
 def test_pressures_without_the_mesh_error_are_those_of_full_solves(plane):
-    """At nodes whose neighbour is out of contact, within 1 % of the largest: neighbours are known to 2 % of theirs."""
+    """At nodes whose neighbour is out of contact, within the 1e-3 of the bounds, of the largest."""
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
     for seed in range(10):
         interference = rough(seed) - plane
@@ -63,7 +63,7 @@ def test_pressures_without_the_mesh_error_are_those_of_full_solves(plane):
         found = solve_at(influence, interference, nodes, 1e-3, 1e-10, points=True)
         assert np.all(found.low > 0)
         expected = point_pressures(full, nodes)
-        np.testing.assert_allclose(found.pressure, expected, rtol=0, atol=0.01 * expected.max())
+        np.testing.assert_allclose(found.pressure, expected, rtol=0, atol=1e-3 * expected.max())
         assert np.abs(found.pressure - full[nodes]).max() > 0.02 * expected.max()
 
 

@@ -21,6 +21,7 @@ from roughslip.stages.result_tables.centre_distribution import (
     REFIT_BLOCKS,
     REPLICATES,
     SETTLED,
+    EdgeCorrection,
     Expansion,
     Reference,
     apart,
@@ -176,7 +177,9 @@ CONFIGURATION = changed(
     roughness={"correlation_length_m": 3e-5},
     square={"nodes": 4, "modes": MODES, "latin_hypercube_samples": SAMPLES},
     expansion={"target": "trial_pressure", "variables": 4, "degree": 2, "samples": 200, "draws": DRAWS},
+    numerics={"contact_area": "nodes"},
 )
+AT_EDGES = 4e6  # Pa, that cells in contact bear too much
 MEAN, SCATTER = -2e7, 5e7  # Pa, of the trial pressure at the centre: in contact with probability Phi(-0.4)
 # To the height and to what the curvature along x adds to it. To the slopes there is none: by symmetry it would vanish.
 RESPONSE = np.array([0.6, 0.0, 0.0, -0.8])
@@ -220,6 +223,8 @@ def batches(stored, designs, variables):
             trial = np.column_stack([trial_pressure(xi, one) for one in variables])
         shape = ("sample", "node")
         fields = {"pressure": (shape, np.maximum(trial, 0)), "gap": (shape, np.maximum(-trial, 0) / stiffness)}
+        if method == "expansion":
+            fields["point_pressure"] = shape, np.maximum(trial - AT_EDGES, 0)
         return stored(name, {"first": first, "design": method}, **fields)
 
     return [
@@ -233,11 +238,11 @@ def batches(stored, designs, variables):
 def expanded(run, modes, designs, batches):
     """What the stage writes where the scene says this of the expansion."""
 
-    def expand(**changes):
+    def expand(contact_area="nodes", **changes):
         with pytest.MonkeyPatch.context() as patch:  # intervals have tests of their own
             patch.setattr(centre_distribution, "REPLICATES", 20)
             patch.setattr(centre_distribution, "REFIT_BLOCKS", 1)
-            scene = changed(CONFIGURATION, expansion=changes)
+            scene = changed(CONFIGURATION, expansion=changes, numerics={"contact_area": contact_area})
             return run(chaos_square, scene, surface=modes.path, designs=designs.path, contact=batches)
 
     return expand
@@ -302,6 +307,39 @@ def test_distributions_are_those_of_a_cut_normal(found, designs, variables):
     assert np.all(found["distance_in_contact"][[2, 4]] < 1.63 * math.sqrt(1 / contacts + 1 / (DRAWS * probability)))
     assert found["distance_between_variants"] == pytest.approx(found["distance_in_contact"][3], abs=0.1)
     assert found["captured_variance"] == pytest.approx(1.0)
+
+
+def test_draws_bear_less_by_what_cells_at_edges_bear_too_much(expanded, found):
+    """Of the training nodes all bear AT_EDGES too much, so the expansion is in contact with Phi((m - AT_EDGES) / s).
+
+    What is drawn lies within four standard errors of 800 training nodes, the ratio within its interval. A scene of
+    whole nodes says the same of the error, and keeps it.
+    """
+    corrected, cells = expanded("corrected"), norm.cdf(MEAN / SCATTER)
+    points = norm.cdf((MEAN - AT_EDGES) / SCATTER)
+    assert found["contact_probability"][4] == pytest.approx(cells, abs=2 / math.sqrt(DRAWS))
+    assert corrected["contact_probability"][4] == pytest.approx(points, abs=4 * math.sqrt(points / 800))
+    mean = (MEAN - AT_EDGES) * points + SCATTER * norm.pdf((MEAN - AT_EDGES) / SCATTER)
+    assert corrected["mean_pressure"][4] == pytest.approx(mean, rel=0.02)
+    for one in (found, corrected):
+        assert one["contact_correction_low"] < points / cells < one["contact_correction_high"]
+        assert one["contact_correction_high"] - one["contact_correction_low"] < 0.2 * points / cells
+        assert one["distance_of_correction"] == found["distance_of_correction"] > 0
+    for row in (0, 1):
+        assert corrected["contact_probability"][row] == found["contact_probability"][row]
+
+
+def test_a_correction_maps_quantiles_to_quantiles():
+    """Cells p to points f(p) = max(p - 1, 0): at samples exactly, between them linearly, monotone, and no change of
+    what is out of contact. Half of the contacts vanish, on two of four surfaces."""
+    cells = np.array([[0.5, 0.0], [0.0, 0.8], [3.0, 0.0], [7.0, 0.0]])
+    edges = EdgeCorrection(cells, np.maximum(cells - 1, 0))
+    drawn = np.array([0.0, 0.3, 0.8, 1.9, 3.0, 5.0, 7.0, 9.0])
+    found = edges.apply(drawn)
+    np.testing.assert_allclose(found, [0, 0, 0, 1, 2, 4, 6, 8], atol=1e-15)
+    assert edges.contact()[0] == 0.5
+    np.testing.assert_allclose(edges.contact()[2] - 0.5, 1.959964 * math.sqrt(4 * 0.25) / 4)
+    np.testing.assert_array_equal(EdgeCorrection(cells, cells).apply(drawn), drawn)
 
 
 @pytest.mark.slow

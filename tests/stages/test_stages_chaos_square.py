@@ -325,6 +325,9 @@ def test_draws_bear_less_by_what_cells_at_edges_bear_too_much(expanded, found):
         assert one["contact_correction_low"] < points / cells < one["contact_correction_high"]
         assert one["contact_correction_high"] - one["contact_correction_low"] < 0.2 * points / cells
         assert one["distance_of_correction"] == found["distance_of_correction"] > 0
+    halves = [one["contact_probability_high"][4] - one["contact_probability"][4] for one in (found, corrected)]
+    of_ratio = (corrected["contact_correction_high"] / corrected["contact_correction"] - 1) * points
+    assert halves[1] == pytest.approx(math.hypot(halves[0], of_ratio), rel=0.1)
     for row in (0, 1):
         assert corrected["contact_probability"][row] == found["contact_probability"][row]
 

@@ -215,6 +215,11 @@ def test_errors_of_cells_and_modes_are_those_of_the_same_surfaces(run, monkeypat
     found = run(square_pilot, every, surface=run(karhunen_loeve, every, "every").path)
     assert found["modes"] < 1.01 / 120  # rounding parts two equal samples by one step of their distribution
     assert 0 < found["mesh"] < 0.2
+    assert 3 * 120 * found["mesh"] == pytest.approx(round(3 * 120 * found["mesh"]))  # second order, a third of a change
+    whole = changed(every, numerics={"contact_area": "nodes"})
+    cells = run(square_pilot, whole, "nodes", surface=run(karhunen_loeve, whole, "every").path)["mesh"]
+    assert 120 * cells == pytest.approx(round(120 * cells))
+    assert cells > 1.5 * found["mesh"]
     assert found["sampling"] == pytest.approx(1.358 / np.sqrt(1000))
     modes = run(karhunen_loeve, PILOT, "twenty").path
     with pytest.raises(IllPosedError, match=r"nearest is [0-9.]+; ask for that") as caught:

@@ -54,8 +54,9 @@ class Numerics(Section):
         "Relative error allowed in the slip motion per unit of omega t", at_least=1e-13, at_most=0.001, default=None
     )
     contact_area: ContactArea = choice(
-        "corrected: a cell at the edge of a contact counts by its covered share. With nodes, each node in contact "
-        "counts as a whole cell, too much by a share of the perimeter",
+        "corrected: a cell at the edge of a contact counts by its covered share, and the pressure at the centre of the "
+        "square by its distance from the edge. With nodes, each node in contact counts as a whole cell, too much by a "
+        "share of the perimeter",
         ContactArea,
         default="corrected",
     )

@@ -1,5 +1,7 @@
 """Stage chaos_square: distribution of the pressure at the centre, sampled and expanded (Figure 2)."""
 
+import math
+
 import numpy as np
 
 from roughslip import store
@@ -110,8 +112,9 @@ def drawn_locally(
     drawing = [job.scene.seed, geometry.STREAM_DRAWS]
     pressure = edges.apply(local.draw(np.random.default_rng(drawing), job.scene.expansion.draws))
     moved, error = moved_local(local, reference.levels, drawing, edges)
-    share = float(np.mean(pressure > 0))
-    probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)
+    share, (ratio, low, high) = float(np.mean(pressure > 0)), edges.contact()
+    half = math.hypot(NORMAL_95 * error, share * (high - low) / (2 * ratio))
+    probability = (share, share - half, share + half)
     return pressure, expanded_rows(pressure, moved, probability, solved)
 
 

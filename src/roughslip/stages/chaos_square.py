@@ -1,7 +1,5 @@
 """Stage chaos_square: distribution of the pressure at the centre, sampled and expanded (Figure 2)."""
 
-import math
-
 import numpy as np
 
 from roughslip import store
@@ -95,11 +93,11 @@ def local_expansion(batches: list[store.Result], surface: store.Result, job: Job
     return chosen, chosen.rotation @ candidates.directions[0]
 
 
-def edges_of(batches: list[store.Result], job: Job) -> tuple[EdgeCorrection, EdgeCorrection]:
+def edges_of(batches: list[store.Result], group: np.ndarray, job: Job) -> tuple[EdgeCorrection, EdgeCorrection]:
     """The error of the mesh at edges of contacts, from the training samples, and what the scene takes off of it."""
     cells, points = (samples_of(batches, "expansion", name) for name in ("pressure", "point_pressure"))
     corrected = job.scene.numerics.contact_area == "corrected"
-    return EdgeCorrection(cells, points), EdgeCorrection(cells, points if corrected else cells)
+    return EdgeCorrection(cells, points, group), EdgeCorrection(cells, points if corrected else cells, group)
 
 
 def drawn_locally(
@@ -112,9 +110,8 @@ def drawn_locally(
     drawing = [job.scene.seed, geometry.STREAM_DRAWS]
     pressure = edges.apply(local.draw(np.random.default_rng(drawing), job.scene.expansion.draws))
     moved, error = moved_local(local, reference.levels, drawing, edges)
-    share, (ratio, low, high) = float(np.mean(pressure > 0)), edges.contact()
-    half = math.hypot(NORMAL_95 * error, share * (high - low) / (2 * ratio))
-    probability = (share, share - half, share + half)
+    share = float(np.mean(pressure > 0))
+    probability = (share, share - NORMAL_95 * error, share + NORMAL_95 * error)
     return pressure, expanded_rows(pressure, moved, probability, solved)
 
 
@@ -185,7 +182,7 @@ def work(job: Job) -> None:
             rows[method] = designed_rows(repeated[method], probability, solved)
         for method in EXPANDED[:2]:
             rows.setdefault(method, refused_rows(reference.levels, probability))
-        error, edges = edges_of(batches, job)
+        error, edges = edges_of(batches, chosen.samples.group, job)
         at_contact["roughslip"] = reference.distance(edges.apply(local.mean_pressure_at(known)))
         pressure["roughslip"], rows["roughslip"] = drawn_locally(local, edges, reference, solved, job)
         between: Row = (np.nan, np.nan, np.nan)

@@ -5,6 +5,8 @@ follows from Kolmogorov's bound on sup |F_n - F|. Its upper end is the normal er
 largest, because the estimated distance is at least the one there. The interval of an expansion comes from its refits.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -115,10 +117,17 @@ class EdgeCorrection:
     """What the mesh error at edges of contacts does to the pressure at nodes, from solves of both.
 
     cells, points : (K, nodes) [Pa] mean pressures of cells, and pressures without that error
+    group : (K,) of each surface, as of the expansion that is trained on these solves
     """
 
     cells: np.ndarray
     points: np.ndarray
+    group: np.ndarray
+
+    def without(self, group: int) -> EdgeCorrection:
+        """The same from the other groups of surfaces."""
+        others = self.group != group
+        return EdgeCorrection(self.cells[others], self.points[others], self.group[others])
 
     def apply(self, pressure: np.ndarray) -> np.ndarray:
         """Pressures : (...) [Pa] of the distribution of points, from draws of that of cells : (...) [Pa].
@@ -145,7 +154,7 @@ class EdgeCorrection:
 def moved_local(
     expansion: LocalExpansion, levels: np.ndarray, seed: list[int], edges: EdgeCorrection
 ) -> tuple[np.ndarray, float]:
-    """Changes of the local expansion, with its edges corrected, by the scatter of its samples.
+    """Changes of the local expansion, with the mesh error at edges taken off, by the scatter of its samples.
 
     Returns the distribution given contact of REPLICATES simulated refits minus that of the fit (R, levels), and the
     standard error of its contact probability. Both are from the jackknife, with groups multiplied by normal numbers.
@@ -153,7 +162,7 @@ def moved_local(
     Method: Kline and Santos, J. Econom. Methods 1 (2012) 23.
     """
     drawn = expansion.draw(np.random.default_rng(seed), REFIT_BLOCKS * BLOCK, left_out=True)
-    pressures = edges.apply(drawn[1:])
+    pressures = np.stack([edges.without(group).apply(one) for group, one in enumerate(drawn[1:])])
     curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
     multipliers = np.random.default_rng([*seed, REFIT_BLOCKS]).standard_normal((REPLICATES, len(pressures)))
     shares = jackknife_deviations(np.mean(pressures > 0, axis=1))

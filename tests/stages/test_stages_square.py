@@ -90,6 +90,19 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
     assert found.attributes["design"] == "expansion"
 
 
+@pytest.mark.parametrize(("contact_area", "like"), [("corrected", "point_pressure"), ("nodes", "pressure")])
+def test_pressures_of_samples_lack_the_mesh_error_where_the_scene_corrects_areas(run, stored, contact_area, like):
+    """As of training samples at the same variables, which have both; where several differ."""
+    scene = changed(CONFIGURATION, numerics={"contact_area": contact_area}, square={"penetration_percentile": 50.0})
+    xi = np.random.default_rng(4).standard_normal((40, 36))
+    designs = stored("both.nc", latin_hypercube=(("sample", "mode"), xi), expansion=(("sample", "mode"), xi))
+    arguments = {"surface": run(karhunen_loeve, scene).path, "designs": designs, "first": 0, "last": 40}
+    trained = run(contact_square, scene, "trained", design="expansion", **arguments)
+    sampled = run(contact_square, scene, "sampled", design="latin_hypercube", **arguments)["pressure"]
+    np.testing.assert_allclose(sampled, trained[like][:, :1], rtol=1e-8)
+    assert np.count_nonzero(trained["point_pressure"][:, 0] != trained["pressure"][:, 0]) >= 5
+
+
 def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
     """With one mode: its height is the first variable of the stream of that number."""
     arguments = {"surface": lifted, "designs": None, "design": "monte_carlo", "first": 100, "last": 130}

@@ -93,6 +93,10 @@ def test_initial_pressure_saves_work(surface) -> None:
     warm = found(influence, interference, 1e-10, cold.pressure)
     assert warm.products <= 3  # for the guess, for the fresh gap, and if rounding asks for a step
     np.testing.assert_allclose(warm.pressure, cold.pressure, rtol=0, atol=1e-8 * cold.pressure.max())
+    problem, lifted = Problem(influence, interference), influence.apply(cold.pressure)
+    known = conjugate_gradients.solve(problem, 1e-10, cold.pressure, displacement=lifted)
+    assert known.products == warm.products - 1
+    np.testing.assert_array_equal(known.pressure, warm.pressure)
     bad = 1e9 * cold.pressure, np.where(interference < 0.5, 1.0, 0.0), np.where(interference < 0, 1.0, 0.0)
     for guess in bad:
         poor = found(influence, interference, 1e-10, guess)

@@ -37,12 +37,13 @@ def test_strip_and_square_from_light_to_deep(
 
 
 def test_median_of_a_rough_square_in_few_products(surface) -> None:
-    """Measured 36 on average; without the approximate inverse 62. A sweep saves 0.28 of the products."""
+    """Measured 36 on average; without the approximate inverse 62. A sweep saves 0.31 of the products, and
+    0.28 where the displacement of its starts is not known."""
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
     assert np.mean([solve(influence, surface((64, 64), 6.4, seed)).work for seed in range(4)]) <= 42
     heights, planes = surface((64, 64), 6.4, 6), [-0.2 * k for k in range(6)]
     swept = sum(s.work for s in sweep(influence, heights, planes))
-    assert swept < 0.85 * sum(solve(influence, heights - plane).work for plane in planes)
+    assert swept < 0.71 * sum(solve(influence, heights - plane).work for plane in planes)
 
 
 def test_no_contact_costs_nothing(surface, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -170,6 +171,20 @@ def test_moved_with_the_plane(surface, case: Case) -> None:
         moved = case.press(np.pad(heights, ((2, 0), (0, 7)), constant_values=-1e3))
         fields = [f[2:, :-7] for f in (moved.pressure, moved.gap, moved.plastic_displacement)]
     assert_same(reference, *fields)
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0, 4.0])
+def test_start_of_a_sweep_has_its_displacement(surface, share: float) -> None:
+    """No pressure falls as the plane descends, so the extrapolation is not negative and B p is extrapolated with it."""
+    influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
+    heights = surface((48, 40), 5.0, 5)
+    above = sweep(influence, heights, [0.0, -0.5], TOLERANCE)
+    start = solve_module._extrapolated(above, heights, -0.5 - 0.5 * share)
+    assert start.displacement is not None
+    lifted = influence.apply(start.pressure)
+    np.testing.assert_allclose(start.displacement, lifted, rtol=0, atol=1e-13 * lifted.max())
+    start = solve_module._extrapolated(above[::-1], heights, 0.0)  # upwards pressures reach zero, and B p is not known
+    np.testing.assert_allclose(start.pressure, above[0].pressure, rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("hardness", [math.inf, 0.3])

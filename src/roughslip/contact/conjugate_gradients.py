@@ -108,6 +108,7 @@ def solve(
     tolerance: float,
     guess: np.ndarray | None = None,
     enough: Callable[[np.ndarray, np.ndarray], bool] | None = None,
+    displacement: np.ndarray | None = None,
 ) -> Solution:
     """Solve a contact problem to a relative residual.
 
@@ -115,6 +116,7 @@ def solve(
     tolerance : [-] bound of the residual, for a gap computed anew from the pressure
     guess : (nx, ny) [Pa] where to start
     enough : whether a pressure and its gap, both (nx, ny), are known well enough to stop before the tolerance
+    displacement : (nx, ny) [m] B guess where it is known, which saves a product
 
     Returns the solution. Raises ConvergenceError.
 
@@ -124,7 +126,7 @@ def solve(
     product, and the energy never rises. The next direction is conjugated by that product, which remains valid when the
     set of free nodes changes.
     """
-    iteration = _Iteration(problem, guess)
+    iteration = _Iteration(problem, guess, displacement)
     wanted, exact = tolerance, 1.0  # exact: the residual when the gap was last computed in double precision
     while True:
         residual = iteration.assess()
@@ -166,10 +168,10 @@ class _Iteration:
     products : number of products with B
     """
 
-    def __init__(self, problem: Problem, guess: np.ndarray | None) -> None:
+    def __init__(self, problem: Problem, guess: np.ndarray | None, displacement: np.ndarray | None = None) -> None:
         self.problem, self.products, self.curvature, self.plane = problem, 0, 0.0, 0.0
         self.length, self.usual_length, self.short_steps = 1.0, 1.0, 0
-        self.pressure, self.gap = self._start(guess)
+        self.pressure, self.gap = self._start(guess, displacement)
         fields = (np.zeros_like(self.gap) for _ in range(6))
         self.misfit, self.descent, self.uniform_descent, self.direction, self.step, self.product = fields
         self.free = np.zeros(self.gap.shape, dtype=np.bool_)
@@ -272,7 +274,7 @@ class _Iteration:
             theta = min(theta, kernels.room(self.pressure, self.step, cap))
         kernels.move(self.pressure, self.gap, theta, self.step, self.product, cap)
 
-    def _start(self, guess: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    def _start(self, guess: np.ndarray | None, displacement: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and gap of the guess; at a fixed plane it is scaled by an exact line search along itself."""
         u_bar, cap, pressure_sum = self.problem.interference, self.problem.cap, self.problem.pressure_sum
         if guess is None or not guess.any():
@@ -283,7 +285,8 @@ class _Iteration:
         if pressure_sum is not None:
             shifted = _shifted(pressure, pressure > 0, cap, pressure_sum)
             pressure = _nearest(self.problem, pressure) if shifted is None else shifted
-        displacement = self._multiply(pressure)
+        if displacement is None or not np.array_equal(pressure, guess):
+            displacement = self._multiply(pressure)
         energy = kernels.inner(pressure, displacement)
         if pressure_sum is None and energy > 0:
             scale = kernels.inner(pressure, u_bar) / energy

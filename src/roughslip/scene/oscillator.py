@@ -48,7 +48,7 @@ class Oscillator(Section):
     stiffness_n_per_m: float | None = number(
         "Stiffness k of the spring, in place of natural_frequency_rad_per_s, which is then sqrt(k / m)",
         "N/m",
-        above=0,
+        at_least=1e-12,
         at_most=1e15,
         default=None,
     )

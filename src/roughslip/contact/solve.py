@@ -92,11 +92,7 @@ def solve(
     cell, whose energy at a fixed plane may have no minimum: use solve_load. Raises ConvergenceError where the residual
     stays above the tolerance.
     """
-    if influence.periodic:
-        raise ParameterError(
-            "a periodic cell has no pressures at a fixed plane, as a mean pressure has no finite displacement: use"
-            " solve_load"
-        )
+    _check_free(influence)
     interference = _field("interference", interference, influence)
     _check(tolerance, hardness_pa)
     start = _Start(_guess(initial_pressure, influence))
@@ -214,6 +210,7 @@ def sweep(
     takes a tenth more products, from three planes or in p^2 or p - gap / B_00 as many. What remains is the linear
     convergence after the contact has been found.
     """
+    _check_free(influence)
     heights = _field("heights", heights, influence)
     if not all(math.isfinite(real("the height of a plane", plane)) for plane in planes):
         raise ParameterError(f"the planes must be at finite heights, not {list(planes)} m")
@@ -282,6 +279,14 @@ def _box(nodes: np.ndarray) -> tuple[slice, slice]:
     """The rows and columns from the first to the last of the nodes."""
     rows, columns = np.flatnonzero(nodes.any(axis=1)), np.flatnonzero(nodes.any(axis=0))
     return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+
+
+def _check_free(influence: Influence) -> None:
+    if influence.periodic:
+        raise ParameterError(
+            "a periodic cell has no pressures at a fixed plane, as a mean pressure has no finite displacement: use"
+            " solve_load"
+        )
 
 
 def _check(tolerance: float, hardness_pa: float) -> None:

@@ -122,6 +122,7 @@ def plan_after_run(project, plan, *targets: str) -> dict:
     return plan(project.folder, *targets)
 
 
+@pytest.mark.slow
 def test_only_results_of_no_scene_are_unused(project, monkeypatch):
     monkeypatch.chdir(project.folder)
     project.scene("wrong", "extends: nothing\n")

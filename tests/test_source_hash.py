@@ -175,6 +175,12 @@ print(json.dumps(found))
 """
 
 
+@pytest.mark.parametrize("stage", ["karhunen_loeve", "contact_square", "contact_strip", "expansion_strip", "report"])
+def test_an_edit_of_friction_statistics_solves_no_contact_again(stage):
+    friction = {path.stem for path in closure(f"roughslip.stages.{stage}", SOURCE) if path.parent.name == "friction"}
+    assert friction <= {"__init__", "bowden_tabor"}
+
+
 @pytest.mark.slow
 def test_the_closure_of_a_stage_is_what_python_imports():
     """So an edit of a module re-runs the stages that execute it, and no others."""

@@ -6,6 +6,7 @@ Warnings are errors in every test of this project, so a figure that warns fails 
 import matplotlib as mpl
 import numpy as np
 import pytest
+import seaborn
 from scipy import stats
 
 from roughslip.figures.comparison import COMPARED, MOST, comparison, drawn
@@ -27,7 +28,7 @@ from roughslip.figures.figure_map import DRAWN as MAP_DRAWN
 from roughslip.figures.figure_map import figure_map
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
 from roughslip.figures.figure_scan import NUMBERS, OUTSIDE, figure_scan
-from roughslip.figures.style import save
+from roughslip.figures.style import STYLE, save
 from tests.figures.drawn import (
     DAMPING,
     Recorded,
@@ -139,6 +140,26 @@ def test_all_is_in_its_place(name, case):
 def line(axes, label):
     (found,) = [each for each in axes.lines if each.get_label() == label]
     return found.get_data()
+
+
+def test_the_style_is_that_of_seaborn_but_for_its_font():
+    """A font of the machine would change figures from one machine to the next; matplotlib brings its own."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        default = dict(mpl.rcParams)
+        seaborn.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)
+        theme = {name: mpl.rcParams[name] for name in STYLE}
+        others = {name for name, value in mpl.rcParams.items() if value != default[name]} - STYLE.keys()
+        mpl.rcParams.update(STYLE)
+        ours = {name: mpl.rcParams[name] for name in STYLE}
+    assert others == {"font.sans-serif", "grid.color", "image.cmap"}  # of which no figure takes grid or map
+    for name, value in ours.items():
+        if name == "axes.prop_cycle":
+            np.testing.assert_allclose(
+                [mpl.colors.to_rgb(one["color"]) for one in value], [one["color"] for one in theme[name]], atol=1e-6
+            )
+        elif name not in {"legend.frameon", "path.simplify_threshold", "savefig.dpi", "svg.hashsalt"}:
+            assert value == pytest.approx(theme[name]), name
 
 
 def test_figure2_draws_the_stored_numbers():

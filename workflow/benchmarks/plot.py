@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from roughslip.figures.figure2 import METHODS
-from roughslip.figures.style import head, panels, save
+from roughslip.figures.style import despine, head, panels, save
 from roughslip.stages.runtime.usage import Usage
 from workflow.benchmarks.runner import OURS, time_ratios
 from workflow.evidence.rows import Row, fields
@@ -229,7 +228,7 @@ def main() -> None:
         parser.error(f"{arguments.benchmark}: no such benchmark; its name must be one of {', '.join(FIGURES)}")
     with Usage(arguments.usage, "draw") as usage:
         drawn = FIGURES[arguments.benchmark.stem](json.loads(arguments.benchmark.read_text(encoding="utf-8"))["rows"])
-        sns.despine(drawn)
+        despine(*drawn.axes)
         for path in arguments.output:
             save(drawn, path)
         usage.files(read=[arguments.benchmark], made=arguments.output)

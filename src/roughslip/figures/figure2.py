@@ -5,11 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import Arrays, draw_curve, heads, panels, pressure_unit, with_ends, with_interval_names
+from roughslip.figures.style import (
+    Arrays,
+    despine,
+    draw_curve,
+    heads,
+    panels,
+    pressure_unit,
+    with_ends,
+    with_interval_names,
+)
 
 DRAWN = ["method", "pressure", "distance_in_contact", *with_interval_names("cumulative", "contact_probability")]
 
@@ -46,7 +54,7 @@ def figure2(result: Arrays) -> Figure:
     probability.margins(x=0.3)
     figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(methods))
     heads(figure.axes, "distribution given contact", "low probabilities", "contact, and distance to solves")
-    sns.despine(figure)
+    despine(*figure.axes)
     return figure
 
 

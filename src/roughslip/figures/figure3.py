@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import betaln, ndtri
 
 from roughslip.figures.style import (
     Arrays,
+    despine,
     draw_curve,
     draw_points,
     heads,
@@ -63,7 +63,7 @@ def figure3(result: Arrays) -> Figure:
     draw_curve(axes[0], result["fit_percentile"], with_ends(result, "fit"), look)
     legend_above(axes[0])
     heads(axes, "mean", "standard deviation", "coefficient of variation")
-    sns.despine(figure)
+    despine(*figure.axes)
     return figure
 
 
@@ -86,7 +86,7 @@ def figure3_law(result: Arrays) -> Figure:
         *(f"autocorrelation{correlation}", "exponential length", "marginal at median penetration"),
         *(f"distance to families{distribution}", "skewness", "excess kurtosis"),
     )
-    sns.despine(figure)
+    despine(*figure.axes)
     return figure
 
 

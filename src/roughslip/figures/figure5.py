@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import Arrays, draw_curve, heads, legend_above, panels, with_ends, with_interval_names
+from roughslip.figures.style import (
+    Arrays,
+    despine,
+    draw_curve,
+    heads,
+    legend_above,
+    panels,
+    with_ends,
+    with_interval_names,
+)
 
 DRAWN = [
     *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
@@ -26,7 +34,7 @@ def figure5(result: Arrays) -> Figure:
     _counts(counts, result)
     title = f"limit cycle at D = {float(result['nominal_damping']):g}"
     heads(figure.axes, title, "reattachment point", "cycles lost to the scatter", "cycles with and without scatter")
-    sns.despine(figure)
+    despine(*figure.axes)
     return figure
 
 

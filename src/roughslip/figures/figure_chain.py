@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from roughslip.figures.figure5 import draw_cycle
-from roughslip.figures.style import Arrays, Look, draw_map, heads, legend_above, panels, pressure_unit
+from roughslip.figures.style import Arrays, Look, despine, draw_map, heads, legend_above, panels, pressure_unit
 
 CYCLE = ["position", "velocity", "deterministic_position", "deterministic_velocity", "nominal_damping"]
 DRAWN = ["x", "y", "height", "pressure", "penetration", "path", "path_axis", "friction", "friction_mean", *CYCLE]
@@ -33,8 +32,7 @@ def figure_chain(result: Arrays) -> Figure:
         "friction along the path",
         f"stick-slip at D = {float(result['nominal_damping']):g}",
     )
-    for axes in (path, cycle):
-        sns.despine(ax=axes)
+    despine(path, cycle)
     return figure
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import seaborn as sns
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -47,7 +47,7 @@ def _curves(axes: Axes, result: Arrays) -> None:
     undecided = np.flatnonzero((mean > DECIDED) & (mean < 1.0))
     shown = undecided if undecided.size else np.arange(len(mean))
     shown = shown[np.unique(np.linspace(0, len(shown) - 1, min(CURVES, len(shown))).astype(int))]
-    for colour, place in zip(sns.color_palette("viridis", len(shown)), shown, strict=True):
+    for colour, place in zip(colormaps["viridis"](np.linspace(0, 1, len(shown) + 2)[1:-1]), shown, strict=True):
         look = {"color": colour, "lw": 1.5, "label": f"$D$ = {result['survival_damping'][row, place]:.3f}"}
         draw_curve(axes, result["survival_time"], with_ends(result, "survival_curve", (row, place)), look, alpha=0.15)
     axes.set(xlabel="natural periods", ylabel="share of the runs", ylim=(0, 1.02), xlim=(0, None))

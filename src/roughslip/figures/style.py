@@ -8,15 +8,54 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.rcsetup import cycler
 
 Arrays = Mapping[str, np.ndarray]
 Look = dict[str, Any]  # colour, marker and line of an artist, in matplotlib's words
 
 INTERVAL = ("", "_low", "_high")
+
+DARK, LARGE, SMALL = ".15", 10.56, 9.68  # a grey, and sizes of text [pt]
+BLIND_SAFE = "#0173b2 #de8f05 #029e73 #d55e00 #cc78bc #ca9161 #fbafe4 #949494 #ece133 #56b4e9"
+STYLE: Any = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": DARK,
+    "axes.labelcolor": DARK,
+    "axes.labelsize": LARGE,
+    "axes.linewidth": 1.0,
+    "axes.prop_cycle": cycler(color=BLIND_SAFE.split()),
+    "axes.titlesize": LARGE,
+    "font.size": LARGE,
+    "legend.fontsize": SMALL,
+    "legend.frameon": False,
+    "legend.title_fontsize": LARGE,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.8,
+    "lines.solid_capstyle": "round",
+    "patch.edgecolor": "w",
+    "patch.force_edgecolor": True,
+    "patch.linewidth": 0.8,
+    "path.simplify_threshold": 0.3,
+    "savefig.dpi": 160,
+    "svg.hashsalt": "roughslip",
+    "text.color": DARK,
+} | {
+    f"{axis}tick.{name}": value
+    for axis in "xy"
+    for name, value in {
+        "color": DARK,
+        "labelsize": SMALL,
+        "major.size": 4.8,
+        "major.width": 1.0,
+        "minor.size": 3.2,
+        "minor.width": 0.8,
+    }.items()
+}
+"""seaborn's theme for papers, with ticks, its colours for the colour-blind and text of 1.1 times the size. Its import
+would take 1.5 s of every figure."""
 
 
 def with_interval_names(*names: str) -> list[str]:
@@ -27,10 +66,7 @@ def with_interval_names(*names: str) -> list[str]:
 def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
     """A figure in the style of the study with its panels, each `width` inches wide."""
     mpl.rcdefaults()  # a user's matplotlibrc changes nothing
-    sns.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)
-    mpl.rcParams.update(
-        {"svg.hashsalt": "roughslip", "savefig.dpi": 160, "legend.frameon": False, "path.simplify_threshold": 0.3}
-    )
+    mpl.rcParams.update(STYLE)
     figure = Figure(figsize=(width * columns, 3.5 * rows), layout="constrained")
     return figure, figure.subplots(rows, columns)
 
@@ -39,6 +75,12 @@ def save(figure: Figure, path: Path) -> None:
     """Write a figure in the format of its suffix, without date and version: the same figure gives the same bytes."""
     figure.savefig(path, metadata={"Date": None, "Creator": None} if path.suffix == ".svg" else {"Software": None})
     figure.set_layout_engine("none")  # the layout for one format is kept for the next
+
+
+def despine(*panels: Axes) -> None:
+    """Leave out the upper and the right side of panels."""
+    for axes in panels:
+        axes.spines[["top", "right"]].set_visible(False)
 
 
 def head(axes: Axes, letter: str, text: str) -> None:

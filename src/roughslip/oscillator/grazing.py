@@ -12,7 +12,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
@@ -76,6 +75,8 @@ def grazing_response(oscillator: Oscillator, law: FrictionLaw, stochastic_static
         y, w, yy, wy, yw, ww = state
         rate = flow.slope(float(w)) - 2.0 * limit
         return [w, flow.at_peak(float(w)) - y, wy, rate * wy - yy, ww, rate * ww - yw]
+
+    from scipy.integrate import solve_ivp  # its import takes 0.3 s, and few stages ask for limits
 
     times = np.linspace(0.0, duration, SAMPLES)
     start = [departure, 1.0, 1.0, 0.0, 0.0, 1.0]

@@ -16,8 +16,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.equation import Oscillator
@@ -113,6 +111,8 @@ def next_peak(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
         return math.hypot(state[0], state[1]) - AT_REST * w
 
     rest.terminal = True  # type: ignore[attr-defined]
+    from scipy.integrate import solve_ivp  # its import takes 0.3 s, and few stages ask for limits
+
     time, state = 0.0, np.array([y, w])
     for direction in (1.0, -1.0):  # to the trough, then to the peak
         rate.terminal, rate.direction = True, direction  # type: ignore[attr-defined]
@@ -225,6 +225,8 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
         if high > LARGEST_DAMPING:
             raise ConvergenceError("the cycle exists at every damping ratio tried", residual=reached, work=trials)
         low, high, trials = high, 2.0 * high, trials + 1
+    from scipy.optimize import brentq  # as above
+
     return float(brentq(excess, low, high, xtol=1e-10, rtol=8.9e-16))
 
 

@@ -4,7 +4,7 @@ Fehlberg's pair has order 5 and an estimate of order 4 (NASA TR R-315, 1969). Th
 and estimates of order 5 and 3 (E. Hairer, S. P. Nørsett & G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.
 1993, II.5 and II.10). It has twice the stages, and pays where no nodes of a path bound the steps.
 
-Tableaux are tuples without zeros, so that the compiler writes out their sums; steps are written into their callers.
+Steps are written into their callers.
 """
 
 from __future__ import annotations
@@ -12,12 +12,22 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, acceleration, completed, path_coordinate
 from roughslip.oscillator.laws import CONTRACTED
 from roughslip.oscillator.path import Piece, mu_s_at
+from roughslip.oscillator.tableaux import (
+    ERROR3,
+    ERROR5,
+    FEHLBERG_ERROR,
+    FEHLBERG_NODES,
+    FEHLBERG_ROWS,
+    FEHLBERG_WEIGHTS,
+    NODES,
+    ROWS,
+    WEIGHTS,
+)
 
 FEHLBERG45, DORMAND_PRINCE853 = 0, 1
 PAIRS = {"fehlberg45": FEHLBERG45, "dormand_prince853": DORMAND_PRINCE853}
@@ -25,23 +35,6 @@ STAGES = (6, 12)  # evaluations of X'' in a step
 ORDERS = (5, 8)  # by which power of the step its error estimate goes
 HALVINGS = 52
 CONVERGED = 1e-9  # of a step, between two iterates of a root: Newton has doubled the digits by then
-
-# Fehlberg: nodes, rows, weights of order 5, and the weights less those of order 4.
-FEHLBERG_NODES = (0.0, 1 / 4, 3 / 8, 12 / 13, 1.0, 1 / 2)
-FEHLBERG_ROWS = (
-    (1 / 4,),
-    (3 / 32, 9 / 32),
-    (1932 / 2197, -7200 / 2197, 7296 / 2197),
-    (439 / 216, -8.0, 3680 / 513, -845 / 4104),
-    (-8 / 27, 2.0, -3544 / 2565, 1859 / 4104, -11 / 40),
-)
-FEHLBERG_WEIGHTS = (16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55)
-FEHLBERG_ERROR = (1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55)
-
-# Dormand and Prince: the tables of scipy without zeros, of the weights those of stages 1 and 6 to 12.
-ROWS = tuple(tuple(float(value) for value in row if value != 0.0) for row in DOP853.A[1:])
-NODES = tuple(map(float, DOP853.C))
-WEIGHTS, ERROR5, ERROR3 = (tuple(map(float, row[[0, *range(5, 12)]])) for row in (DOP853.B, DOP853.E5, DOP853.E3))
 
 
 @compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)

@@ -19,15 +19,9 @@ from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, acceleration, completed
 from roughslip.oscillator.laws import CONTRACTED, row_ends
 from roughslip.oscillator.path import WIDTHS, Path, Piece, Wide, piece_at, wide_piece
-from roughslip.oscillator.runge_kutta import (
-    FEHLBERG_ERROR,
-    FEHLBERG_NODES,
-    FEHLBERG_ROWS,
-    FEHLBERG_WEIGHTS,
-    error_ratio,
-    weighted,
-)
+from roughslip.oscillator.runge_kutta import error_ratio, weighted
 from roughslip.oscillator.switching_events import Branch
+from roughslip.oscillator.tableaux import FEHLBERG_ERROR, FEHLBERG_NODES, FEHLBERG_ROWS, FEHLBERG_WEIGHTS
 
 SLOWED, QUICKENED = 0.3, 10.0  # K at the end over K at the start, outside of which no step is tried
 LONGEST = 0.5  # of tau

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.pad import Surface
 from roughslip.probability import EmpiricalDistribution, FamilyDistribution
 from roughslip.scene.roughness import Fractal
 from roughslip.scene.types import Scene
@@ -28,14 +27,6 @@ def surface_model(scene: Scene, scan: Path | None = None) -> SurfaceModel:
     if scene.roughness.fractal is not None:
         return FractalModel(fractal_law(scene, scene.roughness.fractal))
     return gaussian_model(scene, scan)
-
-
-def correlated(scene: Scene, scan: Path | None = None) -> Surface:
-    """Correlation of the heights of the surface; of translated ones, that of the Gaussian field behind them."""
-    fractal, model = scene.roughness.fractal, surface_model(scene, scan)
-    covariance = gaussian_model(scene, scan).covariance if fractal is None else fractal_law(scene, fractal)
-    variance = covariance.rms_height_m**2
-    return Surface(lambda x, y: covariance(x, y) / variance, model.lengths_m)
 
 
 def gaussian_model(scene: Scene, scan: Path | None = None) -> GaussianModel:

@@ -1,11 +1,14 @@
 """What strips say of load: force and pressure of a window, windows that bear the scene's force, and their scatter."""
 
+from pathlib import Path
+
 import numpy as np
 
 from roughslip import store
 from roughslip.friction.pad import (
     ADJACENT,
     WINDOWS,
+    Surface,
     adjacent_variance,
     between_pads,
     influence_covariance,
@@ -15,7 +18,7 @@ from roughslip.friction.pad import (
 from roughslip.friction.statistics import resampled
 from roughslip.probability import Estimate
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene.surface_model import correlated
+from roughslip.stages.from_scene.surface_model import fractal_law, gaussian_model, surface_model
 from roughslip.stages.runtime.command import Job
 
 TITLES = {
@@ -168,3 +171,11 @@ def load_variables(scene: Scene, table: Table, light: Table) -> dict[str, store.
             variables["load_mean_friction"] = store.Variable((), scene.load.mean_friction, "1", measured)
         variables |= store.with_interval("load_percentile", (), ends, "percent", title)
     return variables
+
+
+def correlated(scene: Scene, scan: Path | None = None) -> Surface:
+    """Correlation of the heights of the surface; of translated ones, that of the Gaussian field behind them."""
+    fractal, model = scene.roughness.fractal, surface_model(scene, scan)
+    covariance = gaussian_model(scene, scan).covariance if fractal is None else fractal_law(scene, fractal)
+    variance = covariance.rms_height_m**2
+    return Surface(lambda x, y: covariance(x, y) / variance, model.lengths_m)

@@ -141,7 +141,9 @@ def _multiply(values: np.ndarray, starts: np.ndarray, ends: np.ndarray, factors:
             if starts[row] < 0:
                 term[:] = 1.0
             else:
-                term[:] = table[starts[row], first:end]
+                earlier = table[starts[row], first:end]
+                for k in range(width):
+                    term[k] = earlier[k]
             while factor < ends[row]:
                 value = values[factors[factor, 1], factors[factor, 0], first:end]
                 for k in range(width):

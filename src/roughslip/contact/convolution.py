@@ -121,7 +121,8 @@ def _padded(field: np.ndarray, rows: np.ndarray) -> None:
     """Write the field, followed by zeros, into the rows."""
     nx, ny = field.shape
     for i in range(nx):
-        rows[i, :ny] = field[i]
+        for j in range(ny):
+            rows[i, j] = field[i, j]
         rows[i, ny:] = 0.0
 
 
@@ -203,4 +204,5 @@ def _sum_across(toeplitz: np.ndarray, spectrum: np.ndarray) -> None:
             for k in range(width):
                 middle[k] += itself[k] * middle_part[k]
         for a in range(ny):
-            spectrum[a, first:end] = sums[a, :width]
+            for k in range(width):
+                spectrum[a, first + k] = sums[a, k]

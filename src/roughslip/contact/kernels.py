@@ -245,7 +245,9 @@ def stencil_product(stencil: np.ndarray, field: np.ndarray, nodes: np.ndarray, r
                 for j in range(ny):
                     inside[j] = one[j] + other[j]
             elif before or after:
-                inside[:] = field[i - far if before else i + far]
+                one = field[i - far if before else i + far]
+                for j in range(ny):
+                    inside[j] = one[j]
             else:
                 continue
             w0, w1, w2 = stencil[2 + far, 2], stencil[2 + far, 3], stencil[2 + far, 4]

@@ -68,7 +68,10 @@ def resampled(weights: np.ndarray, strip_sums: np.ndarray) -> np.ndarray:
 def power_sums(mu: np.ndarray, valid: np.ndarray, centre: float, order: int) -> np.ndarray:
     """Sums (S, order + 1) of (mu - centre)^k, k = 0 ... order, over the valid windows of each strip."""
     deviation = np.where(valid, mu - centre, 0.0)
-    powers = [np.sum(deviation**k, axis=1) for k in range(1, order + 1)]
+    powers, power = [], np.ones_like(deviation)
+    for _ in range(order):
+        power *= deviation
+        powers.append(power.sum(axis=1))
     return np.stack([np.sum(valid, axis=1, dtype=np.float64), *powers], axis=1)
 
 

@@ -43,9 +43,54 @@ def test_a_scan_has_no_length_before_it_is_read_so_its_scene_gives_the_cells(min
     """The line names the file that has the scan, not the shipped one that says auto."""
     scan = "file: a.txt, form: mean, covariance: best, marginal: gaussian"
     assert lines_of(mine, f"extends: resolved\ntargets: [figure3]\nroughness: {{scan: {{{scan}}}}}") == [
-        "scenes/mine.yaml: strip.cell_m: 'auto' is not allowed; with roughness.scan a number > 0 [m], at most a "
-        "quarter of its shortest correlation length"
+        "scenes/mine.yaml: strip.cell_m: 'auto' is not allowed; with roughness.scan a number > 0 [m], for cells of at "
+        "most a quarter of its shortest correlation length"
     ]
+
+
+SQUARE = (
+    "extends: resolved\ntargets: [figure2]\nsquare: {{nodes: auto, variance_share: auto}}\naccuracy: {{pressure: {}}}"
+)
+
+
+@pytest.mark.parametrize(("asked", "nodes", "share"), [(0.1, 39, 0.95), (0.05, 44, 0.975), (0.0125, 87, 0.9938)])
+def test_a_square_has_the_fewest_nodes_and_modes_that_leave_their_share(mine, asked, nodes, share):
+    """0.1 x^2 of the distribution at x = cell / correlation length, and 0.4 of the missing variance.
+
+    A tenth and two tenths of what is asked are theirs. The correlation length is 0.1035 of the edge, so that 39 nodes
+    are 4 cells in it, the fewest.
+    """
+    square = mine(SQUARE.format(asked))["square"]
+    assert (square["nodes"], square["variance_share"]) == (nodes, share)
+    x = 1 / (0.1035 * nodes)
+    assert 0.1 * x**2 <= 0.1 * asked < 0.1 * (x * nodes / (nodes - 1)) ** 2 or nodes == 39
+    assert 0.4 * (1 - share) == pytest.approx(0.2 * asked, rel=0.01)
+
+
+def test_a_square_without_the_correction_at_edges_has_finer_cells(mine):
+    """There the error is 0.06 x."""
+    square = mine(SQUARE.format(0.05) + "\nnumerics: {contact_area: nodes}")["square"]
+    assert square["nodes"] == pytest.approx(0.06 / (0.1 * 0.05 * 0.1035), abs=1)
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        ("targets: [figure2]\nsquare: {nodes: auto}", "a whole number from 2 to 1024, or auto with accuracy.pressure"),
+        ("targets: [figure2]\nsquare: {variance_share: auto}", "a number > 0 and <= 1, or auto with accuracy.pressure"),
+    ],
+)
+def test_a_square_that_does_not_follow_from_an_accuracy_is_refused(mine, given, line):
+    key = "square.nodes" if "nodes" in given else "square.variance_share"
+    (found,) = lines_of(mine, "extends: paper\n" + given)
+    assert found.startswith(f"scenes/mine.yaml: {key}: 'auto' is not allowed; {line}")
+
+
+def test_a_square_beyond_memory_is_refused(mine):
+    (found,) = lines_of(mine, SQUARE.format(0.1) + "\nroughness: {correlation_length_m: 5.0e-7}")
+    assert found == (
+        "scenes/mine.yaml: square.nodes: 1095 is not allowed; at most 1024; auto takes so many for accuracy.pressure"
+    )
 
 
 def _left(cell: float, length: float) -> float:

@@ -107,7 +107,7 @@ EDITS = [
     ("src/roughslip/scan/covariance_fit.py", *ACTS, {}),
     (SCENE, "samples: 8\n", "samples: 8  # few\n", {}),
     (SCENE, "[30, 50]", "[30.0, 50]", {}),
-    ("src/roughslip/scene/contact.py", "at_most=1024", "at_most=2048", {}),
+    ("src/roughslip/scene/contact.py", "MOST_NODES = 1024", "MOST_NODES = 2048", {}),
     ("src/roughslip/contact/solve.py", '"""', '"""Edited: ', {}),
     ("src/roughslip/stages/contact_strip.py", "memory_mb=420", "memory_mb=430", {}),
     ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy==", {}),

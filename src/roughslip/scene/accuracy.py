@@ -31,7 +31,8 @@ class Accuracy(Section):
     )
     pressure: float = number(
         "Of the distribution of the pressure at the centre of the square, at any pressure. Half of it is for few "
-        "samples, and half for cells and missing modes. It finds square.monte_carlo_samples and expansion.samples",
+        "samples, and half for cells and missing modes. It finds square.monte_carlo_samples and expansion.samples, and "
+        "square.nodes and square.variance_share where they are auto",
         at_least=0.002,
         at_most=0.4,
         default=None,

@@ -9,6 +9,8 @@ from roughslip.scene.expansion import AUTO
 from roughslip.scene.fields import Section, integer, many, number, section
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused, strictly_increasing
 
+MOST_NODES = 1024  # along an edge of a square: 8 MB a field
+
 
 @section
 class Material(Section):
@@ -31,7 +33,10 @@ class Square(Section):
 
     edge_m: float = number("Edge of the square", "m", above=0, at_most=1)
     nodes: int = integer(
-        "Nodes along an edge, and cells; 1024 limits the memory of a field to 8 MB", at_least=2, at_most=1024
+        "Nodes along an edge, and cells. With auto, the fewest that leave accuracy.pressure room for few samples",
+        at_least=2,
+        at_most=MOST_NODES,
+        or_word=AUTO,
     )
     modes: int | None = integer(
         "Random modes of the Karhunen-Loeve expansion, the mean not counted; at most nodes^2",
@@ -41,9 +46,11 @@ class Square(Section):
     )
     variance_share: float | None = number(
         "In place of modes: share of the variance over the mesh that the modes must carry. The fewest such modes are "
-        "taken. A field that needs more than a quarter of all modes is refused",
+        "taken. A field that needs more than a quarter of all modes is refused. With auto, the lowest share that "
+        "leaves accuracy.pressure room for few samples",
         above=0,
         at_most=1,
+        or_word=AUTO,
         default=None,
     )
     penetration_percentile: float = number(

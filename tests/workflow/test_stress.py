@@ -338,6 +338,14 @@ MOTION = oscillator.MotionProblem(
 )
 
 
+@pytest.fixture(scope="module")
+def motion():
+    """The motion of that problem, which the judge accepts."""
+    found = oscillator.drawn(MOTION)
+    assert oscillator.judge(MOTION, found).broken == ()
+    return found
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -349,7 +357,5 @@ MOTION = oscillator.MotionProblem(
         ({"law": StribeckLaw(0.3, static=0.41)}, "within the limit"),
     ],
 )
-def test_motions_of_another_problem_are_rejected(change, reason):
-    found = oscillator.drawn(MOTION)
-    assert oscillator.judge(MOTION, found).broken == ()
-    assert any(reason in line for line in oscillator.judge(replace(MOTION, **change), found).broken)
+def test_motions_of_another_problem_are_rejected(motion, change, reason):
+    assert any(reason in line for line in oscillator.judge(replace(MOTION, **change), motion).broken)

@@ -21,7 +21,7 @@ for method, (label, look) in LOOKS.items():
     if found:
         growth.plot([int(of_case(row, "n")) for row in found], [seconds(row) for row in found], label=label, **look)
 growth.set(xscale="log", yscale="log", xlabel="nodes on an edge", ylabel="time of a solve [s]", ylim=(None, 100))
-growth.set_xticks([64, 128, 256], ["64", "128", "256"])
+growth.set_xticks([64, 128, 256, 512, 1024, 2048], ["64", "128", "256", "512", "1024", "2048"])
 growth.minorticks_off()
 plot_methods(precision, [row for row in oscillator if of_case(row, "motion") == "deterministic"], seconds)
 precision.set(xlabel="time of a cycle [s]", ylabel="relative error", ylim=(None, 10))

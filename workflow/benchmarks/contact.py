@@ -24,7 +24,7 @@ from workflow.evidence.rows import Row, case, fields, power
 PACKAGES = ("ducc0", "tamaas", "ContactMechanics", "NuMPI", "muGrid", "SurfaceTopography")
 
 # The largest mesh on which a peer takes part, at the median and at other planes: what its time allows.
-EXTENT = {"tamaas/load": (512, 512), "contactmechanics/bugnicourt": (512, 128), "polonsky-keer": (512, 128)}
+EXTENT = {"tamaas/load": (512, 256), "contactmechanics/bugnicourt": (512, 128), "polonsky-keer": (512, 128)}
 
 REFERENCE_TOLERANCE = 1e-12
 SETTINGS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)

@@ -14,7 +14,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Legendre, Polynomial
+from numpy.polynomial.legendre import leggauss, legvander
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError
@@ -101,20 +101,21 @@ def projections(cubic: bool) -> np.ndarray:
     of the Legendre polynomial of that degree in mu_S. Degrees 3 to 6 make most of the roughness.
     """
     table = np.zeros((len(WIDTHS), 7, WIDTHS[-1] + 3))
-    basis = [Legendre.basis(degree, domain=(0, 1)).convert(kind=Polynomial) for degree in range(7)]
     rough = {
         degree: math.sqrt(1 / (2 * degree + 3) + 1 / (2 * degree - 1)) / (4 * degree + 2) for degree in range(3, 7)
     }
+    # Coefficients of the shifted Legendre polynomials of degree 0 to 2 in t, and the roughness of the others
+    into_rows = np.diag([0.0, 0.0, 0.0, *rough.values()])
+    into_rows[:3, :3] = [[1, -1, 1], [0, 2, -6], [0, 0, 6]]
+    points, weights = leggauss(5)  # exact up to degree 9: a cubic times degree 6
+    t = 0.5 * (points + 1.0)
+    end = t * t * (3 - 2 * t) if cubic else t
+    before, after = (-t * (1 - t) ** 2 / 2, t * t * (t - 1) / 2) if cubic else (0 * t, 0 * t)
+    nodes = np.stack([before, 1 - end - after, end - before, after])  # the piece, by the nodes around it
     for row, n in zip(table, WIDTHS, strict=True):
-        for degree, legendre in enumerate(basis):
-            parts = rough[degree] * np.eye(7)[degree] if degree > 2 else np.resize([*legendre.coef, *np.zeros(7)], 7)
-            for k in range(n):
-                weight = (2 * degree + 1) / n * legendre(Polynomial((k / n, 1 / n)))
-                for i, (before, start, end, after) in enumerate(np.eye(4)):
-                    rise = end - start
-                    out, into = (0.5 * (end - before), 0.5 * (after - start)) if cubic else (rise, rise)
-                    piece = Polynomial((start, out, 3 * rise - 2 * out - into, out + into - 2 * rise))
-                    row[:, k + i] += (weight * piece).integ()(1.0) * parts
+        for k in range(n):
+            degrees = legvander(2 * (k + t) / n - 1, 6) * (np.arange(1, 14, 2) / (2 * n))
+            row[:, k : k + 4] += into_rows @ (degrees.T * weights @ nodes.T)
     return table
 
 

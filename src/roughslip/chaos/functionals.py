@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy  # its parts when they are used
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite, whole_at_least

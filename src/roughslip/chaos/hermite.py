@@ -97,14 +97,28 @@ class HermiteBasis:
 
         Returns values : (P, K). Raises ParameterError where the variables do not match or a point is not finite.
         """
+        table = np.empty((len(self.indices), len(points)))
+        _multiply(self._polynomials(points), *self._products, table)
+        return table
+
+    def sums(self, points: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """Expansions at every point, without a table of the terms.
+
+        points : (K, variables) [-]
+        coefficients : (P, n) of n expansions
+
+        Returns values : (n, K). Raises as `by_term`.
+        """
+        values = np.zeros((coefficients.shape[1], len(points)))
+        _add_terms(self._polynomials(points), *self._products, np.ascontiguousarray(coefficients), values)
+        return values
+
+    def _polynomials(self, points: np.ndarray) -> np.ndarray:
         points = finite("points of the variables", points)
         variables = self.indices.shape[-1]
         if points.ndim != 2 or points.shape[1] != variables:
             raise ParameterError(f"points {points.shape} must be a table of {variables} variables")
-        values = hermite_polynomials(np.ascontiguousarray(points.T), int(self.indices.max(initial=0)))
-        table = np.empty((len(self.indices), len(points)))
-        _multiply(values, *self._products, table)
-        return table
+        return hermite_polynomials(np.ascontiguousarray(points.T), int(self.indices.max(initial=0)))
 
     @cached_property
     def _products(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -132,23 +146,71 @@ def _multiply(values: np.ndarray, starts: np.ndarray, ends: np.ndarray, factors:
 
     Points are taken in blocks, so that the terms from which others start are still in the cache.
     """
-    terms, points = table.shape
+    points = table.shape[1]
     for first in range(0, points, BLOCK):
         end = min(first + BLOCK, points)
-        width, factor = end - first, 0
-        for row in range(terms):
-            term = table[row, first:end]
-            if starts[row] < 0:
-                term[:] = 1.0
-            else:
-                earlier = table[starts[row], first:end]
+        _multiply_block(values[:, :, first:end], starts, ends, factors, table[:, first:end])
+
+
+@compiled()
+def _multiply_block(
+    values: np.ndarray, starts: np.ndarray, ends: np.ndarray, factors: np.ndarray, table: np.ndarray
+) -> None:
+    terms, width = table.shape
+    factor = 0
+    for row in range(terms):
+        term = table[row]
+        if starts[row] < 0:
+            term[:] = 1.0
+        else:
+            earlier = table[starts[row]]
+            for k in range(width):
+                term[k] = earlier[k]
+        while factor < ends[row]:
+            value = values[factors[factor, 1], factors[factor, 0]]
+            for k in range(width):
+                term[k] *= value[k]
+            factor += 1
+
+
+@compiled(fastmath={"contract"})
+def _add_terms(
+    values: np.ndarray,
+    starts: np.ndarray,
+    ends: np.ndarray,
+    factors: np.ndarray,
+    coefficients: np.ndarray,
+    sums: np.ndarray,
+) -> None:
+    """Add every term times its coefficients (P, n) to the sums (n, K), a block of points after the other.
+
+    Four terms at a time, because a sum is read and written as often.
+    """
+    terms, expansions = coefficients.shape
+    points = sums.shape[1]
+    table = np.empty((terms, min(BLOCK, points)))
+    for first in range(0, points, BLOCK):
+        end = min(first + BLOCK, points)
+        width = end - first
+        block = table[:, :width]
+        _multiply_block(values[:, :, first:end], starts, ends, factors, block)
+        for row in range(0, terms - terms % 4, 4):
+            t0, t1, t2, t3 = block[row], block[row + 1], block[row + 2], block[row + 3]
+            for n in range(expansions):
+                c0, c1, c2, c3 = (
+                    coefficients[row, n],
+                    coefficients[row + 1, n],
+                    coefficients[row + 2, n],
+                    coefficients[row + 3, n],
+                )
+                found = sums[n, first:end]
                 for k in range(width):
-                    term[k] = earlier[k]
-            while factor < ends[row]:
-                value = values[factors[factor, 1], factors[factor, 0], first:end]
+                    found[k] += (c0 * t0[k] + c1 * t1[k]) + (c2 * t2[k] + c3 * t3[k])
+        for row in range(terms - terms % 4, terms):
+            for n in range(expansions):
+                found = sums[n, first:end]
                 for k in range(width):
-                    term[k] *= value[k]
-                factor += 1
+                    found[k] += coefficients[row, n] * block[row, k]
 
 
 def sobol_indices(

@@ -11,8 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
-from scipy.interpolate import BSpline
+import scipy  # its parts when they are used
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite
@@ -131,7 +130,7 @@ class ResidualScatter:
     quantiles : (PLACES, QUANTILES) of e at each
     """
 
-    mean: BSpline
+    mean: scipy.interpolate.BSpline
     low: float
     high: float
     places: np.ndarray
@@ -209,9 +208,9 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     if not np.all(np.diff(knots) > 0):
         raise IllPosedError("predictions are all alike: the expansion explains nothing; take other variables")
     padded = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
-    design = BSpline.design_matrix(s, padded, 3).toarray()
+    design = scipy.interpolate.BSpline.design_matrix(s, padded, 3).toarray()
     coefficients = np.linalg.lstsq(design, t, rcond=None)[0]
-    mean = BSpline(padded, coefficients, 3)
+    mean = scipy.interpolate.BSpline(padded, coefficients, 3)
     residual = t - mean(s)
     n = len(s)
     window = min(n, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * n)))

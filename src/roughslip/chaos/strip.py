@@ -64,10 +64,10 @@ class StripExpansion:
             raise ParameterError(f"the expansion is of strips of {rows} rows, not of heights {heights.shape}")
         functionals = local_functionals(heights, self.stencil)[:, columns].transpose(2, 0, 1)
         xi = self.whiten @ np.ascontiguousarray(functionals)
-        values = np.empty((levels, xi.shape[2], rows))
+        values = np.empty((levels, rows, xi.shape[2]))
         for row in range(rows):
-            values[:, :, row] = self.coefficients[row].T @ self._basis.by_term(xi[row].T)
-        return values
+            values[:, row] = self._basis.sums(xi[row].T, self.coefficients[row])
+        return values.transpose(0, 2, 1)
 
     def pressure(self, heights: np.ndarray) -> np.ndarray:
         """p : (levels, nx, ny) [Pa] of the predicted target, without its scatter; arguments as `predicted`."""
@@ -199,14 +199,14 @@ class ConditionalMeans:
         """
         if len(predicted) != len(self.low):
             raise ParameterError(f"{len(predicted)} levels of predictions for tables of {len(self.low)}")
-        contact, pressure = np.empty(predicted.shape), np.empty(predicted.shape)
+        contact, pressure = np.empty_like(predicted), np.empty_like(predicted)
         for level, s in enumerate(predicted):
             if self.scatter[level] <= 2 * self.step[level]:
                 contact[level], pressure[level] = s > 0, self.target.pressure(s)
                 continue
-            scale = self.low[level], self.step[level]
-            _interpolate(s.ravel(), *scale, self.contact[level], contact[level].reshape(-1))
-            _interpolate(s.ravel(), *scale, self.pressure[level], pressure[level].reshape(-1))
+            tables = self.low[level], self.step[level], self.contact[level], self.pressure[level]
+            fields = (field.ravel(order="K") for field in (contact[level], pressure[level]))  # as they lie in memory
+            _interpolate(s.ravel(order="K"), *tables, *fields)
         return contact, pressure
 
 
@@ -237,13 +237,23 @@ def conditional_means(predicted: np.ndarray, values: np.ndarray, target: Pressur
 
 
 @compiled()
-def _interpolate(s: np.ndarray, low: float, step: float, table: np.ndarray, found: np.ndarray) -> None:
-    """Write the table at s : (n,), zero below its first place and constant above its last; NaN where s is NaN."""
-    last = len(table) - 1
+def _interpolate(
+    s: np.ndarray,
+    low: float,
+    step: float,
+    contact: np.ndarray,
+    pressure: np.ndarray,
+    found_contact: np.ndarray,
+    found_pressure: np.ndarray,
+) -> None:
+    """Write both tables at s : (n,), zero below their first place, constant above their last; NaN where s is NaN."""
+    last = len(contact) - 1
     for k in range(len(s)):
         place = min((s[k] - low) / step, float(last))
         if place > 0:
             below = min(int(place), last - 1)
-            found[k] = table[below] + (place - below) * (table[below + 1] - table[below])
+            share = place - below
+            found_contact[k] = contact[below] + share * (contact[below + 1] - contact[below])
+            found_pressure[k] = pressure[below] + share * (pressure[below + 1] - pressure[below])
         else:
-            found[k] = 0.0 * place
+            found_contact[k] = found_pressure[k] = 0.0 * place

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
+from ducc0 import fft
 
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
@@ -61,7 +61,7 @@ class Spectrum:
             wave = generator.standard_normal(2 * count).view(np.complex128) * math.sqrt(0.5)
         else:
             wave = np.exp(1j * generator.uniform(0.0, 2.0 * math.pi, count))
-        return [self.translation.apply(irfft(self.amplitude * wave, n=self.period_nodes)[: self.nodes])]
+        return [self.translation.apply(_inverse(self.amplitude * wave, self.period_nodes)[: self.nodes])]
 
 
 def spectral_representation(process: FrictionProcess, spacing_m: float, length_m: float) -> Spectrum:
@@ -113,18 +113,18 @@ def _spectrum(
             f"a path by Fourier transform needs more than {MOST_NODES} nodes; use a wider spacing, or the recursion, "
             f"which goes piece by piece"
         )
-    period = 2 * next_fast_len(math.ceil(0.5 * period_nodes) + 1, real=True)
+    period = 2 * fft.good_size(math.ceil(0.5 * period_nodes) + 1, True)
     translation = process.translation()
     lag = np.arange(period // 2 + 1) * spacing_m
     covariance = translation.gaussian_correlation(np.exp(-lag / process.correlation_length_m))
-    spectrum = rfft(np.concatenate((covariance, covariance[-2:0:-1]))).real
+    spectrum = fft.r2c(np.concatenate((covariance, covariance[-2:0:-1]))).real
     share = np.full(spectrum.size, 2.0 / period)  # one-sided: every frequency but the first and the last twice
     share[[0, -1]] = 1.0 / period
     clipped = float(np.sum(share * np.maximum(-spectrum, 0.0)))
     variance = share * np.maximum(spectrum, 0.0)
     variance /= np.sum(variance)
 
-    reached = translation.series(irfft(variance / share, n=period)[:nodes])
+    reached = translation.series(_inverse(variance / share + 0j, period)[:nodes])
     wanted = np.exp(-np.arange(nodes) * spacing_m / process.correlation_length_m)
     correlation_error = float(np.max(np.abs(reached - wanted)))
     if not correlation_error <= CORRELATION_TOLERANCE:
@@ -144,6 +144,11 @@ def _spectrum(
         clipped=clipped,
         correlation_error=correlation_error,
     )
+
+
+def _inverse(spectrum: np.ndarray, period: int) -> np.ndarray:
+    """The real series (period,) of a complex spectrum (period // 2 + 1,)."""
+    return np.asarray(fft.c2r(spectrum, lastsize=period, forward=False, inorm=2))
 
 
 METHODS = ("recursion", "embedding", "spectral")

@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
@@ -57,10 +56,10 @@ def nearest_correlation(translation: Translation, correlation: np.ndarray) -> To
         raise ParameterError("a correlation on a torus is even: the same at opposite lags, negative lags at the end")
     below_least = translation.least_correlation - float(np.min(wanted))
     gaussian = translation.gaussian_correlation(np.maximum(wanted, translation.least_correlation))
-    spectrum = scipy.fft.fftn(gaussian).real
+    spectrum = np.fft.fftn(gaussian).real
     positive = np.maximum(spectrum, 0.0)
     negative_share = float(np.sum(positive - spectrum) / np.sum(np.abs(spectrum)))
-    gaussian = scipy.fft.ifftn(positive * (wanted.size / np.sum(positive))).real
+    gaussian = np.fft.ifftn(positive * (wanted.size / np.sum(positive))).real
     translated = translation.correlation(gaussian)
     deviation = float(np.max(np.abs(translated - wanted)))
     below_least = below_least if below_least > translation.least_error else 0.0

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
+from ducc0 import fft
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
@@ -42,13 +42,13 @@ class Embedding:
     def sample(self, generator: np.random.Generator) -> np.ndarray:
         """z : (nx, ny) [m] heights, stationary with the covariance asked for: white noise on the torus, filtered.
 
-        Backwards one axis at a time, so that rows beyond the mesh are not transformed; bits are those of irfft2.
+        Backwards one axis at a time, so that rows beyond the mesh are not transformed.
         """
-        filtered = scipy.fft.rfft2(generator.standard_normal(self.torus))
-        filtered *= self.root
-        rows = scipy.fft.ifft(filtered, axis=0, norm="forward", overwrite_x=True)[: self.grid.nx]
-        heights = scipy.fft.irfft(rows, self.torus[1], axis=1, norm="forward")[:, : self.grid.ny]
-        return np.ascontiguousarray(heights * (1.0 / math.prod(self.torus)))
+        spectrum = fft.r2c(generator.standard_normal(self.torus))
+        spectrum *= self.root
+        fft.c2c(spectrum, axes=(0,), forward=False, out=spectrum)
+        heights = fft.c2r(spectrum[: self.grid.nx], axes=(1,), lastsize=self.torus[1], forward=False)
+        return np.ascontiguousarray(heights[:, : self.grid.ny] * (1.0 / math.prod(self.torus)))
 
 
 def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
@@ -90,7 +90,7 @@ def circulant_eigenvalues(covariance: StationaryCovariance, grid: Grid, torus: t
 
     Where two images are equally near, the mean of both is taken by dropping the imaginary part.
     """
-    return np.ascontiguousarray(scipy.fft.rfft2(circulant_lags(covariance, grid, torus)).real)
+    return np.ascontiguousarray(fft.r2c(circulant_lags(covariance, grid, torus)).real)
 
 
 def circulant_lags(covariance: StationaryCovariance, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
@@ -105,7 +105,7 @@ def circulant_lags(covariance: StationaryCovariance, grid: Grid, torus: tuple[in
         lags[: half[0], : half[1]] = covariance((np.arange(half[0]) * grid.dx)[:, None], y[None, :])
         lags[half[0] :, : half[1]] = lags[half[0] - 2 : 0 : -1, : half[1]]
     else:
-        x = scipy.fft.fftfreq(torus[0], 1 / torus[0]) * grid.dx
+        x = np.fft.fftfreq(torus[0], 1 / torus[0]) * grid.dx
         lags[:, : half[1]] = covariance(x[:, None], y[None, :])
     # C(x, -y) = C(-x, y): the rows of -x are those of x backwards, the first in its place
     lags[:, half[1] :] = np.roll(lags[::-1, half[1] - 2 : 0 : -1], 1, axis=0)
@@ -120,7 +120,7 @@ def _embed_spectrum(covariance: SelfAffine, grid: Grid) -> Embedding:
         if math.prod(torus) > MOST_NODES:
             break
         eigenvalues = _folded_spectrum(covariance, grid, torus) / grid.cell_area
-        lags = scipy.fft.irfft2(eigenvalues, s=torus)
+        lags = fft.c2r(eigenvalues + 0j, lastsize=torus[1], forward=False, inorm=2)
         share = covariance.rms_height_m**2 / lags[0, 0]
         images = _image_share(covariance, grid, share * lags)
         if images <= IMAGE_SHARE:
@@ -133,8 +133,8 @@ def _embed_spectrum(covariance: SelfAffine, grid: Grid) -> Embedding:
 
 def _folded_spectrum(covariance: SelfAffine, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
     """S [m^4] at the wave vectors of the torus, plus those of all wave vectors that are equal at the nodes."""
-    qx = 2 * math.pi * scipy.fft.fftfreq(torus[0], grid.dx)[:, None]
-    qy = 2 * math.pi * scipy.fft.rfftfreq(torus[1], grid.dy)[None, :]
+    qx = 2 * math.pi * np.fft.fftfreq(torus[0], grid.dx)[:, None]
+    qy = 2 * math.pi * np.fft.rfftfreq(torus[1], grid.dy)[None, :]
     shortest = min(covariance.cutoff_wavelengths_m)
     beyond_x, beyond_y = (math.ceil(cell / shortest - 0.5 - 1e-9) for cell in (grid.dx, grid.dy))
     if max(beyond_x, beyond_y) > MOST_FOLDS:
@@ -169,6 +169,6 @@ def _excess(nodes: int, reach: float, doubling: int) -> float:
 
 def _even_fast_length(nodes: float) -> int:
     length = int(np.ceil(nodes))
-    while (length := scipy.fft.next_fast_len(length, real=True)) % 2:
+    while (length := fft.good_size(length, True)) % 2:
         length += 1
     return length

@@ -159,7 +159,8 @@ class _Iteration:
     """Fields of a solve, and the steps that change them.
 
     pressure, gap : (nx, ny) p [Pa] and B p - u_bar [m], without the plane
-    misfit, descent, direction, step, product : (nx, ny) r, s, d, t and B t
+    misfit, descent, direction, step, product : (nx, ny) r, s, d, t and B t, in single precision
+    padded : (nx + 4, ny + 4) r between two rows and columns of zeros
     uniform_descent : (nx, ny) M 1 on F, of which a multiple makes the sum of a direction zero
     free : (nx, ny) whether a node may move
     length, usual_length : lambda, and lambda of the last step that was not short
@@ -172,8 +173,11 @@ class _Iteration:
         self.problem, self.products, self.curvature, self.plane = problem, 0, 0.0, 0.0
         self.length, self.usual_length, self.short_steps = 1.0, 1.0, 0
         self.pressure, self.gap = self._start(guess, displacement)
-        fields = (np.zeros_like(self.gap) for _ in range(6))
-        self.misfit, self.descent, self.uniform_descent, self.direction, self.step, self.product = fields
+        shape = self.gap.shape
+        fields = (np.zeros(shape, np.float32) for _ in range(5))
+        self.misfit, self.descent, self.direction, self.step, self.product = fields
+        self.padded = np.zeros((shape[0] + 4, shape[1] + 4), np.float32)
+        self.uniform_descent = np.zeros(0 if problem.pressure_sum is None else shape, np.float32)
         self.free = np.zeros(self.gap.shape, dtype=np.bool_)
 
     def assess(self) -> float:
@@ -197,13 +201,13 @@ class _Iteration:
         """
         cap, pressure_sum = self.problem.cap, self.problem.pressure_sum
         self.curvature = 0.0
-        target = self.pressure - (self.gap + self.plane) / self.problem.influence.diagonal
-        pressure = np.where(target <= 0, 0.0, np.where(target >= cap, cap, self.pressure))
-        between = (pressure > 0) & (pressure < cap)
-        shifted = pressure if pressure_sum is None else _shifted(pressure, between, cap, pressure_sum)
-        if shifted is None:
-            return False
-        self.pressure = shifted
+        pressure = kernels.on_bounds(self.pressure, self.gap, self.plane, self.problem.influence.diagonal, cap)
+        if pressure_sum is not None:
+            shifted = _shifted(pressure, (pressure > 0) & (pressure < cap), cap, pressure_sum)
+            if shifted is None:
+                return False
+            pressure = shifted
+        self.pressure = pressure
         self.compute_gap()
         return True
 
@@ -226,10 +230,11 @@ class _Iteration:
 
     def precondition(self) -> None:
         """s = M r on the free nodes; with a given sum, less a multiple of M 1, so that the sum of s is zero."""
-        stencil = self.problem.influence.approximate_inverse
-        kernels.stencil_product(stencil, self.misfit, self.free, self.descent)
+        stencil = self.problem.influence.stencil
+        kernels.stencil_product(stencil, self.misfit, self.free, self.padded, self.descent)
         if self.problem.pressure_sum is not None:
-            kernels.stencil_product(stencil, self.free.astype(np.float64), self.free, self.uniform_descent)
+            unit = self.free.astype(np.float32)
+            kernels.stencil_product(stencil, unit, self.free, self.padded, self.uniform_descent)
             kernels.balance(self.descent, self.uniform_descent)
 
     def choose_direction(self) -> None:
@@ -258,7 +263,7 @@ class _Iteration:
         self.length, self.short_steps = self.usual_length, 0
         trial = self.pressure - self.gap / problem.influence.diagonal
         self.step[:] = _nearest(problem, trial) - self.pressure
-        return -kernels.inner(self.gap + self.plane, self.step), True
+        return -kernels.inner(self.gap + self.plane, self.step.astype(np.float64)), True
 
     def move(self, theta: float, clipped: bool) -> None:
         """p <- p + theta t within the bounds, and its gap."""

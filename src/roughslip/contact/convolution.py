@@ -39,7 +39,7 @@ class Convolution:
         layout of numpy.fft.rfft2
     shape : (nx, ny)
     torus : (m, n), at least (nx, ny)
-    precision : float64 or float32, of the transforms; fields are float64, and the unit of B does not matter
+    precision : float64 or float32, of the transforms; fields have any, and the unit of B does not matter
 
     Rows of the torus outside the mesh are zero before the product and not needed after it, so they are not transformed
     along the second axis. An instance has its own working arrays and serves one thread.
@@ -78,7 +78,7 @@ class Convolution:
             if len(self._parts) > 1:
                 self._spectrum[:, part] = block[:nx]
         fft.c2r(self._spectrum, axes=(1,), lastsize=n, forward=False, out=self._rows)
-        np.multiply(self._rows[:, :ny], self._unit, out=result, dtype=np.float64)
+        np.multiply(self._rows[:, :ny], self._unit, out=result, dtype=result.dtype)
 
 
 class NarrowConvolution:

@@ -15,9 +15,10 @@ from roughslip.contact.kernels import relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
-# the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. DENSE_LIMIT bounds the memory.
+# the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. From about DENSE_LIMIT nodes on the
+# matrix leaves the cache, and the dense method takes 7 ps k^3 and more.
 DENSE_SHARE = 140_000
-DENSE_LIMIT = 2000
+DENSE_LIMIT = 900
 
 # Conjugate gradients run on the rows and columns that can touch if these have less than this share of the nodes.
 CROPPED_SHARE = 0.7

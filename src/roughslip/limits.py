@@ -4,7 +4,7 @@ from itertools import pairwise
 
 MOST_NUMBERS = 100_000_000  # in one array of floats: 0.8 GB
 
-SHARES = 8  # jobs of a stage, where the study finds the number of its samples
+SHARES = 8  # of the samples of a stage, where the study finds their number; a job takes one or two
 MOST_RUNS = 20_000  # at each damping ratio, where the study finds the number of runs
 MOST_WINDOWS = 20_000_000  # of all strips and penetrations, where the study finds the number of strips: 2.5 GB
 

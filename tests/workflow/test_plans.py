@@ -25,7 +25,7 @@ pytestmark = pytest.mark.filterwarnings("default")
 END = {"claims": 1, "costs": 1, "scene_report": 1}
 SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1}
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
-ALLOTTED = {**STRIP, "strip_pilot": 1, "strip_allocation": 1, "contact_strip": 8, "expansion_strip": 8}
+ALLOTTED = {**STRIP, "strip_pilot": 1, "strip_allocation": 1, "contact_strip": 8, "expansion_strip": 4}
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
 FIGURE5 = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 OSCILLATOR = {"answer": 1, **FIGURE5}
@@ -53,7 +53,7 @@ STAGES = {
     f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP},
     "targets: [figure_map]": {**STRIP, **MAP},
     f"targets: [figure_lifetimes, figure_design]\n{GIVEN}\n{DESIGN}": MORE,
-    f"targets: [figure5]\n{GIVEN}\n{SPACED}": {"ensemble_pilot": 1, **OSCILLATOR, "oscillator": 8},
+    f"targets: [figure5]\n{GIVEN}\n{SPACED}": {"ensemble_pilot": 1, **OSCILLATOR, "oscillator": 4},
     f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "adaptive_training": 1, "square_pilot": 1},
     f"targets: [figure3]\n{FOUND}": {**STRIP, **FIGURE3},
     f"targets: [figure2, figure_scan]\n{GROUND}": {**SQUARE, **SCAN},

@@ -199,7 +199,7 @@ class Scenes:
         declared = declarations()[stage].batches
         assert declared is not None
         if memory.is_allotted(self.valid[name], declared):
-            return [(share, share + 1) for share in range(SHARES)]
+            return [(share, share + declared.shares) for share in range(0, SHARES, declared.shares)]
         count, step = (get(self.valid[name], key) for key in (declared.totals[design], declared.size))
         if count == AUTO:  # then another stage finds the number of samples
             return []

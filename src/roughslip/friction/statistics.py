@@ -80,16 +80,12 @@ def resampled_quantiles(
 ) -> np.ndarray:
     """Empirical quantiles (1 + R, Q) of every replicate at the probabilities numerators / denominator.
 
-    The smallest mu whose share of windows at or below it reaches the probability; 0 gives the minimum. Ranks are
-    whole numbers, so nothing is rounded.
+    The smallest mu whose share of windows at or below it reaches the probability; 0 gives the minimum. Numerators
+    ascend. Ranks are whole numbers, so nothing is rounded.
     """
     values, strip = _sorted_windows(mu, valid)
-    quantiles = np.empty((len(weights), len(numerators)))
-    for row, counts in zip(quantiles, weights, strict=True):
-        reached = _reached(counts, strip)[1:]
-        rank = np.maximum(-(-numerators * reached[-1] // denominator), 1)
-        row[:] = values[np.searchsorted(reached, rank)]
-    return quantiles
+    ranks = np.maximum(-(-numerators * (weights @ valid.sum(axis=1))[:, None] // denominator), 1)
+    return np.stack([values[_ranked(*one, strip)] for one in zip(ranks, weights, strict=True)])
 
 
 def resampled_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -110,6 +106,19 @@ def resampled_extremes(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -
 
 
 @compiled()
+def _ranked(ranks: np.ndarray, counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
+    """The windows (n,) that have the ranks (n,), ascending, in a replicate, from the strip of each window."""
+    found = np.empty(ranks.size, np.int64)
+    window, total = -1, 0
+    for n in range(ranks.size):
+        while total < ranks[n]:
+            window += 1
+            total += counts[strip[window]]
+        found[n] = window
+    return found
+
+
+@compiled()
 def _reached(counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
     """(1 + n,) how often a replicate counts the first 0 ... n windows, from the strip of each."""
     reached = np.empty(strip.size + 1, np.int64)
@@ -123,7 +132,7 @@ def _reached(counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
 
 def _sorted_windows(mu: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Ascending mu of the valid windows and the strip of each."""
-    values, strip = mu[valid], np.nonzero(valid)[0]
+    values, strip = mu[valid], np.nonzero(valid)[0].astype(np.int32)
     order = np.argsort(values)  # equal ones in any order: only what comes after all of them is asked for
     return values[order], strip[order]
 

@@ -26,11 +26,13 @@ class Batches:
     size : scene key of the number of samples of a job
     totals : by the name of a design, the scene key of its number of samples; {"": key} for a stage without designs
     asked : scene key of the accuracy that finds the number of samples; jobs then take equal shares of them
+    shares : how many of these shares a job takes
     """
 
     size: str
     totals: Mapping[str, str]
     asked: str = ""
+    shares: int = 1
 
 
 @dataclass(frozen=True, kw_only=True)

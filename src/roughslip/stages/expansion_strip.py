@@ -17,7 +17,10 @@ STAGE = Stage(
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="friction/expansion-{first}-{last}.nc",
     batches=Batches(
-        size="batches.expansion_samples", totals={"": "strip.expansion_samples"}, asked="accuracy.friction_mean"
+        size="batches.expansion_samples",
+        totals={"": "strip.expansion_samples"},
+        asked="accuracy.friction_mean",
+        shares=2,
     ),
     memory_mb=420,
     memory_doubles={"cells": 150, "batch windows": 8, "levels cells": 8},

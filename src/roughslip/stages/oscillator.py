@@ -17,7 +17,9 @@ STAGE = Stage(
     reads_if_given="friction.statistics",
     optional={"friction": "friction", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
-    batches=Batches(size="batches.realisations", totals={"": "ensemble.realisations"}, asked="accuracy.cycles"),
+    batches=Batches(
+        size="batches.realisations", totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2
+    ),
     memory_mb=520,
     memory_doubles={
         "path_nodes": 10,

@@ -159,7 +159,8 @@ class _Iteration:
     """Fields of a solve, and the steps that change them.
 
     pressure, gap : (nx, ny) p [Pa] and B p - u_bar [m], without the plane
-    misfit, descent, direction, step, product : (nx, ny) r, s, d, t and B t, in single precision
+    misfit, descent, direction, step, product : (nx, ny) r, s, d, t and B t; at a fixed plane in single precision
+    stencil : (5, 5) M, in the same precision
     padded : (nx + 4, ny + 4) r between two rows and columns of zeros
     uniform_descent : (nx, ny) M 1 on F, of which a multiple makes the sum of a direction zero
     free : (nx, ny) whether a node may move
@@ -174,10 +175,12 @@ class _Iteration:
         self.length, self.usual_length, self.short_steps = 1.0, 1.0, 0
         self.pressure, self.gap = self._start(guess, displacement)
         shape = self.gap.shape
-        fields = (np.zeros(shape, np.float32) for _ in range(5))
+        precision = np.float32 if problem.pressure_sum is None else np.float64  # which keeps the sum
+        self.stencil = problem.influence.approximate_inverse.astype(precision)
+        fields = (np.zeros(shape, precision) for _ in range(5))
         self.misfit, self.descent, self.direction, self.step, self.product = fields
-        self.padded = np.zeros((shape[0] + 4, shape[1] + 4), np.float32)
-        self.uniform_descent = np.zeros(0 if problem.pressure_sum is None else shape, np.float32)
+        self.padded = np.zeros((shape[0] + 4, shape[1] + 4), precision)
+        self.uniform_descent = np.zeros(0 if problem.pressure_sum is None else shape, precision)
         self.free = np.zeros(self.gap.shape, dtype=np.bool_)
 
     def assess(self) -> float:
@@ -230,10 +233,10 @@ class _Iteration:
 
     def precondition(self) -> None:
         """s = M r on the free nodes; with a given sum, less a multiple of M 1, so that the sum of s is zero."""
-        stencil = self.problem.influence.stencil
+        stencil = self.stencil
         kernels.stencil_product(stencil, self.misfit, self.free, self.padded, self.descent)
         if self.problem.pressure_sum is not None:
-            unit = self.free.astype(np.float32)
+            unit = self.free.astype(np.float64)
             kernels.stencil_product(stencil, unit, self.free, self.padded, self.uniform_descent)
             kernels.balance(self.descent, self.uniform_descent)
 
@@ -263,7 +266,7 @@ class _Iteration:
         self.length, self.short_steps = self.usual_length, 0
         trial = self.pressure - self.gap / problem.influence.diagonal
         self.step[:] = _nearest(problem, trial) - self.pressure
-        return -kernels.inner(self.gap + self.plane, self.step.astype(np.float64)), True
+        return -kernels.inner(self.gap + self.plane, self.step.astype(np.float64, copy=False)), True
 
     def move(self, theta: float, clipped: bool) -> None:
         """p <- p + theta t within the bounds, and its gap."""

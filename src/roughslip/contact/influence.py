@@ -113,7 +113,6 @@ class Influence:
     approximate_inverse : (5, 5) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and no other
         cell. B^-1 decays as 1/r^3, so these 25 values are most of it. For all aspect ratios tried, the values off the
         centre are negative and the stencil is diagonally dominant, hence positive definite on any set of nodes.
-    stencil : the same in single precision
 
     Raises ParameterError for a modulus that is not positive and finite, and for a periodic cell of one node.
     """
@@ -126,7 +125,6 @@ class Influence:
         self._modulus = plane_strain_modulus_pa
         self._whole: Influence | None = None  # the mesh of which this one is a part, see `on`
         self.approximate_inverse = _lifting_pressures(grid, plane_strain_modulus_pa)
-        self.stencil = self.approximate_inverse.astype(np.float32)
         if periodic:
             symbol = periodic_symbol(grid, plane_strain_modulus_pa)
             coefficients = fft.c2r(symbol + 0j, axes=(0, 1), lastsize=grid.ny, forward=False, inorm=2)

@@ -2,7 +2,7 @@
 
 Every sum has LANES partial sums. This vectorises without reordering a sum, on narrow meshes too, and the rounding error
 grows with the nodes of a lane only. All fields are (nx, ny) and contiguous. Pressures, gaps and sums are in double
-precision, what only steers a step is in single precision.
+precision; misfits and steps may be in single precision.
 """
 
 from __future__ import annotations
@@ -14,9 +14,6 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 
 LANES = 128
-
-# A step in single precision leaves a pressure that it takes off, or takes to the cap, so near to the bound.
-ROUNDING = 2e-7
 
 
 @compiled()
@@ -100,9 +97,9 @@ def assess(
 def conjugate(descent: np.ndarray, factor: float, step: np.ndarray, free: np.ndarray, direction: np.ndarray) -> None:
     """direction <- descent + factor step on the free nodes, zero elsewhere."""
     s, t, moves, d = descent.reshape(-1), step.reshape(-1), free.reshape(-1), direction.reshape(-1)
-    rounded = np.float32(factor)
+    rounded = direction.dtype.type(factor)
     for k in range(d.size):
-        d[k] = s[k] + rounded * t[k] if moves[k] else np.float32(0.0)
+        d[k] = s[k] + rounded * t[k] if moves[k] else direction.dtype.type(0.0)
 
 
 @compiled()
@@ -180,13 +177,17 @@ def room(pressure: np.ndarray, step: np.ndarray, cap: float) -> float:
 def move(
     pressure: np.ndarray, gap: np.ndarray, factor: float, step: np.ndarray, product: np.ndarray, cap: float
 ) -> None:
-    """p <- p + factor step, between the bounds, and gap <- gap + factor product."""
+    """p <- p + factor step, between the bounds, and gap <- gap + factor product.
+
+    Pressures that the step takes to a bound, but for its rounding, are on the bound.
+    """
     p, w, t, lifted = pressure.reshape(-1), gap.reshape(-1), step.reshape(-1), product.reshape(-1)
-    nearly = cap * (1.0 - ROUNDING)
+    rounding = 2.0 * np.finfo(step.dtype).eps
+    nearly = cap * (1.0 - rounding)
     for k in range(p.size):
         trial = p[k] + factor * t[k]
         at = cap if trial >= nearly else trial
-        p[k] = at if at > ROUNDING * p[k] else 0.0
+        p[k] = at if at > rounding * p[k] else 0.0
         w[k] += factor * lifted[k]
 
 
@@ -301,7 +302,7 @@ def stencil_product(
         for i in range(first, end):
             row, wanted, base = result[i], nodes[i], (i - first) * width
             for j in range(ny):
-                row[j] = found[base + j] if wanted[j] else np.float32(0.0)
+                row[j] = found[base + j] if wanted[j] else result.dtype.type(0.0)
 
 
 def relative_residual(

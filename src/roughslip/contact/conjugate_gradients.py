@@ -280,7 +280,8 @@ class _Iteration:
             theta = 1.0
         elif theta > 1:
             theta = min(theta, kernels.room(self.pressure, self.step, cap))
-        kernels.move(self.pressure, self.gap, theta, self.step, self.product, cap)
+        state = self.pressure, self.gap, self.plane, self.problem.influence.diagonal, cap
+        kernels.move(*state, theta, self.step, self.product)
 
     def _start(self, guess: np.ndarray | None, displacement: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and gap of the guess; at a fixed plane it is scaled by an exact line search along itself."""

@@ -14,17 +14,18 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 
 LANES = 128
+NEGLIGIBLE = 1e-12  # displacement of a node by its own pressure, over its gap
 
 
 @compiled()
 def inner(a: np.ndarray, b: np.ndarray) -> float:
-    """Sum of a b."""
+    """Sum of a b, whose products may be too small for single precision."""
     flat_a, flat_b = a.reshape(-1), b.reshape(-1)
     partial = np.zeros(LANES)
     for first in range(0, a.size, LANES):
         x, y = flat_a[first : first + LANES], flat_b[first : first + LANES]
         for k in range(x.size):
-            partial[k] += x[k] * y[k]
+            partial[k] += np.float64(x[k]) * np.float64(y[k])
     return partial.sum()
 
 
@@ -175,19 +176,28 @@ def room(pressure: np.ndarray, step: np.ndarray, cap: float) -> float:
 
 @compiled()
 def move(
-    pressure: np.ndarray, gap: np.ndarray, factor: float, step: np.ndarray, product: np.ndarray, cap: float
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    offset: float,
+    diagonal: float,
+    cap: float,
+    factor: float,
+    step: np.ndarray,
+    product: np.ndarray,
 ) -> None:
     """p <- p + factor step, between the bounds, and gap <- gap + factor product.
 
-    Pressures that the step takes to a bound, but for its rounding, are on the bound.
+    Pressures that the step takes to a bound, but for its rounding, are on the bound, and so are pressures of no weight
+    against the gap: short steps would never take them off, and the plane under a load is a mean over nodes in contact.
     """
+    least = NEGLIGIBLE / diagonal
     p, w, t, lifted = pressure.reshape(-1), gap.reshape(-1), step.reshape(-1), product.reshape(-1)
     rounding = 2.0 * np.finfo(step.dtype).eps
     nearly = cap * (1.0 - rounding)
     for k in range(p.size):
         trial = p[k] + factor * t[k]
         at = cap if trial >= nearly else trial
-        p[k] = at if at > rounding * p[k] else 0.0
+        p[k] = at if at > max(rounding * p[k], least * (w[k] + offset)) else 0.0
         w[k] += factor * lifted[k]
 
 

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.compilation.cache import compiled
 from roughslip.contact import conjugate_gradients, kernels, nested
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.edge_pressure import point_pressures
@@ -81,21 +82,37 @@ def solve_at(
         pressure = point_pressures(solution.pressure, nodes) if points else cells
         return NodePressures(pressure, cells, cells, solution.work, solution.method)
     stiffness = LARGER_MESH * influence.approximate_inverse.max()
-
-    def bounds(pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        up, down = kernels.gap_errors(pressure, gap, hardness_pa)
-        low = pressure[nodes] - stiffness * (gap[nodes] + up)
-        return np.clip(low, 0.0, hardness_pa), np.clip(low + stiffness * (up + down), 0.0, hardness_pa)
+    at = np.ravel_multi_index(nodes, influence.grid.shape)
+    low, high = np.empty((2, at.size))
 
     def enough(pressure: np.ndarray, gap: np.ndarray) -> bool:
-        low, high = bounds(pressure, gap)
-        decided = (low > 0) | (high == 0)
-        return bool((decided & (high - low <= precision * high)).all())
+        return _bounded(pressure, gap, hardness_pa, stiffness, at, precision, low, high)
 
     problem = Problem(influence, interference, hardness_pa)
     found = conjugate_gradients.solve(problem, tolerance, nested.guess(problem), enough)
-    low, high = bounds(found.pressure, found.gap)
     decided = enough(found.pressure, found.gap)
     pressure = point_pressures(found.pressure, nodes) if points else found.pressure[nodes]
     pressure = np.where(high > 0, pressure, 0.0)
     return NodePressures(pressure, low, high, found.products, "bounded" if decided else "fft")
+
+
+@compiled()
+def _bounded(
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    cap: float,
+    stiffness: float,
+    at: np.ndarray,
+    precision: float,
+    low: np.ndarray,
+    high: np.ndarray,
+) -> bool:
+    """Write the bounds at the nodes of these numbers, and whether they decide contact and are narrow enough."""
+    up, down = kernels.gap_errors(pressure, gap, cap)
+    p, w, known = pressure.reshape(-1), gap.reshape(-1), True
+    for n in range(at.size):
+        least = p[at[n]] - stiffness * (w[at[n]] + up)
+        low[n] = min(max(least, 0.0), cap)
+        high[n] = min(max(least + stiffness * (up + down), 0.0), cap)
+        known &= ((low[n] > 0) | (high[n] == 0)) & (high[n] - low[n] <= precision * high[n])
+    return known

@@ -110,6 +110,7 @@ class Influence:
     coefficients : (nx, ny) [m/Pa] B by the offset of two nodes, along and across
     diagonal : B_00 [m/Pa], the displacement of a cell under its own unit pressure
     largest_eigenvalue : upper bound of the eigenvalues of B [m/Pa], from the circulant matrix that contains it
+    mirrored : (nx, 2 ny - 1) [m/Pa] the same by offsets of either sign across
     approximate_inverse : (5, 5) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and no other
         cell. B^-1 decays as 1/r^3, so these 25 values are most of it. For all aspect ratios tried, the values off the
         centre are negative and the stencil is diagonally dominant, hence positive definite on any set of nodes.
@@ -148,8 +149,8 @@ class Influence:
         self.largest_eigenvalue = float(symbol.max())
         self._convolution = convolution(symbol, grid.shape, torus)
         self._rounded_convolution = convolution(symbol, grid.shape, torus, np.float32)
-        self._mirrored = np.hstack((coefficients[:, :0:-1], coefficients))
-        for array in (coefficients, self.approximate_inverse, self._mirrored):
+        self.mirrored = np.hstack((coefficients[:, :0:-1], coefficients))
+        for array in (coefficients, self.approximate_inverse, self.mirrored):
             array.setflags(write=False)
 
     @cached_property
@@ -190,7 +191,7 @@ class Influence:
         result = np.empty(pressure.shape) if result is None else result
         loaded, few = _loaded(pressure, DIRECT_SUM_LIMIT)
         if few:
-            _direct_sum(self._mirrored, loaded, pressure, result)
+            direct_sum(self.mirrored, loaded, pressure, result)
         else:
             (self._rounded_convolution if rounded else self._convolution)(pressure, result)
         return result
@@ -232,7 +233,8 @@ def _loaded(pressure: np.ndarray, limit: int) -> tuple[np.ndarray, bool]:
 
 
 @compiled()
-def _direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) -> None:
+def direct_sum(mirrored: np.ndarray, loaded: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) -> None:
+    """Write B p, from the pressures of the loaded nodes, numbered along the rows."""
     nx, ny = pressure.shape
     displacement[:] = 0.0
     for node in loaded:

@@ -334,13 +334,14 @@ def relative_residual(
     is ||min(w, B_00 p)||. The second scale is larger in a periodic cell only, whose mean pressure has no displacement.
     On a free half-space u_bar = B p + u_plastic >= B_00 p in contact.
     """
-    return math.sqrt(_square_ratio(gap, pressure, diagonal, interference, hardness_pa))
+    return math.sqrt(square_ratio(gap, pressure, diagonal, interference, hardness_pa))
 
 
 @compiled(error_model="numpy")
-def _square_ratio(
+def square_ratio(
     gap: np.ndarray, pressure: np.ndarray, diagonal: float, interference: np.ndarray, hardness: float
 ) -> float:
+    """Square of relative_residual."""
     nx, ny = pressure.shape
     largest = 0.0  # scaled by it, squares neither overflow nor vanish
     for i in range(nx):

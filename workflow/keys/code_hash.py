@@ -27,11 +27,15 @@ def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> st
     """
     digest = hashlib.sha256(closure_hash(module_name, Path(source_root), without=_SCENE).encode())
     locked = Path(lock).read_text(encoding="utf-8")
-    pins = (line.strip() for line in locked.splitlines())
-    digest.update(
-        "\n".join([*(line for line in pins if line and not line.startswith("#")), *departures(locked)]).encode()
-    )
+    digest.update("\n".join([*_pins(locked), *departures(locked)]).encode())
     return digest.hexdigest()
+
+
+@cache
+def _pins(lock: str) -> tuple[str, ...]:
+    """The lines of a lock file without its comments."""
+    lines = (line.strip() for line in lock.splitlines())
+    return tuple(line for line in lines if line and not line.startswith("#"))
 
 
 @cache

@@ -97,8 +97,9 @@ class HermiteBasis:
 
         Returns values : (P, K). Raises ParameterError where the variables do not match or a point is not finite.
         """
-        table = np.empty((len(self.indices), len(points)))
-        _multiply(self._polynomials(points), *self._products, table)
+        values = self._polynomials(points)
+        table = np.empty((len(self.indices), values.shape[2]))
+        _multiply(values, *self._products, table)
         return table
 
     def sums(self, points: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
@@ -109,9 +110,10 @@ class HermiteBasis:
 
         Returns values : (n, K). Raises as `by_term`.
         """
-        values = np.zeros((coefficients.shape[1], len(points)))
-        _add_terms(self._polynomials(points), *self._products, np.ascontiguousarray(coefficients), values)
-        return values
+        values = self._polynomials(points)
+        sums = np.zeros((coefficients.shape[1], values.shape[2]))
+        _add_terms(values, *self._products, np.ascontiguousarray(coefficients), sums)
+        return sums
 
     def _polynomials(self, points: np.ndarray) -> np.ndarray:
         points = finite("points of the variables", points)

@@ -11,8 +11,8 @@ from roughslip.contact.influence import Influence, direct_sum, gathered
 from roughslip.contact.kernels import relative_residual, square_ratio
 from roughslip.errors import ConvergenceError
 
-# Projected Gauss-Seidel sweeps before the first factor at most. Without them the first factors have far too many nodes, which
-# takes 8 to 20 times as long at 90 to 200 nodes.
+# Projected Gauss-Seidel sweeps before the first factor at most. Without them the first factors have far too many nodes,
+# which takes 8 to 20 times as long at 90 to 200 nodes.
 SWEEPS = 8
 
 # Exchanges of all violating nodes that may fail to reduce their number before nodes are exchanged one by one.

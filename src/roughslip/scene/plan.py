@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Set
+from collections.abc import Set
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import PurePosixPath
@@ -85,9 +85,7 @@ def stages_of_several_scenes() -> tuple[str, ...]:
 @cache
 def stages_after_costs() -> tuple[str, ...]:
     """Stages of a scene that its sum of costs cannot hold: the sum itself, and those that read it."""
-    reading = {
-        name for name in _starts(EVERY_SCENE) if any(sole == "costs" for sole, _ in _edges(declarations()[name]))
-    }
+    reading = {name for name in _starts(EVERY_SCENE) if any(sole == "costs" for sole, _ in _edges(name))}
     return tuple(sorted({"costs", *reading}))
 
 
@@ -124,7 +122,7 @@ def _reached(scene: Scene | None, wanted: tuple[str, ...]) -> dict[str, str]:
         if name in found and (reason or not found[name]):
             continue
         found[name] = reason
-        for other, is_always in (*_edges(declarations()[name]), *((one, False) for one in _companions(name))):
+        for other, is_always in (*_edges(name), *((one, False) for one in _companions(name))):
             stage = declarations()[other]
             holds = is_always or scene is None or runs(scene, stage)
             pending.append((other, reason or ("" if holds else _reason(stage))))
@@ -139,7 +137,7 @@ def _reason(stage: Stage) -> str:
 
 def makers(stage: str, stages: Set[str]) -> list[str]:
     """Those of the stages of a scene that make inputs of one of them."""
-    found = {name for name, _ in _edges(declarations()[stage])} & stages
+    found = {name for name, _ in _edges(stage)} & stages
     if stage == "chaos_strip" and "strip_pilot" in found:  # the pilot then has all training strips
         found.discard("contact_strip")
     return sorted(found)
@@ -150,21 +148,29 @@ def in_order(stages: Set[str]) -> list[str]:
     return list(TopologicalSorter({stage: makers(stage, stages) for stage in sorted(stages)}).static_order())
 
 
-def _edges(stage: Stage) -> Iterator[tuple[str, bool]]:
+@cache
+def _edges(name: str) -> tuple[tuple[str, bool], ...]:
     """Stages that make the inputs of a stage, and whether nothing else can."""
-    for option, made_by in (*stage.inputs.items(), *stage.optional.items(), *stage.many.items()):
-        names = made_by.split()
-        for name in names:
-            if name in declarations():
-                yield name, option not in stage.optional and len(names) == 1
+    stage = declarations()[name]
+    made_by = (
+        (option, one.split()) for part in (stage.inputs, stage.optional, stage.many) for option, one in part.items()
+    )
+    return tuple(
+        (one, option not in stage.optional and len(names) == 1)
+        for option, names in made_by
+        for one in names
+        if one in declarations()
+    )
 
 
-def _starts(target: str) -> list[str]:
-    return [stage.name for stage in declarations().values() if stage.target == target]
+@cache
+def _starts(target: str) -> tuple[str, ...]:
+    return tuple(stage.name for stage in declarations().values() if stage.target == target)
 
 
-def _companions(name: str) -> list[str]:
-    return [stage.name for stage in declarations().values() if name in stage.comes_with.split()]
+@cache
+def _companions(name: str) -> tuple[str, ...]:
+    return tuple(stage.name for stage in declarations().values() if name in stage.comes_with.split())
 
 
 @cache

@@ -18,6 +18,7 @@ from roughslip.probability import Estimate
 from roughslip.validation import reals
 
 PERCENTS = (5, 25, 50, 75, 95)
+BLOCKS = 64  # of sorted windows, in which a quantile is looked for
 """Quantiles that are reported [%]."""
 
 FEWEST_REPLICATES = 40
@@ -85,7 +86,11 @@ def resampled_quantiles(
     """
     values, strip = _sorted_windows(mu, valid)
     ranks = np.maximum(-(-numerators * (weights @ valid.sum(axis=1))[:, None] // denominator), 1)
-    return np.stack([values[_ranked(*one, strip)] for one in zip(ranks, weights, strict=True)])
+    length = -(-strip.size // BLOCKS)  # windows of a block, which are counted at once
+    places = strip * BLOCKS + np.arange(strip.size) // length
+    in_blocks = resampled(weights, np.bincount(places, minlength=len(mu) * BLOCKS).reshape(-1, BLOCKS))
+    reached = np.cumsum(in_blocks, axis=1)
+    return np.stack([values[_ranked(*one, strip, length)] for one in zip(ranks, weights, reached, strict=True)])
 
 
 def resampled_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -106,11 +111,17 @@ def resampled_extremes(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -
 
 
 @compiled()
-def _ranked(ranks: np.ndarray, counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
-    """The windows (n,) that have the ranks (n,), ascending, in a replicate, from the strip of each window."""
+def _ranked(ranks: np.ndarray, counts: np.ndarray, reached: np.ndarray, strip: np.ndarray, length: int) -> np.ndarray:
+    """The windows (n,) that have the ranks (n,), ascending, in a replicate, from the strip of each window.
+
+    reached : how often the replicate counts the windows up to the end of each block of this length
+    """
     found = np.empty(ranks.size, np.int64)
-    window, total = -1, 0
+    window, total, block = -1, 0, 0
     for n in range(ranks.size):
+        while reached[block] < ranks[n]:
+            window, total = (block + 1) * length - 1, int(reached[block])
+            block += 1
         while total < ranks[n]:
             window += 1
             total += counts[strip[window]]

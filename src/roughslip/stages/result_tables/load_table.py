@@ -112,7 +112,7 @@ def light_table(
 
     Few windows touch there, so blocks of all strips are taken, with and without contact. The second mesh and the other
     strips change mean and scatter as they change the mean of windows at the first level with windows. A level is left
-    out where fewer than FEWEST strips touch: resampled strips would not show its error.
+    out where fewer than FEWEST strips touch, or fewer than two in a resampled set: they would not show its error.
     """
     scene, (solved, _) = job.scene, statistics
     strip, surface = scene.strip, correlated(scene, job.arguments.scan)
@@ -123,7 +123,9 @@ def light_table(
     table: Table = {}
     for percentile, a, f in zip(strip.light_percentiles or (), area, force, strict=False):
         touching = (f > 0.0).any(axis=1)
-        if touching.sum() < FEWEST or not (weights @ touching).all():
+        if (
+            touching.sum() < FEWEST or ((weights[:, touching] > 0).sum(axis=1) < 2).any()
+        ):  # one strip alone need not scatter
             continue
         totals = resampled(weights, np.stack((a.sum(axis=1), f.sum(axis=1), np.full(len(f), f.shape[1])), axis=1)).T
         covariance, one = influence_covariance(a, f, weights), adjacent_variance(a, f, weights, window)

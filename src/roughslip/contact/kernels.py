@@ -76,13 +76,13 @@ def assess(
     A node is free if a short step along its misfit keeps 0 <= p <= cap. The residual of a node is
     B_00 p - clip(B_00 p - w, 0, B_00 cap), which is min(B_00 p, w) without a cap.
     """
-    flat = pressure.reshape(-1), gap.reshape(-1)
-    results = misfit.reshape(-1), free.reshape(-1)
+    flat_p, flat_w = pressure.reshape(-1), gap.reshape(-1)
+    flat_r, flat_free = misfit.reshape(-1), free.reshape(-1)
     partial = np.zeros(LANES)
     highest = diagonal * cap
     for first in range(0, pressure.size, LANES):
         end = first + LANES
-        p, w, r, moves = flat[0][first:end], flat[1][first:end], results[0][first:end], results[1][first:end]
+        p, w, r, moves = flat_p[first:end], flat_w[first:end], flat_r[first:end], flat_free[first:end]
         for k in range(p.size):
             above = w[k] + offset
             own = diagonal * p[k]  # displacement by the node's own pressure
@@ -187,8 +187,8 @@ def move(
 ) -> None:
     """p <- p + factor step, between the bounds, and gap <- gap + factor product.
 
-    Pressures that the step takes to a bound, but for its rounding, are on the bound, and so are pressures of no weight
-    against the gap: short steps would never take them off, and the plane under a load is a mean over nodes in contact.
+    Pressures that the step takes to a bound, but for its rounding, are on the bound. So are pressures of no weight
+    against the gap. Short steps would never take them off, and the plane under a load is a mean over nodes in contact.
     """
     least = NEGLIGIBLE / diagonal
     p, w, t, lifted = pressure.reshape(-1), gap.reshape(-1), step.reshape(-1), product.reshape(-1)

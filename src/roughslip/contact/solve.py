@@ -136,7 +136,8 @@ def _solve(
             if residual <= tolerance and (hardness_pa == math.inf or pressure.max() <= hardness_pa):
                 how = work, "dense", candidates, "none"
                 return ContactSolution(pressure, gap, np.zeros(pressure.shape), 0.0, residual, *how)
-        pressure, work = dense_solver.solve(influence, interference)
+        else:
+            pressure, work = dense_solver.solve(influence, interference)
         if hardness_pa == math.inf or pressure.max() <= hardness_pa:
             gap = influence.apply(pressure) - interference
             how = work, "dense", candidates, "none"

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy  # its parts when they are used
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
@@ -76,11 +77,11 @@ def grazing_response(oscillator: Oscillator, law: FrictionLaw, stochastic_static
         rate = flow.slope(float(w)) - 2.0 * limit
         return [w, flow.at_peak(float(w)) - y, wy, rate * wy - yy, ww, rate * ww - yw]
 
-    from scipy.integrate import solve_ivp  # its import takes 0.3 s, and few stages ask for limits
-
     times = np.linspace(0.0, duration, SAMPLES)
     start = [departure, 1.0, 1.0, 0.0, 0.0, 1.0]
-    orbit = solve_ivp(velocity, (0.0, duration), start, "DOP853", times, rtol=TOLERANCE, atol=0.1 * TOLERANCE).y
+    orbit = scipy.integrate.solve_ivp(
+        velocity, (0.0, duration), start, "DOP853", times, rtol=TOLERANCE, atol=0.1 * TOLERANCE
+    ).y
     y, w = orbit[:2]
     propagator = np.array([[orbit[2], orbit[4]], [orbit[3], orbit[5]]]).transpose(2, 0, 1)  # from 0 to each sample
     adjoint = np.linalg.solve(propagator.transpose(0, 2, 1), propagator[-1, 1][:, None])[..., 0]

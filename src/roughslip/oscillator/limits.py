@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy  # its parts when they are used: scipy.integrate takes 0.3 s to import, and few stages ask for limits
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.equation import Oscillator
@@ -111,12 +112,10 @@ def next_peak(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
         return math.hypot(state[0], state[1]) - AT_REST * w
 
     rest.terminal = True  # type: ignore[attr-defined]
-    from scipy.integrate import solve_ivp  # its import takes 0.3 s, and few stages ask for limits
-
     time, state = 0.0, np.array([y, w])
     for direction in (1.0, -1.0):  # to the trough, then to the peak
         rate.terminal, rate.direction = True, direction  # type: ignore[attr-defined]
-        leg = solve_ivp(
+        leg = scipy.integrate.solve_ivp(
             velocity, (time, math.inf), state, "DOP853", events=(rate, rest), rtol=TOLERANCE, atol=0.1 * TOLERANCE * w
         )
         if leg.t_events[0].size == 0:
@@ -225,9 +224,7 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
         if high > LARGEST_DAMPING:
             raise ConvergenceError("the cycle exists at every damping ratio tried", residual=reached, work=trials)
         low, high, trials = high, 2.0 * high, trials + 1
-    from scipy.optimize import brentq  # as above
-
-    return float(brentq(excess, low, high, xtol=1e-10, rtol=8.9e-16))
+    return float(scipy.optimize.brentq(excess, low, high, xtol=1e-10, rtol=8.9e-16))
 
 
 def counts_by_period(

@@ -37,16 +37,16 @@ def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, i
     return pressure, factors
 
 
-def solve_small(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, int]:
-    """The same on a mesh of a few hundred nodes at most, in one compiled call.
+def solve_small(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, int, int]:
+    """The same on a mesh of a few hundred nodes at most, in one compiled call, where no interference need be positive.
 
-    Returns pressure and gap B p - u_bar, both (nx, ny) [Pa] and [m], the relative residual of elastic contact, and the
-    number of Cholesky factors. Raises ConvergenceError.
+    Returns pressure and gap B p - u_bar, both (nx, ny) [Pa] and [m], the relative residual of elastic contact, the
+    number of Cholesky factors, and that of nodes of positive interference. Raises ConvergenceError.
     """
-    pressure, gap, square, factors, found = _small(influence.mirrored, influence.coefficients, interference)
+    pressure, gap, square, factors, nodes, found = _small(influence.mirrored, influence.coefficients, interference)
     if not found:
         raise _failure(math.sqrt(square), factors)
-    return pressure, gap, math.sqrt(square), factors
+    return pressure, gap, math.sqrt(square), factors, nodes
 
 
 def _failure(residual: float, factors: int) -> ConvergenceError:
@@ -61,12 +61,16 @@ def _failure(residual: float, factors: int) -> ConvergenceError:
 @compiled(error_model="numpy")
 def _small(
     mirrored: np.ndarray, coefficients: np.ndarray, interference: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, float, int, bool]:
+) -> tuple[np.ndarray, np.ndarray, float, int, int, bool]:
+    nodes = np.count_nonzero(interference > 0)
+    if nodes == 0:
+        return np.zeros(interference.shape), 0.0 - interference, 0.0, 0, 0, True
     pressure, factors, found = _pressures(coefficients, interference)
     gap = np.empty_like(pressure)
     direct_sum(mirrored, np.flatnonzero(pressure), pressure, gap)
     gap -= interference
-    return pressure, gap, square_ratio(gap, pressure, coefficients[0, 0], interference, np.inf), factors, found
+    square = square_ratio(gap, pressure, coefficients[0, 0], interference, np.inf)
+    return pressure, gap, square, factors, nodes, found
 
 
 @compiled()

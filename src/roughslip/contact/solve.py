@@ -20,7 +20,8 @@ from roughslip.errors import ConvergenceError, ParameterError, real
 DENSE_SHARE = 140_000
 DENSE_LIMIT = 900
 
-# Nodes up to which pressures, gap and residual come from one compiled call, which saves a third of the time at 100.
+# Nodes up to which the dense method always pays; pressures, gap and residual then come from one compiled call, which
+# saves a third of the time at 100.
 SMALL = 256
 
 # Conjugate gradients run on the rows and columns that can touch if these have less than this share of the nodes.
@@ -125,19 +126,19 @@ def _solve(
     influence: Influence, interference: np.ndarray, tolerance: float, start: _Start, hardness_pa: float
 ) -> ContactSolution:
     """`solve` for valid arguments."""
+    if interference.size <= SMALL:
+        pressure, gap, residual, work, nodes = dense_solver.solve_small(influence, interference)
+        if residual <= tolerance and (hardness_pa == math.inf or pressure.max() <= hardness_pa):
+            how = work, "dense" if nodes else "none", nodes, "none"
+            return ContactSolution(pressure, gap, np.zeros(pressure.shape), 0.0, residual, *how)
+        start = _Start(np.minimum(pressure, hardness_pa))
     touching = interference > 0
     candidates = int(np.count_nonzero(touching))
     if candidates == 0:
         nothing = np.zeros(influence.grid.shape)
         return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none")
-    if _dense_pays(candidates, interference.size):
-        if interference.size <= SMALL:
-            pressure, gap, residual, work = dense_solver.solve_small(influence, interference)
-            if residual <= tolerance and (hardness_pa == math.inf or pressure.max() <= hardness_pa):
-                how = work, "dense", candidates, "none"
-                return ContactSolution(pressure, gap, np.zeros(pressure.shape), 0.0, residual, *how)
-        else:
-            pressure, work = dense_solver.solve(influence, interference)
+    if interference.size > SMALL and _dense_pays(candidates, interference.size):
+        pressure, work = dense_solver.solve(influence, interference)
         if hardness_pa == math.inf or pressure.max() <= hardness_pa:
             gap = influence.apply(pressure) - interference
             how = work, "dense", candidates, "none"

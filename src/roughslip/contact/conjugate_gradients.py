@@ -42,6 +42,10 @@ ADAPTION = 0.75
 # projection parts them. A length that only has to adapt takes three. Without it 1 of 1200 random problems has no end.
 SHORT, PATIENCE = 0.5, 5
 
+# A given sum is restored where its error exceeds this share. A long theta multiplies the rounding of a small step, and
+# steps that restore the sum on their way end where they no longer lower the energy.
+SUM_ERROR = 1e-12
+
 # Steps are multiplied in single precision, which leaves an error of ROUNDING of the residual at which the gap was last
 # computed in double precision. It is computed again at REFRESH of that residual.
 ROUNDING = 1e-6
@@ -222,6 +226,8 @@ class _Iteration:
         """One iteration, after `assess`. Raises ConvergenceError where rounding leaves no step, and at the limit."""
         if self.products >= PRODUCT_LIMIT or not math.isfinite(residual):
             raise _failure(tolerance, residual, self.products)
+        if self.restore_sum():
+            return
         self.precondition()
         self.choose_direction()
         slope, clipped = self.choose_step()
@@ -230,6 +236,17 @@ class _Iteration:
         if not (slope > 0 and self.curvature > 0):
             raise _failure(tolerance, residual, self.products)
         self.move(slope / self.curvature, clipped)
+
+    def restore_sum(self) -> bool:
+        """Restore a given sum of pressures, and compute the gap anew; False, and nothing, where the sum is right."""
+        wanted = self.problem.pressure_sum
+        if wanted is None or abs(float(self.pressure.sum()) - wanted) <= SUM_ERROR * wanted:
+            return False
+        shifted = _shifted(self.pressure, self.free & (self.pressure > 0), self.problem.cap, wanted)
+        self.pressure = _nearest(self.problem, self.pressure) if shifted is None else shifted
+        self.curvature, self.length = 0.0, self.usual_length
+        self.compute_gap()
+        return True
 
     def precondition(self) -> None:
         """s = M r on the free nodes; with a given sum, less a multiple of M 1, so that the sum of s is zero."""

@@ -193,11 +193,12 @@ def solve_load(
             f"the mean pressure must be positive, finite and below the hardness {hardness_pa} Pa,"
             f" not {mean_pressure_pa} Pa"
         )
-    problem = Problem(influence, heights, hardness_pa, mean_pressure_pa * heights.size)
+    highest = float(heights.max())  # from which displacements far below the heights are counted without rounding
+    problem = Problem(influence, heights - highest, hardness_pa, mean_pressure_pa * heights.size)
     found, kind = _iterate(problem, tolerance, _Start(initial_pressure))
     how = found.products, "fft", heights.size, kind
-    interference = heights - found.plane
-    return _checked(found.pressure, found.gap, found.plane, how, influence, interference, hardness_pa, tolerance)
+    interference, plane = problem.interference - found.plane, highest + found.plane
+    return _checked(found.pressure, found.gap, plane, how, influence, interference, hardness_pa, tolerance)
 
 
 def sweep(

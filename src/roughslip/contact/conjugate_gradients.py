@@ -259,10 +259,7 @@ class _Iteration:
 
     def choose_direction(self) -> None:
         """d = s + beta t, conjugate to the last step; with a given sum, of zero sum."""
-        beta = 0.0
-        if self.curvature > 0:
-            beta = max(0.0, -kernels.inner(self.descent, self.product) / self.curvature)
-        kernels.conjugate(self.descent, beta, self.step, self.free, self.direction)
+        kernels.conjugate(self.descent, self.step, self.product, self.curvature, self.free, self.direction)
         if self.problem.pressure_sum is not None:
             kernels.balance(self.direction, self.uniform_descent)
 

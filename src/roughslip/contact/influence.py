@@ -189,10 +189,7 @@ class Influence:
             raise ParameterError(f"pressures have the shape {pressure.shape}, the mesh has {self.grid.shape}")
         pressure = np.ascontiguousarray(pressure)
         result = np.empty(pressure.shape) if result is None else result
-        loaded, few = _loaded(pressure, DIRECT_SUM_LIMIT)
-        if few:
-            direct_sum(self.mirrored, loaded, pressure, result)
-        else:
+        if not _few_summed(self.mirrored, pressure, result):
             (self._rounded_convolution if rounded else self._convolution)(pressure, result)
         return result
 
@@ -218,18 +215,19 @@ def _embedding_symbol(coefficients: np.ndarray, torus: tuple[int, int]) -> np.nd
 
 
 @compiled()
-def _loaded(pressure: np.ndarray, limit: int) -> tuple[np.ndarray, bool]:
-    """The nodes under pressure, numbered along the rows, and whether they are at most the limit."""
+def _few_summed(mirrored: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) -> bool:
+    """Write B p where at most DIRECT_SUM_LIMIT nodes are loaded, and whether they are."""
     nx, ny = pressure.shape
-    nodes, count = np.empty(limit, dtype=np.int64), 0
+    nodes, count = np.empty(DIRECT_SUM_LIMIT, dtype=np.int64), 0
     for i in range(nx):
         for j in range(ny):
             if pressure[i, j] != 0:
-                if count == limit:
-                    return nodes, False
+                if count == DIRECT_SUM_LIMIT:
+                    return False
                 nodes[count] = i * ny + j
                 count += 1
-    return nodes[:count], True
+    direct_sum(mirrored, nodes[:count], pressure, displacement)
+    return True
 
 
 @compiled()

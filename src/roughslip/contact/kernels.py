@@ -95,10 +95,22 @@ def assess(
 
 
 @compiled()
-def conjugate(descent: np.ndarray, factor: float, step: np.ndarray, free: np.ndarray, direction: np.ndarray) -> None:
-    """direction <- descent + factor step on the free nodes, zero elsewhere."""
+def conjugate(
+    descent: np.ndarray,
+    step: np.ndarray,
+    product: np.ndarray,
+    curvature: float,
+    free: np.ndarray,
+    direction: np.ndarray,
+) -> None:
+    """direction <- descent + beta step on the free nodes, zero elsewhere.
+
+    beta = -inner(descent, product) / curvature, from the product of the step and its curvature, neither negative; zero
+    where there is no earlier step.
+    """
+    beta = max(0.0, -inner(descent, product) / curvature) if curvature > 0 else 0.0
     s, t, moves, d = descent.reshape(-1), step.reshape(-1), free.reshape(-1), direction.reshape(-1)
-    rounded = direction.dtype.type(factor)
+    rounded = direction.dtype.type(beta)
     for k in range(d.size):
         d[k] = s[k] + rounded * t[k] if moves[k] else direction.dtype.type(0.0)
 

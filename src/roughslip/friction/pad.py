@@ -28,7 +28,7 @@ from roughslip.friction.statistics import resampled
 POWERS = (1, 2, 4, 8)  # of rho; those between are nearly sums of them
 WINDOWS = 4.0 ** np.arange(11)  # of a pad, at which its scatter is given
 ADJACENT = (1, 2, 4)  # windows one behind the other whose mean is measured too
-POINTS = 8  # of Gauss and Legendre in a panel
+NODE, WEIGHT = np.polynomial.legendre.leggauss(8)  # in a panel
 FINEST = 8.0  # panels in a correlation length next to no distance
 LEAST_SHARE = 1e-6  # of 1 / windows: the variance of a mean without long waves may be zero but for rounding
 
@@ -64,10 +64,9 @@ def _distances(edge: float, lag: float, scale: float) -> tuple[np.ndarray, np.nd
     low, high, step = lag - edge, lag + edge, scale / FINEST
     graded = step * (2.0 ** np.arange(math.ceil(math.log2(2.0 + high / step))) - 1.0)
     ends = np.unique([low, lag, high, *(one for one in (*graded, *-graded) if low < one < high)])
-    node, weight = np.polynomial.legendre.leggauss(POINTS)
     half = np.diff(ends)[:, None] / 2.0
-    x = (ends[:-1, None] + half * (1.0 + node)).ravel()
-    return x, (half * weight).ravel() * (1.0 - np.abs(x - lag) / edge) / edge
+    x = (ends[:-1, None] + half * (1.0 + NODE)).ravel()
+    return x, (half * WEIGHT).ravel() * (1.0 - np.abs(x - lag) / edge) / edge
 
 
 def influence_covariance(area: np.ndarray, force: np.ndarray, weights: np.ndarray) -> np.ndarray:

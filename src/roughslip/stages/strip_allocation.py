@@ -52,8 +52,8 @@ REPLICATES = 200  # of the pilot, for verdicts
 MORE = 200  # strips of the expansion that are not of the pilot: its variance is then known to a tenth
 OTHERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # strips on cells 2h alone, for each solved strip
 COARSE_SHARE = 0.25  # of the CPU time of a solved strip, which has both meshes
-# CPU time by work, measured on resolved at eleven penetrations and on strips of a twentieth of its cells; another machine
-# is faster or slower at all
+# CPU time by work, measured on resolved at eleven penetrations and on strips of a twentieth of its cells; another
+# machine is faster or slower at all
 CONVOLUTION_S, STEP_S = 2.2e-8, 1.2e-4  # of a unit of work of the solver, by cell, and on any mesh
 EXPANSION_S = 4.5e-7  # of a strip of the expansion, by node of its lattice
 

@@ -62,7 +62,7 @@ def _failure(residual: float, factors: int) -> ConvergenceError:
 def _small(
     mirrored: np.ndarray, coefficients: np.ndarray, interference: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float, int, int, bool]:
-    nodes = np.count_nonzero(interference > 0)
+    nodes = int(np.count_nonzero(interference > 0))
     if nodes == 0:
         return np.zeros(interference.shape), 0.0 - interference, 0.0, 0, 0, True
     pressure, factors, found = _pressures(coefficients, interference)

@@ -242,8 +242,7 @@ class _Iteration:
         wanted = self.problem.pressure_sum
         if wanted is None or abs(float(self.pressure.sum()) - wanted) <= SUM_ERROR * wanted:
             return False
-        shifted = _shifted(self.pressure, self.free & (self.pressure > 0), self.problem.cap, wanted)
-        self.pressure = _nearest(self.problem, self.pressure) if shifted is None else shifted
+        self.pressure = _with_sum(self.problem, self.pressure, self.free & (self.pressure > 0))
         self.curvature, self.length = 0.0, self.usual_length
         self.compute_gap()
         return True
@@ -305,9 +304,7 @@ class _Iteration:
                 return np.zeros_like(u_bar), -u_bar
             guess = np.full_like(u_bar, pressure_sum / u_bar.size)
         pressure = np.minimum(np.maximum(guess, 0.0), cap)
-        if pressure_sum is not None:
-            shifted = _shifted(pressure, pressure > 0, cap, pressure_sum)
-            pressure = _nearest(self.problem, pressure) if shifted is None else shifted
+        pressure = _with_sum(self.problem, pressure, pressure > 0)
         if displacement is None or not np.array_equal(pressure, guess):
             displacement = self._multiply(pressure)
         energy = kernels.inner(pressure, displacement)
@@ -336,6 +333,14 @@ def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, pressure_sum: 
     """Pressures shifted at the nodes until the sum is as wanted; None where these nodes cannot carry it."""
     shift, met = kernels.shift_to_sum(pressure, 0.0, pressure, cap, pressure_sum, nodes, False)
     return np.where(nodes, np.minimum(np.maximum(pressure + shift, 0.0), cap), pressure) if met else None
+
+
+def _with_sum(problem: Problem, pressure: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Pressures of the given sum: shifted at the nodes, or the allowed ones nearest, where these cannot carry it."""
+    if problem.pressure_sum is None:
+        return pressure
+    shifted = _shifted(pressure, nodes, problem.cap, problem.pressure_sum)
+    return _nearest(problem, pressure) if shifted is None else shifted
 
 
 def _nearest(problem: Problem, trial: np.ndarray) -> np.ndarray:

@@ -83,13 +83,13 @@ def test_a_number_at_a_level_is_that_of_the_level_and_between_two_on_the_curve()
         between(LEVELS, values, 99.0)
 
 
-def test_trend_of_a_line_is_its_slope_and_pairing_removes_common_noise() -> None:
+def test_trend_of_a_line_is_its_change_and_pairing_removes_common_noise() -> None:
     q = np.array([5.0, 10.0, 50.0, 90.0, 95.0])
     line = 0.4 - 0.002 * q
     noise = np.random.default_rng(8).standard_normal(100)
     falls = trend(q, line, line[:, None] + noise)
     # noise of size 1, common to the levels, cancels down to its rounding
-    for e, true in ((falls.slope, -0.002), (falls.change, -0.18)):
+    for e, true in ((falls.line, -0.18), (falls.change, -0.18)):
         np.testing.assert_allclose([e.value, e.low, e.high], true, rtol=1e-12)
     assert falls.direction == -1
     assert trend(q, -line, -line[:, None] + noise).direction == 1
@@ -97,15 +97,15 @@ def test_trend_of_a_line_is_its_slope_and_pairing_removes_common_noise() -> None
     assert trend(q, line, line[:, None] + own).direction == 0
 
 
-def test_trend_needs_both_slope_and_ends_to_agree() -> None:
+def test_trend_needs_both_line_and_ends_to_agree() -> None:
     q = np.array([10.0, 50.0, 90.0])
-    dip = np.array([1.0, 0.5, 1.0])  # falls, then rises: slope 0
+    dip = np.array([1.0, 0.5, 1.0])  # falls, then rises: no change along the line
     assert trend(q, dip, np.repeat(dip[:, None], 50, axis=1)).direction == 0
     # ends fall by 0.1, the line rises: deviations -40, -10, 10, 40 of q times values sum to 6
     apart = np.array([0.5, 0.0, 1.0, 0.4])
     for sign in (1.0, -1.0):
         result = trend(np.array([10.0, 40.0, 60.0, 90.0]), sign * apart, np.repeat(sign * apart[:, None], 50, axis=1))
-        assert result.slope.value == pytest.approx(sign * 6.0 / 3400.0, rel=1e-12)
+        assert result.line.value == pytest.approx(sign * 80 * 6.0 / 3400.0, rel=1e-12)
         assert result.direction == 0
 
 

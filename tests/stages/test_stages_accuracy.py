@@ -93,7 +93,7 @@ def verdict_numbers_are_those_of_stage_friction(solved, expanded, found):
     numbers = judged_estimates(percentiles, (*levels, None), lags, strip["window_m"], 200, rng)
     assert len(numbers) == 8 + len(JUDGED) + 1
     for name, one in numbers.items():
-        scale = 0.3 if re.search("_(mean|std)_(slope|change)$", name) else 1.0
+        scale = 0.3 if re.search("_(mean|std)_(line|change)$", name) else 1.0
         for end, value in (("", one.value), ("_low", one.low), ("_high", one.high)):
             np.testing.assert_allclose(scale * value, found[f"{name}{end}"], rtol=1e-9, atol=1e-15)
 

@@ -51,11 +51,11 @@ def friction():
     for name in ("mean", "std", "variation"):
         table[f"combined_{name}"] = np.array([0.3, 0.2, 0.1])
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
-        table |= with_interval(f"trend_combined_{name}_slope", -0.02, -0.03, -0.01)
+        table |= with_interval(f"trend_combined_{name}_line", -0.2, -0.3, -0.1)
     table |= with_interval("load_windows", [4.0, 2.0, 1.0], [4.0, 2.0, 1.0], [4.0, 2.0, 1.0])
     table |= with_interval("load_std", [0.06, 0.04, 0.02], [0.055, 0.035, 0.015], [0.065, 0.045, 0.025])
     table |= dict.fromkeys((variable for variable, _ in P_VALUES.values()), np.array(0.031))
-    return table | with_interval("trend_combined_length_least_squares_change", 0.0, -1e-5, 1e-5)
+    return table | with_interval("trend_combined_length_least_squares_line", 0.0, -1e-5, 1e-5)
 
 
 def oscillator():

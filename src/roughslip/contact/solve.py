@@ -160,7 +160,7 @@ def _solve(
 
 def dense_pays(interference: np.ndarray) -> bool:
     """Whether the dense method is the faster for interferences (nx, ny), and has the memory it needs."""
-    return _dense_pays(int(np.count_nonzero(interference > 0)), interference.size)
+    return interference.size <= SMALL or _dense_pays(int(np.count_nonzero(interference > 0)), interference.size)
 
 
 def _dense_pays(candidates: int, nodes: int) -> bool:

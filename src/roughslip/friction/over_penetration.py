@@ -36,11 +36,11 @@ def trend_of(percentiles: np.ndarray, estimates: list[Estimate]) -> Trend:
 
 
 def trend_estimates(combined: dict[str, list[Estimate]], percentiles: np.ndarray) -> dict[str, Estimate]:
-    """Slope over penetration, and last less first level, of TRENDS from all strips."""
+    """Change along a straight line, and last less first level, of TRENDS from all strips."""
     found: dict[str, Estimate] = {}
     for name in TRENDS:
         one = trend_of(percentiles, combined[name])
-        found |= {f"trend_combined_{name}_slope": one.slope, f"trend_combined_{name}_change": one.change}
+        found |= {f"trend_combined_{name}_line": one.line, f"trend_combined_{name}_change": one.change}
     return found
 
 

@@ -84,16 +84,20 @@ def _levels(percentiles: np.ndarray, count: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Trend:
-    """Trend of a statistic over penetration: slope [1/%] of the least-squares line, and last less first level."""
+    """Change of a statistic from the first to the last level.
 
-    slope: Estimate
+    line : along the least-squares straight line through all levels
+    change : last less first level
+    """
+
+    line: Estimate
     change: Estimate
 
     @property
     def direction(self) -> int:
         """-1 or 1 where both intervals lie on that side of 0, else 0: no direction is shown."""
-        down = self.slope.high < 0.0 and self.change.high < 0.0
-        up = self.slope.low > 0.0 and self.change.low > 0.0
+        down = self.line.high < 0.0 and self.change.high < 0.0
+        up = self.line.low > 0.0 and self.change.low > 0.0
         return int(up) - int(down)
 
 
@@ -103,7 +107,7 @@ def trend(percentiles: np.ndarray, values: np.ndarray, replicates: np.ndarray) -
     percentiles : (L,) [%] penetration, increasing
     values, replicates : (L,), (L, R) the statistic per level, all levels resampled with the same weights
 
-    Rule: it falls if the 95 % intervals of the least-squares slope and of last - first both lie below 0.
+    Rule: it falls if the 95 % intervals of the change along the line and of last - first both lie below 0.
     """
     values = reals("values of a trend", values)
     q = _levels(percentiles, values.size)
@@ -113,8 +117,8 @@ def trend(percentiles: np.ndarray, values: np.ndarray, replicates: np.ndarray) -
     if not np.isfinite(rows).all():
         raise ParameterError("values and replicates of a trend must be finite")
     about = q - q.mean()
-    slope = np.einsum("l,lr->r", about / np.sum(about**2), rows)
-    return Trend(Estimate.from_rows(slope), Estimate.from_rows(rows[-1] - rows[0]))
+    line = np.einsum("l,lr->r", (q[-1] - q[0]) * about / np.sum(about**2), rows)
+    return Trend(Estimate.from_rows(line), Estimate.from_rows(rows[-1] - rows[0]))
 
 
 def p_value(estimate: Estimate, value: float = 0.0) -> float:

@@ -28,8 +28,8 @@ def at_median(friction: Arrays, name: str) -> tuple[float, Interval]:
 def _decreases(friction: Arrays, key: str) -> Finding | None:
     if len(friction["percentile"]) == 1:
         return None
-    change, slope = (number(friction, f"trend_combined_{key}_{part}") for part in ("change", "slope"))
-    return replace(judged_inside(change, high=0.0), other=judged_inside(slope, "slope over penetration", high=0.0))
+    change, line = (number(friction, f"trend_combined_{key}_{part}") for part in ("change", "line"))
+    return replace(judged_inside(change, high=0.0), other=judged_inside(line, "change along a straight line", high=0.0))
 
 
 def _exponential(friction: Arrays) -> Finding:
@@ -46,8 +46,8 @@ def _length_at_any_depth(friction: Arrays) -> Finding | None:
     if len(lengths) == 1:
         return None
     allowed = SAME_LENGTH * float(np.mean(lengths))
-    change = number(friction, "trend_combined_length_least_squares_change")
-    return judged_inside(change, low=-allowed, high=allowed)
+    line = number(friction, "trend_combined_length_least_squares_line")
+    return judged_inside(line, low=-allowed, high=allowed)
 
 
 def _right_skewed(friction: Arrays) -> Finding:

@@ -168,8 +168,8 @@ def _on_length(friction: Arrays, found: Finding) -> str:
 def _on_length_at_any_depth(friction: Arrays, found: Finding) -> str:
     lengths = friction["combined_length_least_squares"]
     return (
-        f"metres, change from the first to the last level; {1e6 * found.thresholds[1]:.0f} µm are allowed; over all "
-        f"levels {1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} µm"
+        f"metres, change along a straight line through all levels; {1e6 * found.thresholds[1]:.0f} µm are allowed; the "
+        f"levels have {1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} µm"
     )
 
 

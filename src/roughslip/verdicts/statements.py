@@ -66,7 +66,10 @@ P_VALUES = {
 }
 
 _COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"
-_DECREASES = "the intervals of the slope over penetration and of the last less the first level both lie below zero"
+_DECREASES = (
+    "the intervals of the change along a straight line over penetration and of the last less the first level both lie "
+    "below zero"
+)
 _LIKE_BETA = (
     f"the interval of the Kolmogorov distance, both standardised, lies below {VISIBLE} and that of the skewness lies "
     f"from {SKEWNESS_RANGE[0]:.2f} to {SKEWNESS_RANGE[1]:.2f}, around the {BETA_SKEWNESS:.2f} of Beta(2.1, 5)"
@@ -87,8 +90,8 @@ RULES = {
     "than that to the triangle of the window itself: the interval of their difference lies below zero",
     "mu-correlation-250um": "at median penetration the interval of the least-squares length lies within "
     f"{SAME_LENGTH:.0%} of 250 µm",
-    "mu-correlation-any-depth": "the interval of the change from the first to the last level lies within "
-    f"{SAME_LENGTH:.0%} of the mean length",
+    "mu-correlation-any-depth": "the interval of the change from the first to the last level, along a straight line "
+    f"through all, lies within {SAME_LENGTH:.0%} of the mean length",
     "mu-right-skewed": "the interval of the skewness at median penetration lies above zero",
     "mu-leptokurtic": "the statement contradicts itself if the paper's own Beta(2.1, 5) has negative excess kurtosis; "
     "else the interval of the excess kurtosis at median penetration lies above zero",

@@ -10,7 +10,7 @@ from roughslip import store
 from roughslip.contact.at_nodes import NodePressures, solve_at
 from roughslip.contact.edge_pressure import point_pressures
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import ContactSolution, solve
+from roughslip.contact.solve import SMALL, ContactSolution, solve
 from roughslip.grid import Grid
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.geometry import Nodes
@@ -106,12 +106,13 @@ def pressures_at(
     pressure, error = np.empty((2, count, len(nodes.x)))
     kept = nodes.x, nodes.y
     there = np.ascontiguousarray(problem.modes[:, *kept, None])
+    is_small = problem.grid.size <= SMALL  # the whole surface is then as quick as these nodes
     nothing = np.zeros(len(nodes.x))
     methods: Counter[str] = Counter()
     work = 0
     for row, one in enumerate(xi):
         found = NodePressures(nothing, nothing, nothing, 0, "none")
-        if (problem.model.heights(heights(there, one)) > problem.plane_m).any():
+        if is_small or (problem.model.heights(heights(there, one)) > problem.plane_m).any():
             rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
             found = solve_at(
                 problem.influence,

@@ -103,6 +103,9 @@ def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load
     assert scene["oscillator"]["penetration_percentile"] is None
     least = mine("extends: paper\nload: {force_n: 1, apparent_area_m2: 1.5e-8}")  # a window, but for rounding
     assert least["oscillator"]["windows_in_parallel"] == 1
+    for window, found in ((0.0, 0), (1e-200, 1)):  # a zero is refused by its range; an area below all doubles here
+        tiny = {"load": {"force_n": 1.0, "nominal_pressure_pa": 1e5}, "strip": {"window_m": window, "width_m": 1e-200}}
+        assert len(list(load_section.mistakes(tiny))) == found
     (absent,) = load_section.mistakes({"oscillator": {"mass_kg": 1.0}})
     assert absent == (("oscillator.normal_force_n",), "missing; give it, or load")
 

@@ -54,9 +54,9 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
             yield not_together(key, value, "load")
     strip = scene.get("strip") or {}
     sizes = [strip.get("window_m"), strip.get("width_m"), *(load[part] for part in parts)]
-    if len(parts) == 2 and None not in sizes:
+    if len(parts) == 2 and None not in sizes and 0.0 not in sizes:  # a zero is refused by its range
         area, window = complete(load)["apparent_area_m2"], sizes[0] * sizes[1]
-        if not 1.0 - 1e-9 <= area / window <= MOST_WINDOWS:
+        if not (1.0 - 1e-9) * window <= area <= MOST_WINDOWS * window:  # a window of tiny sides rounds to nothing
             least, most = f"{window:.3g} (one window)", f"{MOST_WINDOWS * window:.3g} [m^2] ({MOST_WINDOWS} windows)"
             yield refused(area, f"an apparent area from {least} to {most}", f"load.{parts[-1]}", "strip.window_m")
 

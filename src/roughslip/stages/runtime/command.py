@@ -1,6 +1,8 @@
 """The command of a stage: its options, its key file, its record of cost, and one line for each error."""
 
 import argparse
+import gc
+import os
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -10,6 +12,7 @@ from pathlib import Path
 from roughslip.errors import RoughslipError, StoreError
 from roughslip.scene.declarations import RANGE, Stage
 from roughslip.scene.types import Scene, scene_of
+from roughslip.stages import IS_JOB
 from roughslip.stages.runtime.usage import Usage
 from roughslip.store import Key, read_key
 
@@ -38,8 +41,11 @@ class Job:
 def execute(stage: Stage, work: Callable[[Job], None]) -> None:
     """Run a stage as a command; exit 1 with the message, not a traceback, where the package refuses or gives up.
 
-    Its options are those of its declaration, and the placeholders in the name of its result.
+    Its options are those of its declaration, and the placeholders in the name of its result. A job ends at once when
+    its files are written: to take the libraries apart would take a fifth of a second.
     """
+    gc.freeze()
+    gc.enable()
     parser = argparse.ArgumentParser(prog=f"python -m roughslip.stages.{stage.name}")
     parser.add_argument("--key", type=Path, required=True, help="key file of the stage")
     parser.add_argument("--usage", type=Path, required=True, help="record of cost to write")
@@ -67,6 +73,10 @@ def execute(stage: Stage, work: Callable[[Job], None]) -> None:
     except RoughslipError as error:
         print(f"{stage.name}: {error}", file=sys.stderr)
         sys.exit(1)
+    if IS_JOB:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(0)
 
 
 def _paths(arguments: argparse.Namespace, names: Iterable[str]) -> list[Path]:

@@ -46,17 +46,12 @@ def test_the_true_error_is_net_of_the_extrapolation_and_of_the_unit():
 
 
 def test_the_exponent_is_that_of_a_power_law():
-    """Ours costs asked^-1.3 on one mesh and 2 asked^-2 on the other; the plain way ten times as much."""
+    """Ours costs asked^-1.3; the plain way ten times as much."""
     rows = []
-    for mesh, (factor, power) in {"extrapolated": (1.0, 1.3), "as_given": (2.0, 2.0)}.items():
-        for asked in (0.1, 0.03, 0.01):
-            name, seconds = case(scene="mine", mesh=mesh, asked=asked), factor * asked**-power
-            rows += [
-                make_row(name, chain.OURS, asked, [seconds], 1),
-                make_row(name, chain.PLAIN, asked, [10 * seconds], 1),
-            ]
+    for asked in (0.1, 0.03, 0.01):
+        name, seconds = case(scene="mine", asked=asked), asked**-1.3
+        rows.append(make_row(name, chain.OURS, asked, [seconds], 1))
+        rows.append(make_row(name, chain.PLAIN, asked, [10 * seconds], 1))
     found = chain.summarise(rows)
-    assert found["exponent"] == pytest.approx({"extrapolated": 1.3, "as_given": 2.0})
-    assert found["plain_over_ours"].keys() == {row["case"] for row in rows}
-    assert list(found["plain_over_ours"].values()) == pytest.approx([10.0] * 6)
-    assert "extrapolated" not in chain.summarise([row for row in rows if "asked=0.1" in row["case"]])["exponent"]
+    assert found["exponent"] == pytest.approx(1.3)
+    assert found["plain_over_ours"] == pytest.approx({row["case"]: 10.0 for row in rows})

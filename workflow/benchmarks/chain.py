@@ -1,7 +1,7 @@
 """Measure work and precision of the chain of friction: the CPU time that an accuracy of mean and scatter takes.
 
 An accuracy is the largest half width of the 95 % intervals at penetrations from 20 to 95 %, in units of the mean at the
-median. The stages of scene `resolved` run in this process, on cells h and 2h with extrapolation, and on cells h alone.
+median. The stages of scene `resolved` run in this process, on the cells h that follow from the accuracy, and on 2h.
 Seconds are those of all stages from strip_pilot to friction, without start-up and compilation.
 
 The plain way solves every strip on cells h, at each penetration from a cold start, without control variate:
@@ -9,10 +9,11 @@ The plain way solves every strip on cells h, at each penetration from a cold sta
     - K independent strips leave the half width w = 1.96 sigma / sqrt(K). K is counted, the strips are not solved.
       Here sigma is the scatter of the influence of a strip, from our run with most strips.
     - The seconds of a strip are measured on one, with conjugate gradients of Polonsky and Keer in numpy.
-    - `mesh_error` is what the extrapolation of our most accurate run changes. No number of strips reduces it.
+    - `mesh_error` is what our extrapolation changes. No number of strips reduces it.
 
 `true_error` is the largest difference of our numbers from the kept Monte Carlo reference of 4000 direct strips, whose
-standard error there is `reference_error`. Both are compared on cells h, thus before our extrapolation.
+standard error there is `reference_error`. Both are compared on cells h, thus before our extrapolation, where h is that
+of the reference.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import PERCENTILES, influences
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.limits import SHARES
+from roughslip.scene.discretisation import discretised
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load
 from roughslip.scene.mistakes import Values
@@ -49,9 +51,8 @@ from workflow.evidence.rows import Row, case, fields
 
 SCENE = "resolved"
 PLAIN = "plain"
-MESHES = {"extrapolated": True, "as_given": False}
-ASKED, QUICK = (0.1, 0.05, 0.03, 0.02, 0.01), (0.1, 0.05)
-LIMIT_S = 600.0  # accuracy.cost_limit_cpu_s: 0.02 is next to what the mesh leaves, and 2350 strips would reach it
+ASKED, QUICK = (0.1, 0.05, 0.03, 0.01), (0.1, 0.05)
+LIMIT_S = 3000.0  # accuracy.cost_limit_cpu_s: enough for 0.01
 STREAM = 30  # the second entry of the seed of the plain strip
 NORMAL_95 = 1.96
 
@@ -84,7 +85,7 @@ def run_stage(stage: ModuleType, scene: Values, output: Path, **arguments: objec
 
 
 def run_chain(
-    scene: Values, asked: Sequence[float], folder: Path, limit_s: float = LIMIT_S
+    scene: Values, asked: Sequence[float], folder: Path, limit_s: float
 ) -> tuple[list[Run], dict[float, str]]:
     """Run the chain once for each accuracy; return the runs, and why the others were refused.
 
@@ -119,6 +120,13 @@ def run_chain(
         runs.append(Run(one, shared + seconds + last, strips, reached, store.read(statistics), solved))
         report_progress(f"{one}: {strips} strips, {runs[-1].seconds:.1f} s, half width {reached:.4f}")
     return runs, refused
+
+
+def with_own_cells(scene: Values, asked: float) -> Values:
+    """Return the scene with the cells and the tolerance that follow from an accuracy of mean and scatter."""
+    accuracy = {"friction_mean": asked, "friction_std": asked}
+    opened = changed(scene, accuracy=accuracy, strip={"cell_m": AUTO}, numerics={"contact_tolerance": AUTO})
+    return discretised(opened)[0]
 
 
 def is_judged(percentiles: np.ndarray) -> np.ndarray:
@@ -175,38 +183,40 @@ def time_plain_strip(scene: Scene) -> float:
 
 
 def summarise(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return by mesh k of our seconds ~ asked^-k, by least squares; by case the seconds of the plain way over ours."""
+    """Return k of our seconds ~ asked^-k, by least squares, and by case the seconds of the plain way over ours."""
     ours, plain = ({row["case"]: row["seconds"] for row in rows if row["method"] == one} for one in (OURS, PLAIN))
-    exponents = {}
-    for mesh in MESHES:
-        found = [(fields(name), seconds) for name, seconds in ours.items() if fields(name)["mesh"] == mesh]
-        if len(found) > 1:
-            asked, seconds = np.log([(float(pairs["asked"]), seconds) for pairs, seconds in found]).T
-            exponents[mesh] = -float(np.polyfit(asked, seconds, 1)[0])
-    return {"exponent": exponents, "plain_over_ours": {name: plain[name] / seconds for name, seconds in ours.items()}}
+    asked, seconds = np.log([(float(fields(name)["asked"]), seconds) for name, seconds in ours.items()]).T
+    exponent = -float(np.polyfit(asked, seconds, 1)[0])
+    return {"exponent": exponent, "plain_over_ours": {name: plain[name] / seconds for name, seconds in ours.items()}}
 
 
 def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Sequence[float]) -> dict[str, Any]:
     """Return the summary and the rows."""
-    found, refused, rows = {}, {}, []
+    found: list[tuple[Run, Scene]] = []
+    refused: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as folder:
         few = changed(scene, strip={"penetration_percentiles": [20.0, 50.0, 95.0]})
-        run_chain(few, [0.3], Path(folder))  # compiles
-        for mesh, extrapolated in MESHES.items():
-            on_mesh = changed(scene, numerics={"extrapolate_mesh": extrapolated})
-            found[mesh], reasons = run_chain(on_mesh, asked, Path(folder))
-            refused |= {case(scene=SCENE, mesh=mesh, asked=one): why for one, why in reasons.items()}
-    typed, most = scene_of(scene), max((run for runs in found.values() for run in runs), key=lambda run: run.strips)
-    scatter, each = scatter_of_strip(most.solved, most.friction["percentile"]), time_plain_strip(typed)
-    finest = found["extrapolated"][-1].friction
-    changes = [np.abs(finest[f"mesh_change_of_{name}"][is_judged(finest["percentile"])]) for name in ("mean", "std")]
-    left = {"mesh_error": float(np.max(changes))}
-    for mesh, run in [(mesh, run) for mesh, runs in found.items() for run in runs]:
-        name, strips = case(scene=SCENE, mesh=mesh, asked=run.asked), count_strips(scatter, run.half_width)
-        judged = dict(zip(("true_error", "reference_error"), find_true_error(run.friction, reference), strict=True))
+        run_chain(few, [0.3], Path(folder), LIMIT_S)  # compiles
+        for one in asked:
+            on_cells = with_own_cells(scene, one)
+            runs, reasons = run_chain(on_cells, [one], Path(folder), LIMIT_S)
+            found += [(run, scene_of(on_cells)) for run in runs]
+            refused |= {case(scene=SCENE, asked=one): why for why in reasons.values()}
+    most = max((run for run, _ in found), key=lambda run: run.strips)
+    scatter = scatter_of_strip(most.solved, most.friction["percentile"])
+    seconds = {typed.strip.cell_m: time_plain_strip(typed) for _, typed in found}
+    rows = []
+    for run, typed in found:
+        name, strips = case(scene=SCENE, asked=run.asked), count_strips(scatter, run.half_width)
+        cell, judged = typed.strip.cell_m, {}
+        if cell == scene["strip"]["cell_m"]:
+            judged = dict(zip(("true_error", "reference_error"), find_true_error(run.friction, reference), strict=True))
+        penetrations = is_judged(run.friction["percentile"])
+        changes = [np.abs(run.friction[f"mesh_change_of_{one}"][penetrations]) for one in ("mean", "std")]
         rows.append(make_row(name, OURS, run.half_width, [run.seconds], run.strips, **judged))
-        rows.append(make_row(name, PLAIN, run.half_width, [strips * each], math.ceil(strips), **left))
-    measured = {"scatter_of_strip": scatter, "strips": most.strips, "plain_strip_seconds": each}
+        left = {"mesh_error": float(np.max(changes)), "cell_m": cell}
+        rows.append(make_row(name, PLAIN, run.half_width, [strips * seconds[cell]], math.ceil(strips), **left))
+    measured = {"scatter_of_strip": scatter, "strips": most.strips, "plain_strip_seconds": seconds}
     return {"summary": {**summarise(rows), "refused": refused, "measured": measured}, "rows": rows}
 
 

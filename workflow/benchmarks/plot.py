@@ -182,30 +182,25 @@ def draw_oscillator(rows: Sequence[Row]) -> Figure:
 
 
 def draw_chain(rows: Sequence[Row]) -> Figure:
-    """Draw half widths and true errors against CPU time, extrapolated to cells of no size and on the cells h."""
-    titles = {"extrapolated": "extrapolated to cells of no size", "as_given": "on the cells of the scene"}
-    canvas, places = panels(len(titles), 1, 5.2)
+    """Draw half widths and errors against CPU time, ours and of direct solves on the same cells."""
+    canvas, axes = panels(1, 1, 6.4)
     canvas.set_figheight(4.2)
-    for letter, axes, (mesh, title) in zip(LETTERS, places, titles.items(), strict=False):
-        here = [row for row in rows if of_case(row, "mesh") == mesh]
-        plot_methods(axes, here, seconds, WAYS)
-        ours = [row for row in here if row["method"] == OURS]
-        errors, known = ([row[name] for row in ours] for name in ("true_error", "reference_error"))
-        axes.errorbar([seconds(row) for row in ours], errors, known, **TRUE_ERROR)
-        for row in ours:
-            place, text = (seconds(row), row["error"]), f"{of_case(row, 'asked')} asked"
-            axes.annotate(text, place, xytext=(4, 5), textcoords="offset points", fontsize="small")
-        floor = max((row["mesh_error"] for row in here if "mesh_error" in row), default=FLOOR)
-        axes.axhline(floor, color="C2", linewidth=0.8, linestyle=":", label="mesh error on the cells")
-        widths = [row["error"] for row in here]
-        ends = 0.6 * min([floor, *errors, *widths]), 1.4 * max(widths)
-        axes.set(xlabel="CPU time [s]", ylabel="relative half width or error", ylim=ends)
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axis.set_major_formatter("{x:g}")
-        axes.minorticks_off()
-        head(axes, letter, title)
-    canvas.legend(*places[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    plot_methods(axes, rows, seconds, WAYS)
+    ours = [row for row in rows if row["method"] == OURS]
+    known = [row for row in ours if "true_error" in row]
+    errors, deviations = ([row[name] for row in known] for name in ("true_error", "reference_error"))
+    axes.errorbar([seconds(row) for row in known], errors, deviations, **TRUE_ERROR)
+    for row in ours:
+        place, text = (seconds(row), row["error"]), f"{of_case(row, 'asked')} asked"
+        axes.annotate(text, place, xytext=(4, 5), textcoords="offset points", fontsize="small")
+    plain = [row for row in rows if "mesh_error" in row]
+    axes.plot([seconds(row) for row in plain], [row["mesh_error"] for row in plain], "C2:", label="direct, mesh error")
+    axes.set(xlabel="CPU time [s]", ylabel="relative half width or error")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter("{x:g}")
+    axes.minorticks_off()
+    axes.legend()
     return canvas
 
 

@@ -162,13 +162,13 @@ def test_chain(tmp_path, monkeypatch):
     assert benchmark["machine"].keys() == {"processor", "cores"}
     check("chain", benchmark["rows"])
     ours, plain = ([row for row in benchmark["rows"] if row["method"] == one] for one in (OURS, chain.PLAIN))
-    assert [row["case"] for row in ours] == [row["case"] for row in plain]
-    assert [row["cell_m"] for row in plain] == [2.5e-6, 1.25e-6]
+    assert {row["case"] for row in plain} <= {row["case"] for row in ours}
+    assert [row["cell_m"] for row in ours] == [2.5e-6, 1.25e-6]
     for row in ours:
         assert row["error"] < 1.4 * float(fields(row["case"])["asked"])
     (known,) = [row for row in ours if "true_error" in row]
     assert known["true_error"] < known["error"] + 3 * known["reference_error"]
-    assert all(0.0 < row["mesh_error"] < 0.1 for row in plain)
+    assert all(0.0 < row["mesh_error"] < row["error"] for row in plain)
     ((name, why),) = benchmark["summary"]["refused"].items()
     assert fields(name)["asked"] == "0.035"
     assert "is not reached" in why

@@ -29,6 +29,16 @@ def test_strips_of_the_plain_way():
     assert chain.count_strips(scatter, 0.005) == pytest.approx(4 * strips)
 
 
+def test_the_plain_way_takes_the_cheapest_cells_at_the_same_error():
+    """At 0.03 cells that leave 0.01 need (0.03 - 0.02)^2 / (0.03 - 0.01)^2 = 1/4 of the strips of those at 0.02."""
+    for seconds, chosen in ((3.9, 1.0), (4.1, 2.0)):
+        cells = {2.0: chain.PlainCells(0.02, 1.0), 1.0: chain.PlainCells(0.01, seconds)}
+        cell, strips = chain.cheapest_cells(cells, 0.5, 0.03)
+        assert cell == chosen
+        assert strips == pytest.approx(chain.count_strips(0.5, 0.03 - 0.01 * cell))
+    assert chain.cheapest_cells(cells, 0.5, 0.01) is None
+
+
 def test_the_true_error_is_net_of_the_extrapolation_and_of_the_unit():
     """Ours is the reference in another unit, its scatter before the extrapolation 3 % off at 80 % and 100 % at 5 %."""
     reference = {"percentile": np.array([5.0, 20.0, 50.0, 80.0])}

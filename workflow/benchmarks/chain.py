@@ -4,12 +4,13 @@ An accuracy is the largest half width of the 95 % intervals at penetrations from
 median. The stages of scene `resolved` run in this process, on the cells h that follow from the accuracy, and on 2h.
 Seconds are those of all stages from strip_pilot to friction, without start-up and compilation.
 
-The plain way solves every strip on cells h, at each penetration from a cold start, without control variate:
+The plain way solves every strip at each penetration from a cold start, without control variate and extrapolation:
 
     - K independent strips leave the half width w = 1.96 sigma / sqrt(K). K is counted, the strips are not solved.
       Here sigma is the scatter of the influence of a strip, from our run with most strips.
     - The seconds of a strip are measured on one, with conjugate gradients of Polonsky and Keer in numpy.
-    - `mesh_error` is what our extrapolation changes. No number of strips reduces it.
+    - Cells leave the error m, which our extrapolation takes off. For our half width, w = ours - m on the cheapest
+      cells of our runs. `mesh_error` is m there.
 
 `true_error` is the largest difference of our numbers from the kept Monte Carlo reference of 4000 direct strips, whose
 standard error there is `reference_error`. Both are compared on cells h, thus before our extrapolation, where h is that
@@ -179,6 +180,27 @@ def time_plain_strip(scene: Scene) -> float:
     return time.process_time() - start
 
 
+class PlainCells(NamedTuple):
+    """Cells of the plain way: the largest relative error that they leave, and CPU seconds of a strip."""
+
+    mesh_error: float
+    seconds: float
+
+
+def mesh_error(found: Mapping[str, np.ndarray]) -> float:
+    """Return the largest relative change by the extrapolation, of results of stage friction."""
+    judged = is_judged(found["percentile"])
+    return float(max(np.abs(found[f"mesh_change_of_{name}"][judged]).max() for name in ("mean", "std")))
+
+
+def cheapest_cells(cells: Mapping[float, PlainCells], scatter: float, error: float) -> tuple[float, float] | None:
+    """Return cells and number of strips of the plain way at an error; None where all cells leave more than that."""
+    strips = {
+        cell: count_strips(scatter, error - one.mesh_error) for cell, one in cells.items() if one.mesh_error < error
+    }
+    return min(strips.items(), key=lambda one: one[1] * cells[one[0]].seconds, default=None)
+
+
 # The file.
 
 
@@ -187,7 +209,7 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
     ours, plain = ({row["case"]: row["seconds"] for row in rows if row["method"] == one} for one in (OURS, PLAIN))
     asked, seconds = np.log([(float(fields(name)["asked"]), seconds) for name, seconds in ours.items()]).T
     exponent = -float(np.polyfit(asked, seconds, 1)[0])
-    return {"exponent": exponent, "plain_over_ours": {name: plain[name] / seconds for name, seconds in ours.items()}}
+    return {"exponent": exponent, "plain_over_ours": {name: plain[name] / ours[name] for name in plain}}
 
 
 def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Sequence[float]) -> dict[str, Any]:
@@ -204,19 +226,26 @@ def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Seq
             refused |= {case(scene=SCENE, asked=one): why for why in reasons.values()}
     most = max((run for run, _ in found), key=lambda run: run.strips)
     scatter = scatter_of_strip(most.solved, most.friction["percentile"])
-    seconds = {typed.strip.cell_m: time_plain_strip(typed) for _, typed in found}
+    cells = {typed.strip.cell_m: PlainCells(mesh_error(run.friction), time_plain_strip(typed)) for run, typed in found}
     rows = []
     for run, typed in found:
-        name, strips = case(scene=SCENE, asked=run.asked), count_strips(scatter, run.half_width)
-        cell, judged = typed.strip.cell_m, {}
-        if cell == scene["strip"]["cell_m"]:
-            judged = dict(zip(("true_error", "reference_error"), find_true_error(run.friction, reference), strict=True))
-        penetrations = is_judged(run.friction["percentile"])
-        changes = [np.abs(run.friction[f"mesh_change_of_{one}"][penetrations]) for one in ("mean", "std")]
+        name, judged = case(scene=SCENE, asked=run.asked), {"cell_m": typed.strip.cell_m}
+        if typed.strip.cell_m == scene["strip"]["cell_m"]:
+            errors = find_true_error(run.friction, reference)
+            judged |= dict(zip(("true_error", "reference_error"), errors, strict=True))
         rows.append(make_row(name, OURS, run.half_width, [run.seconds], run.strips, **judged))
-        left = {"mesh_error": float(np.max(changes)), "cell_m": cell}
-        rows.append(make_row(name, PLAIN, run.half_width, [strips * seconds[cell]], math.ceil(strips), **left))
-    measured = {"scatter_of_strip": scatter, "strips": most.strips, "plain_strip_seconds": seconds}
+        plain = cheapest_cells(cells, scatter, run.half_width)
+        if plain is not None:
+            cell, strips = plain
+            left = {"mesh_error": cells[cell].mesh_error, "cell_m": cell}
+            rows.append(
+                make_row(name, PLAIN, run.half_width, [strips * cells[cell].seconds], math.ceil(strips), **left)
+            )
+    measured = {
+        "scatter_of_strip": scatter,
+        "strips": most.strips,
+        "plain_strip_seconds": {cell: one.seconds for cell, one in cells.items()},
+    }
     return {"summary": {**summarise(rows), "refused": refused, "measured": measured}, "rows": rows}
 
 

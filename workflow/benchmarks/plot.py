@@ -182,7 +182,7 @@ def draw_oscillator(rows: Sequence[Row]) -> Figure:
 
 
 def draw_chain(rows: Sequence[Row]) -> Figure:
-    """Draw half widths and errors against CPU time, ours and of direct solves on the same cells."""
+    """Draw half widths and true errors against CPU time, ours and of direct solves."""
     canvas, axes = panels(1, 1, 6.4)
     canvas.set_figheight(4.2)
     plot_methods(axes, rows, seconds, WAYS)
@@ -193,8 +193,6 @@ def draw_chain(rows: Sequence[Row]) -> Figure:
     for row in ours:
         place, text = (seconds(row), row["error"]), f"{of_case(row, 'asked')} asked"
         axes.annotate(text, place, xytext=(4, 5), textcoords="offset points", fontsize="small")
-    plain = [row for row in rows if "mesh_error" in row]
-    axes.plot([seconds(row) for row in plain], [row["mesh_error"] for row in plain], "C2:", label="direct, mesh error")
     axes.set(xlabel="CPU time [s]", ylabel="relative half width or error")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1, 2, 5)))

@@ -194,8 +194,8 @@ def draw_chain(rows: Sequence[Row]) -> Figure:
         place, text = (seconds(row), row["error"]), f"{of_case(row, 'asked')} asked"
         axes.annotate(text, place, xytext=(4, 5), textcoords="offset points", fontsize="small")
     axes.set(xlabel="CPU time [s]", ylabel="relative half width or error")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    for axis, subs in ((axes.xaxis, (1,)), (axes.yaxis, (1, 2, 5))):
+        axis.set_major_locator(LogLocator(subs=subs))
         axis.set_major_formatter("{x:g}")
     axes.minorticks_off()
     axes.legend()

@@ -63,7 +63,6 @@ Windows = tuple[np.ndarray, np.ndarray]  # mu in units of the shear strength, an
 class Run(NamedTuple):
     """What an accuracy took: CPU seconds, strips, half width reached, results of stage friction, windows of strips."""
 
-    asked: float
     seconds: float
     strips: int
     half_width: float
@@ -85,47 +84,39 @@ def run_stage(stage: ModuleType, scene: Values, output: Path, **arguments: objec
     return time.process_time() - start, usage.did
 
 
-def run_chain(
-    scene: Values, asked: Sequence[float], folder: Path, limit_s: float
-) -> tuple[list[Run], dict[float, str]]:
-    """Run the chain once for each accuracy; return the runs, and why the others were refused.
-
-    All share the pilot and the expansion, whose seconds count in each.
-    """
-    scene = changed(scene, strip={"samples": AUTO, "expansion_samples": AUTO})
+def run_chain(scene: Values, folder: Path) -> Run:
+    """Run the chain for the accuracy of friction that the scene asks. Raises IllPosedError where that is refused."""
+    scene = changed(
+        scene,
+        strip={"samples": AUTO, "expansion_samples": AUTO},
+        accuracy={"verdict_limit_cpu_s": 0.0},  # no strips for verdicts
+    )
     pilot, fitted, allocation, statistics = (folder / f"{name}.nc" for name in ("pilot", "fit", "allocation", "end"))
     typed = scene_of(scene)
     least = typed.friction.least_contact_fraction * typed.strip.window_m * typed.strip.width_m
-    shared = run_stage(strip_pilot, scene, pilot)[0] + run_stage(chaos_strip, scene, fitted, contact=[pilot])[0]
-    runs, refused = [], {}
-    for one in asked:
-        limits = {"cost_limit_cpu_s": limit_s, "verdict_limit_cpu_s": 0.0}  # no strips for verdicts
-        scene = changed(scene, accuracy={"friction_mean": one, "friction_std": one, **limits})
-        try:
-            seconds, _ = run_stage(strip_allocation, scene, allocation, pilot=pilot, expansion=fitted)
-        except IllPosedError as error:
-            refused[one] = str(error)
-            continue
-        files: dict[ModuleType, list[Path]] = {contact_strip: [pilot], expansion_strip: []}
-        for stage, paths in files.items():
-            for share in range(SHARES):
-                paths.append(folder / f"{stage.STAGE.name}-{share}.nc")
-                place = {"first": share, "last": share + 1, "allocation": allocation, "expansion": fitted}
-                seconds += run_stage(stage, scene, paths[-1], **place)[0]
-        contact, expansion = files.values()
-        made = {"contact": contact, "expansion": expansion, "allocation": allocation}
-        last, did = run_stage(friction, scene, statistics, **made)
-        reached = max(did["friction_mean_reached"], did["friction_std_reached"])
-        area, force = friction.area_and_force(store.read_all(contact))
-        solved, strips = list(zip(*friction_coefficient(area, force, 1.0, least), strict=True)), area.shape[1]
-        runs.append(Run(one, shared + seconds + last, strips, reached, store.read(statistics), solved))
-        report_progress(f"{one}: {strips} strips, {runs[-1].seconds:.1f} s, half width {reached:.4f}")
-    return runs, refused
+    seconds = run_stage(strip_pilot, scene, pilot)[0] + run_stage(chaos_strip, scene, fitted, contact=[pilot])[0]
+    seconds += run_stage(strip_allocation, scene, allocation, pilot=pilot, expansion=fitted)[0]
+    files: dict[ModuleType, list[Path]] = {contact_strip: [pilot], expansion_strip: []}
+    for stage, paths in files.items():
+        for share in range(SHARES):
+            paths.append(folder / f"{stage.STAGE.name}-{share}.nc")
+            place = {"first": share, "last": share + 1, "allocation": allocation, "expansion": fitted}
+            seconds += run_stage(stage, scene, paths[-1], **place)[0]
+    contact, expansion = files.values()
+    made = {"contact": contact, "expansion": expansion, "allocation": allocation}
+    last, did = run_stage(friction, scene, statistics, **made)
+    reached = max(did["friction_mean_reached"], did["friction_std_reached"])
+    area, force = friction.area_and_force(store.read_all(contact))
+    solved = list(zip(*friction_coefficient(area, force, 1.0, least), strict=True))
+    run = Run(seconds + last, area.shape[1], reached, store.read(statistics), solved)
+    asked = typed.accuracy.friction_std
+    report_progress(f"{asked}: {run.strips} strips, {run.seconds:.1f} s, half width {reached:.4f}")
+    return run
 
 
 def with_own_cells(scene: Values, asked: float) -> Values:
-    """Return the scene with the cells and the tolerance that follow from an accuracy of mean and scatter."""
-    accuracy = {"friction_mean": asked, "friction_std": asked}
+    """Return the scene with an accuracy of mean and scatter, and the cells and the tolerance that follow from it."""
+    accuracy = {"friction_mean": asked, "friction_std": asked, "cost_limit_cpu_s": LIMIT_S}
     opened = changed(scene, accuracy=accuracy, strip={"cell_m": AUTO}, numerics={"contact_tolerance": AUTO})
     return discretised(opened)[0]
 
@@ -214,33 +205,37 @@ def summarise(rows: Sequence[Row]) -> dict[str, Any]:
 
 def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Sequence[float]) -> dict[str, Any]:
     """Return the summary and the rows."""
-    found: list[tuple[Run, Scene]] = []
+    own = {one: with_own_cells(scene, one) for one in asked}
+    runs: dict[float, Run] = {}
     refused: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as folder:
         few = changed(scene, strip={"penetration_percentiles": [20.0, 50.0, 95.0]})
-        run_chain(few, [0.3], Path(folder), LIMIT_S)  # compiles
+        run_chain(with_own_cells(few, 0.3), Path(folder))  # compiles
         for one in asked:
-            on_cells = with_own_cells(scene, one)
-            runs, reasons = run_chain(on_cells, [one], Path(folder), LIMIT_S)
-            found += [(run, scene_of(on_cells)) for run in runs]
-            refused |= {case(scene=SCENE, asked=one): why for why in reasons.values()}
-    most = max((run for run, _ in found), key=lambda run: run.strips)
+            try:
+                runs[one] = run_chain(own[one], Path(folder))
+            except IllPosedError as error:
+                refused[case(scene=SCENE, asked=one)] = str(error)
+    most = max(runs.values(), key=lambda run: run.strips)
     scatter = scatter_of_strip(most.solved, most.friction["percentile"])
-    cells = {typed.strip.cell_m: PlainCells(mesh_error(run.friction), time_plain_strip(typed)) for run, typed in found}
+    last = {own[one]["strip"]["cell_m"]: one for one in runs}  # on the same cells the most accurate run
+    cells = {
+        cell: PlainCells(mesh_error(runs[one].friction), time_plain_strip(scene_of(own[one])))
+        for cell, one in last.items()
+    }
     rows = []
-    for run, typed in found:
-        name, judged = case(scene=SCENE, asked=run.asked), {"cell_m": typed.strip.cell_m}
-        if typed.strip.cell_m == scene["strip"]["cell_m"]:
+    for one, run in runs.items():
+        name, more = case(scene=SCENE, asked=one), {"cell_m": own[one]["strip"]["cell_m"]}
+        if more["cell_m"] == scene["strip"]["cell_m"]:
             errors = find_true_error(run.friction, reference)
-            judged |= dict(zip(("true_error", "reference_error"), errors, strict=True))
-        rows.append(make_row(name, OURS, run.half_width, [run.seconds], run.strips, **judged))
+            more |= dict(zip(("true_error", "reference_error"), errors, strict=True))
+        rows.append(make_row(name, OURS, run.half_width, [run.seconds], run.strips, **more))
         plain = cheapest_cells(cells, scatter, run.half_width)
         if plain is not None:
             cell, strips = plain
-            left = {"mesh_error": cells[cell].mesh_error, "cell_m": cell}
-            rows.append(
-                make_row(name, PLAIN, run.half_width, [strips * cells[cell].seconds], math.ceil(strips), **left)
-            )
+            more = {"mesh_error": cells[cell].mesh_error, "cell_m": cell}
+            seconds = strips * cells[cell].seconds
+            rows.append(make_row(name, PLAIN, run.half_width, [seconds], math.ceil(strips), **more))
     measured = {
         "scatter_of_strip": scatter,
         "strips": most.strips,

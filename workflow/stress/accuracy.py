@@ -131,14 +131,11 @@ def is_answer(_: AccuracyProblem, error: RoughslipError) -> bool:
 
 
 def judged(problem: AccuracyProblem) -> Verdict:
-    """Run the scene and an independent one and compare."""
+    """Run the scene and an independent one and compare. Raises IllPosedError where the accuracy is refused."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         scene = problem.values(folder)
-        runs, refused = run_chain(scene, [problem.asked], folder, LIMIT_S)
-        if refused:
-            raise IllPosedError(refused[problem.asked])
-        return judge(problem, runs[0], *independent(scene))
+        return judge(problem, run_chain(scene, folder), *independent(scene))
 
 
 def judge(problem: AccuracyProblem, run: Run, known: np.ndarray, error: np.ndarray, mesh: np.ndarray) -> Verdict:

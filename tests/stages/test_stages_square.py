@@ -220,6 +220,7 @@ PILOT = changed(
 )
 
 
+@pytest.mark.slow
 def test_errors_of_cells_and_modes_are_those_of_the_same_surfaces(run, monkeypatch):
     """With all modes nothing is missing. With few there is an error, and its half of an accuracy
     has to hold it: what is refused names the nearest, which is then kept."""

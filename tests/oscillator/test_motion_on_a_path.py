@@ -13,8 +13,9 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from roughslip.errors import ParameterError
+from roughslip.oscillator.counts import ensemble_counts
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.motion import MotionOptions, ensemble_counts, simulate, trajectory
+from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from tests.oscillator.motions import LAW, STUDY, F, V, ends
 
 EXCITED = replace(STUDY, excitation_force_n=60.0, excitation_frequency_rad_per_s=430.0)

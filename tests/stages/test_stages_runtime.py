@@ -20,10 +20,9 @@ from roughslip.contact.influence import DIRECT_SUM_LIMIT, Influence
 from roughslip.contact.solve import solve, sweep
 from roughslip.errors import ConvergenceError, InputError, StoreError
 from roughslip.grid import Grid
+from roughslip.oscillator.counts import counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.limits import LOOPS, counts_by_period
-from roughslip.oscillator.motion import ensemble_counts
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import scene_of
 from roughslip.stages.costs import total

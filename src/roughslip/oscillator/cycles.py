@@ -102,7 +102,7 @@ def reattachment_statistics(
     owners, owner = np.unique(realisation, return_inverse=True)
     runs = len(owners)
     if runs < FEWEST_REALISATIONS:
-        raise IllPosedError(f"only {runs} runs stick again: lower the damping or run more realisations")
+        raise IllPosedError(f"only {runs} runs stick again: lower the damping, run longer or run more realisations")
     centre, scale = position.mean(), position.std()
     if scale <= NO_SCATTER * np.abs(centre):
         raise IllPosedError("every run sticks again at the same point: the friction has no scatter")

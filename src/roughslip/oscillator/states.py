@@ -12,6 +12,7 @@ after LOOPS of them the mass has missed the belt at least twice.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +26,7 @@ from roughslip.oscillator.limits import departure_point, equilibrium, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
 
 LOOPS = 3.0
-EXTENSIONS = 50  # of a run that ends in stick: each doubles what is left to the departure, so this is never reached
+EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one is never reached
 NATURAL_PERIODS, CYCLES, DECAYS, CORRELATIONS = 40.0, 10.0, 4.0, 1.0  # that a run lasts
 
 
@@ -128,33 +129,32 @@ def run_until_known(
         """Natural periods of stick from X = position on, without scatter."""
         return max(departure_point(oscillator, law) - position, 0.0) / oscillator.V / turn
 
-    first, duration = 0.0, until_departure(0.0) + 1.0
-    for _ in range(EXTENSIONS * (not from_sliding)):
-        departures = np.flatnonzero((motion := run(duration)).kind == DEPARTURE)
-        if departures.size:
-            first = float(motion.time[departures[0]]) / turn
-            break
-        duration *= 1.5
-    else:
-        if not from_sliding:
-            raise ConvergenceError(
-                f"the mass has not left the belt after {duration:.3g} natural periods", residual=1.0, work=EXTENSIONS
-            )
-    duration = first + periods + longest
+    first = 0.0 if from_sliding else _first_departure(run, until_departure(0.0) + 1.0)
+    end = first + periods
+    duration = end + longest
     for extension in range(EXTENSIONS):
         motion = run(duration)
-        if motion.kind.size == 0 or motion.kind[-1] != REATTACHMENT:
-            break
-        stuck = float(motion.time[-1]) / turn
-        if stuck > first + periods:
-            break
-        left = until_departure(float(motion.position[-1])) - (duration - stuck)
-        duration += max(left, 0.0) + 2.0**extension + longest
-    else:
-        raise ConvergenceError(
-            f"the mass sticks since {stuck:.3g} of {duration:.3g} natural periods", residual=1.0, work=EXTENSIONS
-        )
-    return motion, first, states_of(motion, longest)
+        slips, cut_off = slip_phases(motion)
+        begun, ended = slips[-1]
+        if ended - begun > longest if cut_off else ended > end:
+            return motion, first, states_of(motion, longest)
+        stick = 0.0 if cut_off else until_departure(float(motion.position[-1])) - (duration - ended) + 2.0**extension
+        duration += max(stick, 0.0) + longest
+    raise ConvergenceError(
+        f"the state at {end:.3g} natural periods is not known after {duration:.3g}", residual=1.0, work=EXTENSIONS
+    )
+
+
+def _first_departure(run: Callable[[float], Motion], duration: float) -> float:
+    """The natural period at which a motion from rest first leaves the belt; run : of a duration in natural periods."""
+    for _ in range(EXTENSIONS):
+        departures = np.flatnonzero((motion := run(duration)).kind == DEPARTURE)
+        if departures.size:
+            return float(motion.time[departures[0]]) / (2.0 * math.pi)
+        duration *= 1.5
+    raise ConvergenceError(
+        f"the mass has not left the belt after {duration:.3g} natural periods", residual=1.0, work=EXTENSIONS
+    )
 
 
 def time_scales(oscillator: Oscillator, law: FrictionLaw, correlation_length_m: float) -> dict[str, float]:

@@ -35,7 +35,7 @@ os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys
 os.environ[PARENT] = str(os.getpid())
 
 # What only describes the workflow changes no file outside .snakemake, like a dry run.
-DESCRIBES = {"--lint", "--list-rules", "--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary", "--unlock"}
+DESCRIBES = {"--lint", "--list-rules", "--list", "-l", "--list-target-rules", "--lt", "--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary", "--unlock"}
 
 # Mistakes of the user end here, a line each. A job on another machine does not recover: its run has done that.
 shared = {}
@@ -51,7 +51,8 @@ try:
     compared = scenes.compared(config.get("compare"))
     if workflow.is_main_process:
         lines, shared = start.recover(scenes)
-        print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
+        if not DESCRIBES.intersection(sys.argv):
+            print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)

@@ -18,7 +18,7 @@ from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.motion import Motion, MotionOptions, simulate, trajectory
+from roughslip.oscillator.motion import Motion, MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.slip_flow import STIFF_TOLERANCE, check_free, next_peak, slip_flow, stiff_return
 
 LARGEST_DAMPING = 1e3
@@ -74,10 +74,12 @@ class SlipLoop:
     cycle : the stick-slip cycle, None where the loop does not come back to the belt
     periods : natural periods of the loop, up to its end on the belt or to its largest velocity; 0 where slip comes to
         steady sliding without a loop
+    fastest : [m/s] largest sliding speed of the cycle; v0, that of steady sliding, where there is none
     """
 
     cycle: LimitCycle | None
     periods: float
+    fastest: float
 
 
 @lru_cache(maxsize=4096)
@@ -92,27 +94,34 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
     Raises ParameterError with excitation or a belt at rest, ConvergenceError where slip is too stiff to follow.
     """
     flow, departure = slip_flow(oscillator, law), departure_point(oscillator, law)
-    turn = 2.0 * math.pi
+    turn, v0 = 2.0 * math.pi, oscillator.belt_velocity_m_per_s
+
+    def cycle_of(drawn: Trajectory) -> SlipLoop:
+        end = int(np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0])
+        cycle, time = _cycle(oscillator, drawn.motion, end), float(drawn.motion.time[end])
+        fastest = v0 - oscillator.natural_frequency_rad_per_s * float(np.min(drawn.velocity[drawn.time <= time]))
+        return SlipLoop(cycle, time / turn, fastest if cycle else v0)
+
     try:
         drawn = trajectory(oscillator, law, None, 0.0, LOOP_PERIODS, MotionOptions(tolerance), departure, LOOP_SAMPLES)
-        ends = np.flatnonzero(drawn.motion.kind == REATTACHMENT)
-        if ends.size:
-            return SlipLoop(_cycle(oscillator, drawn.motion, ends[0]), float(drawn.motion.time[ends[0]]) / turn)
+        if REATTACHMENT in drawn.motion.kind:
+            return cycle_of(drawn)
         rises = np.diff(drawn.velocity) > 0.0
         peaks = np.flatnonzero(rises[:-1] & ~rises[1:])
         if peaks.size:
-            return SlipLoop(None, float(drawn.time[peaks[0] + 1]) / turn)
+            return SlipLoop(None, float(drawn.time[peaks[0] + 1]) / turn, v0)
         peak, time = next_peak(flow, (departure - flow.steady) / oscillator.V, 1.0)
         if peak <= 1.0:
-            return SlipLoop(None, time / turn if peak > 0.0 else 0.0)
-        motion = simulate(oscillator, law, None, 0.0, time / turn, MotionOptions(tolerance), start_position_m=departure)
-        ends = np.flatnonzero(motion.kind == REATTACHMENT)
-        return SlipLoop(_cycle(oscillator, motion, ends[0]), float(motion.time[ends[0]]) / turn)
+            return SlipLoop(None, time / turn if peak > 0.0 else 0.0, v0)
+        samples = max(int(LOOP_SAMPLES * LOOP_PERIODS * turn / time), 1)
+        return cycle_of(
+            trajectory(oscillator, law, None, 0.0, time / turn, MotionOptions(tolerance), departure, samples)
+        )
     except ConvergenceError:
         returned = stiff_return(flow, (departure - flow.steady) / oscillator.V)
     if returned is None:
-        return SlipLoop(None, 0.0)
-    y, time = returned
+        return SlipLoop(None, 0.0, v0)
+    y, time, least = returned
     reattachment = flow.steady + oscillator.V * y
     return SlipLoop(
         LimitCycle(
@@ -124,6 +133,7 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
             local_error=STIFF_TOLERANCE * departure,
         ),
         time / turn,
+        v0 * (1.0 - least),
     )
 
 

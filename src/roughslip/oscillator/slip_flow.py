@@ -125,8 +125,10 @@ def _too_stiff(flow: SlipFlow, distance: float, evaluations: int) -> Convergence
     )
 
 
-def stiff_return(flow: SlipFlow, y: float) -> tuple[float, float] | None:
-    """Place y and time [-] at which slip from the belt, (y, w = 1), returns to it; None where its first loop does not.
+def stiff_return(flow: SlipFlow, y: float) -> tuple[float, float, float] | None:
+    """Place y and time [-] at which slip from the belt, (y, w = 1), returns to it, and the least w before.
+
+    None where its first loop does not return.
 
     The loop has missed the belt once w falls through 0 for the second time: later loops lie within it. Raises
     ConvergenceError where no step is small enough.
@@ -151,7 +153,7 @@ def stiff_return(flow: SlipFlow, y: float) -> tuple[float, float] | None:
         return math.hypot(state[0], state[1]) - AT_REST
 
     turns.terminal, rest.terminal, belt.terminal, belt.direction = True, True, True, 1.0  # type: ignore[attr-defined]
-    time, state = 0.0, np.array([y, 1.0])
+    time, state, least = 0.0, np.array([y, 1.0]), 1.0
     for direction in (-1.0, 1.0, -1.0):  # backwards, forwards, and backwards again
         turns.direction = direction  # type: ignore[attr-defined]
         try:
@@ -170,8 +172,9 @@ def stiff_return(flow: SlipFlow, y: float) -> tuple[float, float] | None:
             raise _too_stiff(flow, math.hypot(*state), 0) from error
         if leg.status < 0:
             raise _too_stiff(flow, math.hypot(*leg.y[:, -1]), leg.nfev)
+        least = min(least, float(np.min(leg.y[1])))
         if leg.t_events[1].size:
-            return float(leg.y_events[1][0][0]), float(leg.t_events[1][0])
+            return float(leg.y_events[1][0][0]), float(leg.t_events[1][0]), least
         if leg.t_events[0].size == 0:
             return None
         time, state = float(leg.t_events[0][0]), leg.y_events[0][0]

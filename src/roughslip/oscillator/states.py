@@ -135,11 +135,10 @@ def run_until_known(
     for extension in range(EXTENSIONS):
         motion = run(duration)
         slips, cut_off = slip_phases(motion)
-        begun, ended = slips[-1]
-        if ended - begun > longest if cut_off else ended > end:
+        if np.any(slips[: len(slips) - cut_off, 1] > end) or (cut_off and np.diff(slips[-1])[0] > longest):
             return motion, first, states_of(motion, longest)
-        stick = 0.0 if cut_off else until_departure(float(motion.position[-1])) - (duration - ended) + 2.0**extension
-        duration += max(stick, 0.0) + longest
+        stick = 0.0 if cut_off else until_departure(float(motion.position[-1])) - (duration - slips[-1, 1])
+        duration += max(stick, 0.0) + 2.0**extension + longest
     raise ConvergenceError(
         f"the state at {end:.3g} natural periods is not known after {duration:.3g}", residual=1.0, work=EXTENSIONS
     )

@@ -199,7 +199,12 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[dict[str, An
                 continue
             high = search.count(start) > level * search.paths
             number = quantity(crossing.value, (crossing.low, crossing.high), parameter.unit)
-            found[side][label] = {**number, "change": "falls below" if high else "rises above"}
+            there = variation.changed(runs.scene, runs.numbers, {name: crossing.value})
+            found[side][label] = {
+                **number,
+                "change": "falls below" if high else "rises above",
+                "outside_measured_speeds": variation.leaves_known_speeds(there),
+            }
         found[side]["without_scatter"] = quantity(without_scatter(runs, name, start, ends[side]), None, parameter.unit)
     return found | {"searched": quantity(None, search.searched, parameter.unit)}, search.trials
 
@@ -356,6 +361,7 @@ def work(job: Job) -> None:
         "decides": deciding(own, share, limits["damping"]),
         "friction_mean": quantity(numbers.mean, None, "1"),
         "friction_deviation": quantity(numbers.standard_deviation, None, "1"),
+        "outside_measured_speeds": variation.leaves_known_speeds(own),
         "windows": quantity(own.windows, None, "1"),
     }
     store.write_json(job.arguments.output, found | {"summary": summary(found)})

@@ -102,6 +102,11 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         if not (math.isfinite(self.static) and self.static >= values[0]):
             raise ParameterError(f"TableLaw.static must be at least the first value, {values[0]}, not {self.static}")
 
+    @property
+    def fastest_known(self) -> float:
+        """The last speed of the table [m/s]."""
+        return self.speeds_m_per_s[-1]
+
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> TableLaw:
         """The table of the scene, which takes the place of the mean friction coefficient."""

@@ -151,7 +151,7 @@ def test_one_statistic_has_the_numbers_of_neyman():
 
 
 def test_an_interval_that_few_strips_widen_still_keeps_what_is_asked():
-    """Also with the mesh's part, between the points where the allowed variance is solved for, and with little to spare."""
+    """Also with the mesh's part, between the points where the allowed variance is solved for; little is to spare."""
     for asked, mesh in itertools.product(np.geomspace(0.02, 0.3, 12), (0.0, 0.015)):
         one = Sources(50.0, "friction_std", 0.02, 0.1, (mesh, mesh / 3))
         chosen = allocate([one], {"friction_std": asked}, WIDE)

@@ -216,8 +216,9 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     are not n draws). The mean of strips is unbiased; std is low by about 1 / (2 effective_windows) of itself.
     Intervals of mean, std and variation are widened to Student's, the last two reflected too (`Estimate.of_scale`).
     From 20 strips on each end misses the truth in 1 to 4 % of the trials, on Gaussian and Beta strips. Intervals of
-    skewness and kurtosis are widened too. COVERAGE
-    Those of quantiles are percentiles. Raises IllPosedError where strips in contact are too few or mu has no scatter.
+    skewness and kurtosis are widened too, and cover 94 to 98 % and 90 to 96 %; those of kurtosis lie too low where they
+    miss. Those of quantiles are percentiles. Raises IllPosedError where strips in contact are too few or mu has no
+    scatter.
     """
     mu, valid = check_windows(mu, valid, weights)
     if (mu[valid] <= 0.0).any():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roughslip.chaos.hermite import hermite_basis, multi_indices
-from roughslip.chaos.left_out import REACH
+from roughslip.chaos.left_out import REACH, residual_scatter
 from roughslip.chaos.local import GROUPS, Samples, best_gap_stiffness, fit_best, fit_local, jackknife_deviations
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import censored_regression, least_squares
@@ -163,6 +163,8 @@ def test_the_fit_to_all_surfaces_is_weighted_least_squares_and_the_scatter_that_
     in_scatter = predicted >= one.lowest
     assert np.count_nonzero(~in_scatter) > 0
     assert one.whole.scatter.low == pytest.approx(predicted[in_scatter].min(), rel=1e-9)
+    again = residual_scatter(predicted[in_scatter], values[in_scatter])
+    np.testing.assert_allclose(one.whole.scatter.quantiles, again.quantiles, rtol=1e-6, atol=1e-9)
     residual = np.where(in_scatter, weights * (values - predicted), 0.0)
     np.testing.assert_allclose(one.residual[:, 0], residual, rtol=1e-7, atol=1e-9)
 

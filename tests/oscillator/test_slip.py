@@ -297,7 +297,7 @@ def test_grazing_is_judged_by_belt_and_friction_together(belt, gap, repeats):
 
 
 def test_the_time_left_is_the_next_root_of_the_series_that_falls():
-    """gap + rate t + bend t^2 / 2, of a bound ahead or just passed, bent down or up. Rising or without a root: never."""
+    """gap + rate t + bend t^2 / 2, of a bound ahead or just passed. Rising or without a root: never."""
     for gap, bend in itertools.product((0.1, -0.1), (0.5, -0.5)):
         t = time_left(gap, -1.0, bend)
         assert gap - t + 0.5 * bend * t * t == pytest.approx(0.0, abs=1e-15)

@@ -15,7 +15,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.probability import Estimate
-from roughslip.probability.estimate import interval_margin
+from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
 from roughslip.validation import reals
 
 PERCENTS = (5, 25, 50, 75, 95)
@@ -25,9 +25,6 @@ BLOCKS = 64  # of sorted windows, in which a quantile is looked for
 
 SCALE = ("std", "variation")
 SHAPE = ("skewness", "kurtosis")
-SCALE_FREEDOM = 1 / 3
-"""Degrees of freedom of the variance of log std that strips show, over those of a mean. Influences of kurtosis k have
-2 / (k + 2). k is 4 for Gaussian strips of three independent windows, and more for shorter ones."""
 
 FEWEST_REPLICATES = 40
 """Below this many replicates the ends of a 95 % interval are the extreme replicates."""

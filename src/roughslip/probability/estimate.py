@@ -8,6 +8,9 @@ import numpy as np
 from scipy.special import chdtri, ndtri, stdtrit
 
 TAILS = (0.025, 0.975)  # probabilities of the ends of a 95 % interval
+SCALE_FREEDOM = 1 / 3
+"""Degrees of freedom of the variance of log std that resampled groups show, over those of a mean. Influences of
+kurtosis k have 2 / (k + 2). k is 4 for Gaussian groups of three independent values each, and more for smaller ones."""
 CHANCE = 0.1  # of a pilot that shows less variance than `variance_margin` allows for
 
 

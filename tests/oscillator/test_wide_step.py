@@ -132,6 +132,27 @@ def test_error_of_a_step_is_estimated(sigma):
     assert np.median(ratios) > 0.1
 
 
+def test_what_the_quadratic_leaves_out_dominates_the_error_on_rough_paths():
+    """Under constant mu_S but for roughness e of the path: X' within the step departs by F e / w.
+
+    The series of (1 + x)^(-3/2) then gives the error of the time. It is the time passed, by 1.5 of the square of
+    (F e / w) / w and 0.3 of its product with the square of the relative change of kinetic energy.
+    """
+    p, path = coefficients(STUDY, LAW), path_through(np.zeros(200), 0, SPACING, True, True)
+    y = completed(0.0, 0.1 * F, V - 3.0 * V, 20 * SPACING, 1.0, piece_at(path, 20 * SPACING), p)
+    plain = wide_piece(path, 20, 2)
+    beyond = piece_at(path, plain.piece.right + 0.5 * SPACING)
+    end, smooth, none = step_by_distance(y, 1.0, plain, 0.0, beyond, p)
+    rough = 0.05 * (V - end.u) ** 2 / F
+    same, error, deviation = step_by_distance(y, 1.0, plain._replace(rough=rough), 0.0, beyond, p)
+    slowest, before, after = min(V - y.u, V - end.u), (V - y.u) ** 2, (V - end.u) ** 2
+    bend = (after - before) / (after + before)
+    missed = (end.tau - y.tau) * deviation * (0.3 * bend**2 + 1.5 * deviation / slowest)
+    assert (same, none, deviation) == (end, 0.0, pytest.approx(F * rough / slowest))
+    assert error - smooth == pytest.approx(missed * (1.0 + abs(end.a) / (V - end.u)), rel=1e-9)
+    assert error > 100.0 * smooth
+
+
 def test_a_step_may_begin_a_little_behind_its_node():
     """By a hundredth of a spacing: what P takes there in place of mu_S would change X' by F late |P - mu_S| / w."""
     p, nodes, s, w, late = coefficients(STUDY, LAW), rough_path(2), 100 * SPACING, 3.0 * V, 0.01 * SPACING

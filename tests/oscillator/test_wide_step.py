@@ -197,6 +197,38 @@ def test_evaluations_of_wide_steps_are_those_of_fehlberg():
     assert 6 * motion.steps < motion.evaluations < 9 * motion.steps
 
 
+def test_steps_towards_a_stop_are_refused_or_right():
+    """From X = 0 and some X', constant friction and a strong drive, against the closed form, at every width.
+
+    Near a stop 1 / w grows so fast that the fifth order of the pair may end before it begins, and an error over a
+    negative time is below any that is allowed. Some steps err by 8 of the errors allowed.
+    """
+    oscillator = Oscillator(1.0, 1.0, 0.0, 5e-4, 1.0, 47.0, 1.17)
+    path, mu, tolerance = path_through(np.zeros(100), 0, 3.8, False, True), 0.77, 1e-4
+    p = coefficients(oscillator, CoulombLaw(mu, mu))
+    r, forced = p.r, p.q / (1.0 - p.r**2)
+    back = accepted = 0
+    for tau, u in itertools.product(np.linspace(0.0, 5.0, 51), np.geomspace(5.0, 50.0, 21)):
+        y = completed(tau, 0.0, u, 8 * path.spacing, -1.0, piece_at(path, 8.5 * path.spacing), p)
+        a = u + forced * r * math.sin(r * tau)  # X + mu = forced cos(r tau) + a sin + b cos, from tau on
+        b = mu - forced * math.cos(r * tau)
+        for level in LEVELS[:2]:
+            wide = wide_piece(path, 8, level)
+            with np.errstate(invalid="ignore"):
+                back += step_by_distance(y, -1.0, wide, 0.0, wide.piece, p)[0].tau < tau
+            found = wide_step(y, level, True, -1.0, branch(0, False, p), path, p, tolerance, 99.0)
+            if found.level < 0:
+                continue
+            accepted += 1
+            end, t = found.end, found.end.tau - tau
+            x = forced * math.cos(r * end.tau) + a * math.sin(t) + b * math.cos(t) - mu
+            v = -forced * r * math.sin(r * end.tau) + a * math.cos(t) - b * math.sin(t)
+            assert t > 0.0
+            assert max(abs(end.x - x), abs(end.u - v)) < 10.0 * tolerance * t * (p.F + max(abs(end.x), abs(end.u)))
+    assert back > 0
+    assert accepted > 500
+
+
 def test_no_wide_step_where_the_equation_changes():
     """Each case alone: the same state steps over nodes where nothing changes."""
     path = path_through(rough_path(3), 0, SPACING, True, True)

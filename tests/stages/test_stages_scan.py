@@ -19,6 +19,7 @@ SQ, DX, DY = 2e-7, 1e-6, 2e-6
 GRID = Grid(160, 120, DX, DY)
 CONFIGURATION = {
     "seed": 7,
+    "targets": ["figure_scan"],
     "roughness": {"scan": {"form": "plane", "covariance": "best", "marginal": "gaussian"}},
 }
 
@@ -126,7 +127,7 @@ def scan_of(run, tmp_path):
     def work(heights, **wanted):
         path = tmp_path / "scan.txt"
         np.savetxt(path, 1e9 * heights.T, fmt="%.6g")
-        return run(scan, {"roughness": {"scan": {**MODELS, **STATED, **wanted}}}, "file", scan=path)
+        return run(scan, {"targets": ["figure_scan"], "roughness": {"scan": {**MODELS, **STATED, **wanted}}}, "file", scan=path)
 
     return work
 

@@ -148,7 +148,7 @@ def fitted_covariances(
             refused.setdefault(str(error), []).append(kind)
     reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
     if not fits:
-        raise IllPosedError(f"no model fits the autocorrelation; take the measured one ({'; '.join(reasons)})")
+        raise IllPosedError(f"no model fits the autocorrelation; take the measured one, roughness.scan.covariance: measured ({'; '.join(reasons)})")
     return sorted(fits, key=lambda one: one.criterion), reasons
 
 

@@ -20,7 +20,8 @@ from roughslip.surface.models import KINDS
 
 STAGE = Stage(
     name="scan",
-    reads="roughness.scan",
+    reads="targets roughness.scan",
+    reads_if_given="strip.length_m strip.margin_m strip.width_m strip.cell_m strip.expansion_spacing_m",
     inputs={"scan": "grinding roughness.scan.file"},
     result="surface/scan.nc",
     runs_if="roughness.scan",
@@ -37,23 +38,24 @@ def work(job: Job) -> None:
     sides = wanted.spacing_x_m, wanted.spacing_y_m
     spacing = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
     scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit), wanted.form)
-    kind, covariance, fits = wanted.covariance, None, 0
+    kind, covariance, fits, correct = wanted.covariance, None, 0, bool(wanted.correct_correlation)
     with job.usage.core():
         found = scan_statistics(scan)
         rms = float(found.rms_height.value)
+        marginal = fitted_marginal(wanted.marginal, scan, rms)
         if kind != "measured":
             kinds = KINDS if kind == "best" else (kind,)
-            (best, *others), refused = fitted_covariances(kinds, scan, found)
-            covariance, fits = best.covariance, 1 + len(others)
+            fitted, refused = fitted_covariances(kinds, scan, found)
+            best, left = surface_model.best_sampled(fitted, marginal, correct, surface_model.meshes(job.scene, scan.grid))
+            covariance, fits = best.covariance, len(fitted)
+            job.usage.warn(*(f"{one}: {covariance.kind} is taken, or try measured" for one in left))
             for reason in refused:
                 print(f"scan: not fitted: {reason}", file=sys.stderr)
             job.usage.warn(*(f"{covariance.kind} {what}: try measured" for what in misses(best, found.autocorrelation)))
-        marginal = fitted_marginal(wanted.marginal, scan, rms)
     if not found.sub_areas.sufficient:
         lengths = f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths"
         job.usage.warn(f"{lengths}: intervals of the scan are too narrow, scan a larger area")
     job.usage.count(points=scan.heights.size)
-    correct = bool(wanted.correct_correlation)
     variables, attributes = surface_model.stored_model(covariance, marginal, correct, rms)
     variables |= scan_table.of_scan(scan, found)
     words = model_in_words(covariance, fits)

@@ -127,7 +127,9 @@ def scan_of(run, tmp_path):
     def work(heights, **wanted):
         path = tmp_path / "scan.txt"
         np.savetxt(path, 1e9 * heights.T, fmt="%.6g")
-        return run(scan, {"targets": ["figure_scan"], "roughness": {"scan": {**MODELS, **STATED, **wanted}}}, "file", scan=path)
+        return run(
+            scan, {"targets": ["figure_scan"], "roughness": {"scan": {**MODELS, **STATED, **wanted}}}, "file", scan=path
+        )
 
     return work
 
@@ -181,3 +183,41 @@ def test_a_model_in_words():
     assert scan.model_in_words(covariance_of("matern", 1e-7, 4e-6, smoothness=1.2345), 5) == (
         "matern covariance, smoothness 1.23, best of 5 models"
     )
+
+
+def grooves(n=N):
+    """Profiles of 3 cells a correlation length along y, equal along x, with a roughness of their own."""
+    lines = embed(covariance_of("exponential", 1e-7, 3e-6), Grid(1, 8 * n, STEP, STEP)).sample(
+        np.random.default_rng(45)
+    )
+    own = embed(covariance_of("gaussian", 2e-8, 2e-6), Grid(n, n, STEP, STEP)).sample(np.random.default_rng(46))
+    return lines[0, :n] + own
+
+
+def test_grooves_longer_than_the_scan_are_used_with_an_endless_lay(scan_of, run):
+    """The refusal says that an endless lay helps, and with it surfaces are equal along x, with the lengths across."""
+    with pytest.raises(IllPosedError, match=r"What helps: a lay .* roughness\.scan\.endless_lay: x\. Or measure"):
+        scan_of(grooves())
+    found = scan_of(grooves(), endless_lay="x")
+    assert found["model"][0].endswith("endless lay along x")
+    model = surface_model.restored_model(found)
+    assert found["length_y_low"] < model.lengths_m[1] < found["length_y_high"]
+    field = model.sampler(Grid(50, 4000, STEP, STEP))(np.random.default_rng(1))
+    np.testing.assert_allclose(field, np.broadcast_to(field[:1], field.shape), atol=1e-7 * SQ)  # root of rounding
+    assert field[0].std() == pytest.approx(float(found["rms_height"]), rel=0.1)
+    lag = round(float(found["length_y"]) / STEP)
+    along_y = np.mean(field[0, lag:] * field[0, :-lag]) / field[0].var()
+    assert along_y == pytest.approx(np.exp(-1), abs=0.12)
+
+
+def test_a_wave_longer_than_half_the_scan_is_taken_off_by_the_cutoff_that_the_refusal_names(scan_of, field):
+    x = np.arange(N) / N
+    waved = field + 4e-7 * np.sin(np.pi * (x[:, None] + x))
+    with pytest.raises(IllPosedError, match=r"a high-pass, roughness\.scan\.cutoff_m: ") as caught:
+        scan_of(waved, form="mean")
+    cutoff = float(str(caught.value).split("cutoff_m: ")[1].split(". Or")[0])
+    found = scan_of(waved, form="mean", cutoff_m=cutoff)
+    alone = scan_of(field, form="mean", cutoff_m=cutoff)
+    for name in ("rms_height", "length_x", "length_y"):
+        assert found[name] == pytest.approx(float(alone[name]), rel=0.1)
+    assert "without waves above" in found["model"][0]

@@ -231,7 +231,7 @@ def test_a_smooth_short_correlation_leaves_no_self_affine_band():
 def test_what_a_scan_cannot_tell_is_refused():
     x = np.linspace(0.0, 1.0, 64)[:, None]
     tilted = complete(x + 1e-3 * np.random.default_rng(70).standard_normal((64, 64)))
-    with pytest.raises(IllPosedError, match="What helps: roughness.scan.form: quadratic, or"):
+    with pytest.raises(IllPosedError, match=r"What helps: roughness\.scan\.form: quadratic, or"):
         sub_areas_for(tilted)
     scan = complete(np.random.default_rng(71).standard_normal((64, 64)))
     parts = SubAreas(scan.grid, (2, 3), (1.0, 1.0))

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import importlib.util
+from pathlib import Path
+
 import numpy as np
 import pytest
+from ducc0 import fft
 from scipy.stats import skew
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.topography import topography
 from roughslip.stages import scan, synthetic_surfaces
 from roughslip.stages.from_scene import geometry, surface_model
-from roughslip.surface.embedding import embed
+from roughslip.surface.embedding import circulant_eigenvalues, embed
 from roughslip.surface.model import gaussian_model
-from roughslip.surface.models import covariance_of
+from roughslip.surface.models import KINDS, covariance_of
 
 SQ, DX, DY = 2e-7, 1e-6, 2e-6
 GRID = Grid(160, 120, DX, DY)
@@ -221,3 +226,78 @@ def test_a_wave_longer_than_half_the_scan_is_taken_off_by_the_cutoff_that_the_re
     for name in ("rms_height", "length_x", "length_y"):
         assert found[name] == pytest.approx(float(alone[name]), rel=0.1)
     assert "without waves above" in found["model"][0]
+
+
+def oblique():
+    """A smooth lay at 30 degrees, long for its scan, which only large tori hold."""
+    covariance = covariance_of("gaussian", 1e-7, 2.4e-5, 4e-6, lay_rad=0.52)
+    return embed(covariance, Grid(N, N, STEP, STEP)).sample(np.random.default_rng(47))
+
+
+def test_the_best_model_is_the_best_that_can_be_sampled_and_says_what_it_left(scan_of, run, monkeypatch):
+    """With small tori allowed alone, a separable exponential is left: it is positive on each torus of twice the mesh."""
+    kind = scan_of(oblique(), covariance="best")["model"][0].split()[0]
+    assert run.warnings == [text for text in run.warnings if "a better model" not in text]
+    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 4 * N**2)
+    found = scan_of(oblique(), covariance="best")
+    assert found["model"][0].startswith("separable exponential")
+    left = [text for text in run.warnings if text.startswith("a better model, ")]
+    assert left[0].startswith(f"a better model, {kind} cannot be sampled on the mesh of the scan, {N} x {N} (")
+    surface_model.restored_model(found).sampler(Grid(N, N, STEP, STEP))
+    with pytest.raises(IllPosedError, match=r"roughness\.scan\.covariance: best or measured"):
+        scan_of(oblique(), covariance=kind)
+
+
+def random_scan(seed):
+    """Heights of a random model, mesh, length and lay; where no torus holds the model, of one near to it."""
+    generator = np.random.default_rng([48, seed])
+    kind = str(generator.choice(KINDS))
+    along, across = np.exp(generator.uniform(np.log(3e-6), np.log(6e-5), 2))
+    shapes = {
+        "matern": {"smoothness": 0.1 * 50 ** generator.random()},
+        "self_affine": {"hurst": 0.5, "bandwidth": 20.0},
+    }
+    lay = 0.0 if kind == "separable_exponential" else generator.uniform(-1.5, 1.5)
+    covariance = covariance_of(kind, SQ, along, across, lay, **shapes.get(kind, {}))
+    grid = Grid(*generator.integers(48, 128, 2).tolist(), STEP, STEP * int(generator.integers(1, 3)))
+    torus = tuple(2 * fft.good_size(n, True) for n in grid.shape)
+    root = np.sqrt(np.maximum(circulant_eigenvalues(covariance, grid, torus), 0.0))
+    heights = np.fft.irfft2(root * np.fft.rfft2(generator.standard_normal(torus)), s=torus)
+    return topography(heights[: grid.nx, : grid.ny], grid.dx, grid.dy, "scan")
+
+
+@pytest.mark.slow
+def test_random_scans_are_sampled_or_refused_by_a_line_with_a_key(run, monkeypatch):
+    """60 of all models, with tori of up to 2^20 nodes; on the mesh of the scan and on that of a strip."""
+    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 2**20)
+    strip = {"length_m": 4e-4, "margin_m": 2e-5, "width_m": 2.5e-5, "cell_m": 5e-6}
+    sampled = 0
+    for seed in range(60):
+        heights = random_scan(seed)
+        monkeypatch.setattr(scan, "read_scan", lambda *_, heights=heights: heights)
+        try:
+            found = run(scan, CONFIGURATION | {"targets": ["figure3"], "strip": strip})
+        except IllPosedError as error:
+            assert "roughness.scan." in str(error), seed
+            continue
+        model, sampled = surface_model.restored_model(found), sampled + 1
+        for grid in (heights.grid, Grid(88, 5, 5e-6, 5e-6)):
+            assert np.isfinite(model.sampler(grid)(np.random.default_rng(seed))).all()
+    assert sampled >= 30
+
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "matrix-2.txt"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not DATA.is_file() or importlib.util.find_spec("SurfaceTopography") is None,
+    reason="needs the measured scan ../shared/data/matrix-2.txt and the extra `scans`",
+)
+def test_the_best_model_of_a_measured_scan_can_be_sampled(run, monkeypatch):
+    """Its best, a Matern model of smoothness 0.1 with an oblique lay, fits no torus of 2^25 nodes."""
+    monkeypatch.setattr(scan, "read_scan", lambda *_: read_scan(DATA))
+    found = run(scan, CONFIGURATION)
+    assert any(text.startswith("a better model, matern cannot be sampled on the mesh") for text in run.warnings)
+    assert found["model"][0].startswith("self affine covariance")
+    surface_model.restored_model(found).sampler(Grid(650, 650, *found["spacing"].tolist()))

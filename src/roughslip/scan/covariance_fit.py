@@ -134,8 +134,8 @@ def fitted_covariances(
 ) -> tuple[list[CovarianceFit], list[str]]:
     """Fits of the kinds that can be fitted, the best first, and why the others cannot.
 
-    A self_affine spectrum goes on to the highest wavenumber of the scan. With an endless lay the fits are isotropic ones
-    of the profile across it, without rings, which are those of another spectrum. Raises IllPosedError where none can be.
+    A self_affine spectrum goes on to the highest wavenumber of the scan. With an endless lay the fits are those of
+    the profile across it, isotropic and without rings. Raises IllPosedError where none can be.
     """
     endless = found.sub_areas.endless
     data, powers = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found) if endless is None else None
@@ -152,9 +152,8 @@ def fitted_covariances(
             refused.setdefault(str(error), []).append(kind)
     reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
     if not fits:
-        raise IllPosedError(
-            f"no model fits the autocorrelation; take the measured one, roughness.scan.covariance: measured ({'; '.join(reasons)})"
-        )
+        instead = "take the measured one, roughness.scan.covariance: measured"
+        raise IllPosedError(f"no model fits the autocorrelation; {instead} ({'; '.join(reasons)})")
     return sorted(fits, key=lambda one: one.criterion), reasons
 
 

@@ -53,11 +53,6 @@ def _smoothed(heights: np.ndarray, cutoff: float) -> np.ndarray:
         scipy.signal.fftconvolve(heights, kernel[::-1], mode="full", axes=0)[reach : reach + points]
         for kernel in (weight, weight * lag[:, None])
     )
-    inside = np.ones((points, 1))
-    s0, s1, s2 = (
-        scipy.signal.fftconvolve(inside, (weight * lag[:, None] ** k)[::-1], mode="full", axes=0)[
-            reach : reach + points
-        ]
-        for k in range(3)
-    )
+    ones = np.ones(points)
+    s0, s1, s2 = (np.convolve(ones, (weight[:, 0] * lag**k)[::-1])[reach : reach + points, None] for k in range(3))
     return np.asarray((s2 * of_heights - s1 * with_lag) / (s0 * s2 - s1**2))

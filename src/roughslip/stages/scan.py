@@ -52,8 +52,8 @@ def work(job: Job) -> None:
             fitted, refused = fitted_covariances(kinds, scan, found)
             on = surface_model.meshes(job.scene, scan.grid)
             best, left = surface_model.best_sampled(fitted, marginal, correct, on, endless)
-            covariance, fits = best.covariance, len(fitted)
-            job.usage.warn(*(f"{one}: {covariance.kind} is taken, or try measured" for one in left))
+            covariance, fits = best.covariance, len(fitted) - len(left)
+            job.usage.warn(*(f"a better model, {one}: {covariance.kind} is taken, or try measured" for one in left))
             for reason in refused:
                 print(f"scan: not fitted: {reason}", file=sys.stderr)
             job.usage.warn(

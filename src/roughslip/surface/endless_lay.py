@@ -28,7 +28,7 @@ class EndlessLay:
 
     @property
     def reach_m(self) -> tuple[float, float]:
-        """[m] of the profile across the lay. Along it the covariance is periodic with any period: no reach is needed."""
+        """[m] of the profile across the lay. Along it the covariance has any period."""
         x, y = self.profile.reach_m
         return (x, 0.0) if self.axis else (0.0, y)
 

@@ -106,7 +106,8 @@ def best_sampled(
             try:
                 model.sampler(grid)
             except (IllPosedError, ParameterError) as error:
-                left.append(f"{kind} cannot be sampled on the mesh of the {name}, {grid.nx} x {grid.ny} ({error})")
+                reason = str(error).partition(";")[0]
+                left.append(f"{kind} cannot be sampled on the mesh of the {name}, {grid.nx} x {grid.ny} ({reason})")
                 break
         else:
             return fit, left

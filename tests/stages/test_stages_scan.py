@@ -12,14 +12,17 @@ from scipy.stats import skew
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.scan.covariance_fit import CovarianceFit
 from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.topography import topography
+from roughslip.scene.types import scene_of
 from roughslip.stages import scan, synthetic_surfaces
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.surface.embedding import circulant_eigenvalues, embed
 from roughslip.surface.model import gaussian_model
 from roughslip.surface.models import KINDS, covariance_of
 
+STRIP = {"length_m": 4e-4, "margin_m": 2e-5, "width_m": 2.5e-5, "cell_m": 5e-6}
 SQ, DX, DY = 2e-7, 1e-6, 2e-6
 GRID = Grid(160, 120, DX, DY)
 CONFIGURATION = {
@@ -228,24 +231,28 @@ def test_a_wave_longer_than_half_the_scan_is_taken_off_by_the_cutoff_that_the_re
     assert "without waves above" in found["model"][0]
 
 
-def oblique():
-    """A smooth lay at 30 degrees, long for its scan, which only large tori hold."""
-    covariance = covariance_of("gaussian", 1e-7, 2.4e-5, 4e-6, lay_rad=0.52)
-    return embed(covariance, Grid(N, N, STEP, STEP)).sample(np.random.default_rng(47))
+def fitted(covariance):
+    return CovarianceFit(covariance, {}, {}, (), 1.0, 1.0, 1.0, 100, 50.0, 10.0)
 
 
-def test_the_best_model_is_the_best_that_can_be_sampled_and_says_what_it_left(scan_of, run, monkeypatch):
-    """With small tori allowed alone, a separable exponential is left: it is positive on each torus of twice the mesh."""
-    kind = scan_of(oblique(), covariance="best")["model"][0].split()[0]
-    assert run.warnings == [text for text in run.warnings if "a better model" not in text]
-    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 4 * N**2)
-    found = scan_of(oblique(), covariance="best")
-    assert found["model"][0].startswith("separable exponential")
-    left = [text for text in run.warnings if text.startswith("a better model, ")]
-    assert left[0].startswith(f"a better model, {kind} cannot be sampled on the mesh of the scan, {N} x {N} (")
-    surface_model.restored_model(found).sampler(Grid(N, N, STEP, STEP))
-    with pytest.raises(IllPosedError, match=r"roughness\.scan\.covariance: best or measured"):
-        scan_of(oblique(), covariance=kind)
+def test_the_best_fit_is_the_first_that_every_mesh_takes_and_says_what_it_left(monkeypatch):
+    """Short waves of a lay across the mesh, long for it, which no torus of eight times the nodes holds."""
+    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 2**15)
+    better = fitted(covariance_of("matern", 2.8e-7, 3.6e-5, 3.2e-6, -1.26, smoothness=0.1))
+    best = fitted(covariance_of("exponential", 2.8e-7, 1e-5))
+    on = {"scan": Grid(16, 16, 4e-4, 4e-4), "strip": Grid(64, 64, 3.7e-6, 3.7e-6)}
+    found, left = surface_model.best_sampled([better, best], None, False, on)
+    assert found is best
+    assert len(left) == 1
+    assert left[0].startswith("matern cannot be sampled on the mesh of the strip, 64 x 64 (no torus up to ")
+    assert surface_model.best_sampled([better, best], None, False, {"scan": on["scan"]}) == (better, [])
+    with pytest.raises(IllPosedError, match=r"matern.*roughness\.scan\.covariance: best or measured"):
+        surface_model.best_sampled([better], None, False, on)
+    scene = {"targets": ["figure3"], "strip": STRIP, "roughness": CONFIGURATION["roughness"]}
+    names = [
+        list(surface_model.meshes(scene_of(scene | {"targets": [target]}), GRID)) for target in ("figure2", "figure3")
+    ]
+    assert names == [["scan"], ["scan", "strip", "expansion of a strip"]]
 
 
 def random_scan(seed):
@@ -270,19 +277,19 @@ def random_scan(seed):
 def test_random_scans_are_sampled_or_refused_by_a_line_with_a_key(run, monkeypatch):
     """60 of all models, with tori of up to 2^20 nodes; on the mesh of the scan and on that of a strip."""
     monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 2**20)
-    strip = {"length_m": 4e-4, "margin_m": 2e-5, "width_m": 2.5e-5, "cell_m": 5e-6}
-    sampled = 0
+    sampled, refused = 0, []
     for seed in range(60):
         heights = random_scan(seed)
         monkeypatch.setattr(scan, "read_scan", lambda *_, heights=heights: heights)
         try:
-            found = run(scan, CONFIGURATION | {"targets": ["figure3"], "strip": strip})
+            found = run(scan, CONFIGURATION | {"targets": ["figure3"], "strip": STRIP})
         except IllPosedError as error:
-            assert "roughness.scan." in str(error), seed
+            refused.append(str(error))
             continue
         model, sampled = surface_model.restored_model(found), sampled + 1
         for grid in (heights.grid, Grid(88, 5, 5e-6, 5e-6)):
             assert np.isfinite(model.sampler(grid)(np.random.default_rng(seed))).all()
+    assert [text for text in refused if "roughness.scan." not in text] == []
     assert sampled >= 30
 
 

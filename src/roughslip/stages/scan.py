@@ -13,7 +13,7 @@ from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import remove_form
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import surface_model
+from roughslip.stages.from_scene import sampled_fit, surface_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import Covariance
@@ -50,8 +50,8 @@ def work(job: Job) -> None:
         if kind != "measured":
             kinds = KINDS if kind == "best" else (kind,)
             fitted, refused = fitted_covariances(kinds, scan, found)
-            on = surface_model.meshes(job.scene, scan.grid)
-            best, left = surface_model.best_sampled(fitted, marginal, correct, on, endless)
+            on = sampled_fit.meshes(job.scene, scan.grid)
+            best, left = sampled_fit.best_sampled(fitted, marginal, correct, on, endless)
             covariance, fits = best.covariance, len(fitted) - len(left)
             job.usage.warn(*(f"a better model, {one}: {covariance.kind} is taken, or try measured" for one in left))
             for reason in refused:

@@ -1,7 +1,6 @@
 """The model of the surface of a scene, and that of a scan, as stage `scan` leaves it on disk, and back."""
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -9,10 +8,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import IllPosedError, ParameterError
-from roughslip.grid import Grid
 from roughslip.probability import EmpiricalDistribution, FamilyDistribution
-from roughslip.scan.covariance_fit import CovarianceFit
 from roughslip.scene.roughness import Fractal
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
@@ -25,9 +21,6 @@ from roughslip.surface.model import FractalModel, GaussianModel, SurfaceModel
 from roughslip.surface.models import MODELS, covariance_of
 
 OPTIONS = ("correlation_length_across_m", "lay_rad", *{name for model in MODELS.values() for name in model.shapes})
-
-
-UNSAMPLED = {"figure_scan", "figure2", "figure_field"}  # targets that draw no strips; squares are expanded in modes
 
 
 def surface_model(scene: Scene, scan: Path | None = None) -> SurfaceModel:
@@ -70,51 +63,6 @@ def scan_warnings(model: SurfaceModel, cells: dict[str, float], window_m: float 
     """Warnings on the surface of a scan, which is known from here on. cells : [m] their edges by key"""
     assert isinstance(model, GaussianModel)  # as those of scans are
     return list(plausibility.warnings(model.covariance, model.lengths_m, "roughness.scan", cells, window_m))
-
-
-def meshes(scene: Scene, scan: Grid) -> dict[str, Grid]:
-    """On which surfaces of the scene are sampled, by name. scan : the mesh of the scan, on which its twins are"""
-    if UNSAMPLED.issuperset(scene.targets) or scene.strip.cell_m is None:
-        return {"scan": scan}
-    return {"scan": scan, "strip": geometry.strip_grid(scene), "expansion of a strip": geometry.lattice(scene).grid}
-
-
-def best_sampled(
-    fits: Sequence[CovarianceFit],
-    marginal: FamilyDistribution | EmpiricalDistribution | None,
-    correct_correlation: bool,
-    on: dict[str, Grid],
-    endless: int | None = None,
-) -> tuple[CovarianceFit, list[str]]:
-    """The first of the fits whose surfaces can be sampled on every mesh, and a line for each one before it.
-
-    on : meshes by name
-    endless : axis of a lay that is taken as infinitely long
-
-    Raises IllPosedError, which names the keys, where none of them can be.
-    """
-    left: list[str] = []
-    for fit in fits:
-        kind = fit.covariance.kind
-        try:
-            model = surface.gaussian_model(fit.covariance, None, marginal, correct_correlation=correct_correlation)
-            model = with_lay(model, endless, model.lengths_m[0])
-        except IllPosedError as error:
-            left.append(f"{kind} cannot have these heights ({error})")
-            continue
-        for name, grid in on.items():
-            try:
-                model.sampler(grid)
-            except (IllPosedError, ParameterError) as error:
-                reason = str(error).partition(";")[0]
-                left.append(f"{kind} cannot be sampled on the mesh of the {name}, {grid.nx} x {grid.ny} ({reason})")
-                break
-        else:
-            return fit, left
-    raise IllPosedError(
-        f"no surface of this model of the scan can be sampled: {'; '.join(left)}. Take roughness.scan.covariance: "
-        f"{'best or ' if len(fits) == 1 else ''}measured, or a high-pass roughness.scan.cutoff_m"
-    )
 
 
 def with_lay(model: GaussianModel, endless: int | None, length_m: float) -> GaussianModel:

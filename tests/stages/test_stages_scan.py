@@ -266,7 +266,7 @@ def random_scan(seed):
     }
     lay = 0.0 if kind == "separable_exponential" else generator.uniform(-1.5, 1.5)
     covariance = covariance_of(kind, SQ, along, across, lay, **shapes.get(kind, {}))
-    grid = Grid(*generator.integers(48, 128, 2).tolist(), STEP, STEP * int(generator.integers(1, 3)))
+    grid = Grid(*generator.integers(48, 96, 2).tolist(), STEP, STEP * int(generator.integers(1, 3)))
     torus = tuple(2 * fft.good_size(n, True) for n in grid.shape)
     root = np.sqrt(np.maximum(circulant_eigenvalues(covariance, grid, torus), 0.0))
     heights = np.fft.irfft2(root * np.fft.rfft2(generator.standard_normal(torus)), s=torus)
@@ -275,8 +275,8 @@ def random_scan(seed):
 
 @pytest.mark.slow
 def test_random_scans_are_sampled_or_refused_by_a_line_with_a_key(run, monkeypatch):
-    """60 of all models, with tori of up to 2^20 nodes; on the mesh of the scan and on that of a strip."""
-    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 2**20)
+    """60 of all models, with tori of up to 2^18 nodes; on the mesh of the scan and on that of a strip."""
+    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 2**18)
     sampled, refused = 0, []
     for seed in range(60):
         heights = random_scan(seed)

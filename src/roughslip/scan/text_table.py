@@ -115,6 +115,8 @@ def _rows(path: Path) -> tuple[np.ndarray, list[str], list[str]]:
         cells = line.split(separator) if separator else line.split()
         row = _numbers(cells, comma)
         if not rows:
+            if isinstance(row, int) and row > 0 and cells[0].strip():  # begins with numbers: no line of headings
+                raise _no_matrix(path, f"{cells[row].strip()[:30]!r} in line {number}, column {row + 1}")
             if isinstance(row, int) or (len(cells) == 1 and not np.isfinite(row).all()):
                 headings.append((line.strip(), len(cells), number))
                 if re.search("[=:]", line) or len(headings) > MOST_HEADINGS:

@@ -87,7 +87,7 @@ def topography(heights: np.ndarray, dx: float, dy: float, source: str, words: st
     if min(heights.shape) < FEWEST_NODES:
         raise InputError(
             f"{source}: {heights.shape[0]} x {heights.shape[1]} points with heights; a scan needs at least "
-            f"{FEWEST_NODES} on each axis"
+            f"{FEWEST_NODES} on each axis" + (f"; {kept}" if cut else "")
         )
     if missing.mean() > MOST_MISSING:
         raise InputError(

@@ -150,12 +150,23 @@ def test_a_rim_without_heights_is_cut_off(scan_of, field):
     found = scan_of(ragged, covariance="measured")
     assert list(found["points"]) == [N - 5, N - 3]
     assert found["missing"] == pytest.approx(2 / (N - 5) / (N - 3))
+    assert str(found["read"][0]).startswith(f"matrix, heights in nm; {N - 5} x {N - 3} of {N} x {N} points used, 8.2%")
+    assert "; 2 missing (" in found["read"][0]
     inside = field[5:, :-3]
     assert found["rms_height"] == pytest.approx(np.std(inside), rel=0.05)  # a plane and two points less
     assert np.isfinite(found["map"]).all()
     model = surface_model.restored_model(found)
     assert model.lengths_m == (found["length_x"], found["length_y"])
     assert model.rms_height_m == pytest.approx(float(found["rms_height"]))
+
+
+def test_a_wide_rim_is_warned_of(scan_of, run, field):
+    """A third of the points has no heights at the rim; 8 % of the points, above, are no reason for a warning."""
+    bar = field.copy()
+    bar[64:] = np.nan
+    scan_of(bar, covariance="measured")
+    (warning,) = (text for text in run.warnings if "rim" in text)
+    assert warning.startswith("33% of the scan lies in an empty rim and is cut off: matrix, heights in nm; 64 x 96 of")
 
 
 def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, field):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,12 +34,14 @@ NUMBERS = {
 
 DRAWN = [
     *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient", "model"),
+    "read",
     *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
     *with_interval_names("density", "correlation", "power", *NUMBERS),
     *(f"twin_{name}" for name in NUMBERS),
 ]
 
 SCAN, TWIN = "0.15", "C1"
+WIDEST = 150  # letters in a line across the figure
 OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies further away
 
 
@@ -57,6 +60,7 @@ def figure_scan(result: Arrays) -> Figure:
     numbers = "numbers" if result["sufficient"] else "numbers (scan small for intervals)"
     titles = ("scan", "a sampled twin", "density of heights", "autocorrelation", "power spectrum", numbers)
     heads(grid.ravel(), *titles)
+    figure.suptitle(fill(f"Read: {result['read'][0]}", WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
     for axes in grid.ravel()[2:]:
         axes.spines[["top", "right"]].set_visible(False)
     return figure

@@ -30,6 +30,7 @@ STAGE = Stage(
     memory_doubles={"scan_points": 40},
 )
 
+WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
 FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which a warning says so
 
 
@@ -39,6 +40,9 @@ def work(job: Job) -> None:
     sides = wanted.spacing_x_m, wanted.spacing_y_m
     spacing = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
     scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit), wanted.form)
+    print(f"scan: {scan.read}", file=sys.stderr, flush=True)
+    if scan.cut > WIDE_RIM:
+        job.usage.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")
     if wanted.cutoff_m is not None:
         scan = high_pass(scan, wanted.cutoff_m)
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)

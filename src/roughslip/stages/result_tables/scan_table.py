@@ -46,6 +46,7 @@ def of_scan(scan: Topography, found: ScanStatistics) -> dict[str, Variable]:
         "points": Variable(axis, np.array(scan.grid.shape), "1", "points of the scan along x and y"),
         "spacing": Variable(axis, np.array([scan.dx, scan.dy]), "m", "distances of neighbouring points"),
         "missing": Variable((), float(scan.missing.mean()), "1", "share of the points that have no height"),
+        "read": Variable(("reading",), np.array([scan.read]), "1", "what was read of the file, cut and missing"),
         "sub_areas": Variable(axis, np.array(parts.counts), "1", "sub-areas along x and y"),
         "extent": Variable(axis, np.array(parts.extent), "m", "reach of the autocorrelation above 1/e"),
         "widening": Variable((), parts.widening, "1", "factor of standard errors for what sub-areas share"),

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from roughslip import store
+from roughslip.scan import outliers
 from roughslip.scan.autocorrelation import Autocorrelation
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.instrument_file import read_scan
@@ -37,6 +38,11 @@ def work(job: Job) -> None:
     sides = wanted.spacing_x_m, wanted.spacing_y_m
     spacing = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
     scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit), wanted.form)
+    found_outliers = outliers.outliers(scan)
+    treatment = wanted.outliers or "keep"
+    job.usage.warn(*outliers.warnings(scan, found_outliers, treatment))
+    if treatment == "missing" and found_outliers.any():
+        scan = outliers.without(scan, found_outliers, wanted.form)
     kind, covariance, fits = wanted.covariance, None, 0
     with job.usage.core():
         found = scan_statistics(scan)

@@ -15,7 +15,9 @@ GRID = Grid(128, 128, 1e-6, 1e-6)
 def surface(kind, seed):
     """Heights (128, 128) of Sq about 0.2 µm without outliers."""
     rng = np.random.default_rng(seed)
-    z = gaussian_model(covariance_of("gaussian" if kind == "gaussian" else "exponential", 2e-7, 6e-6)).sampler(GRID)(rng)
+    z = gaussian_model(covariance_of("gaussian" if kind == "gaussian" else "exponential", 2e-7, 6e-6)).sampler(GRID)(
+        rng
+    )
     if kind == "plateau":
         return np.where(z < 0.0, z, 0.2 * z)
     if kind == "grooved":

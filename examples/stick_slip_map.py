@@ -20,7 +20,6 @@ process = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.03), corr
 paths = [sample_path(process, spacing_m=7e-5, nodes=10_000, seed=[1, number]) for number in range(4)]
 
 
-
 def stick_slip_share(belt: Oscillator, path: np.ndarray) -> float:
     """Of the second half of 20 natural periods after the first departure."""
     _, first, states = run_until_known(belt, law, path, 7e-5, 20.0)

@@ -130,6 +130,8 @@ def _numbers(axes: Axes, result: Arrays) -> None:
         axes.plot([-1, 1], [-row, -row], "|-", color=SCAN, lw=1.4, label="scan" if row == 0 else None)
         axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label="twins" if row == 0 else None)
         inside = f"{np.sum(np.abs(away) <= 1)} of {len(away)}"
+        if _contains_everything(name, low, high, float(result["skewness"])):
+            inside = "cannot tell"
         axes.annotate(inside, (OUTSIDE + 0.2, -row), ha="right", va="center", fontsize="x-small")
         _, factor, unit = NUMBERS[name]
         text = f"{factor * value:.3g}{unit} ({factor * low:.3g} to {factor * high:.3g})"
@@ -138,3 +140,10 @@ def _numbers(axes: Axes, result: Arrays) -> None:
     axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(shown), 0.8))
     axes.set_xlabel("distance [half the 95 % interval]")
     legend_above(axes)
+
+
+def _contains_everything(name: str, low: float, high: float, skewness: float) -> bool:
+    """Whether an interval excludes no value: a kurtosis from its bound 1 + Ssk^2 on, a lay of half a turn."""
+    if name == "kurtosis":
+        return low <= (1.0 + skewness**2) * (1.0 + 1e-9)
+    return name == "lay" and high - low >= np.pi

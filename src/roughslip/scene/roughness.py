@@ -147,6 +147,11 @@ class Scan(Section):
         ("gaussian", *get_args(Family), "empirical"),
     )
     correct_correlation: bool | None = flag("As roughness.marginal.correct_correlation", default=None)
+    outliers: Literal["keep", "missing"] | None = choice(
+        "What is done with points far from the bulk of the heights and from their neighbours; keep where not given",
+        Literal["keep", "missing"],
+        default=None,
+    )
     grinding: Grinding = group(Grinding)
 
 

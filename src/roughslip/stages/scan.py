@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from roughslip import store
+from roughslip.scan import outliers
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.high_pass import high_pass
@@ -43,6 +44,11 @@ def work(job: Job) -> None:
     print(f"scan: {scan.read}", file=sys.stderr, flush=True)
     if scan.cut > WIDE_RIM:
         job.usage.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")
+    found_outliers = outliers.outliers(scan)
+    treatment = wanted.outliers or "keep"
+    job.usage.warn(*outliers.warnings(scan, found_outliers, treatment))
+    if treatment == "missing" and found_outliers.any():
+        scan = outliers.without(scan, found_outliers, wanted.form)
     if wanted.cutoff_m is not None:
         scan = high_pass(scan, wanted.cutoff_m)
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)

@@ -43,7 +43,8 @@ def test_spikes_are_found_and_left_out():
     found = outliers(scan)
     assert np.array_equal(found, put)
     (line,) = warnings(scan, found, "keep")
-    assert line.startswith("16 points") and "roughness.scan.outliers" in line
+    assert line.startswith("16 points")
+    assert "roughness.scan.outliers" in line
     rms = float(scan_statistics(without(scan, found, "plane")).rms_height.value)
     expected = float(scan_statistics(remove_form(topography(clean, 1e-6, 1e-6, "clean"), "plane")).rms_height.value)
     assert rms == pytest.approx(expected, rel=0.005)

@@ -130,7 +130,7 @@ def _numbers(axes: Axes, result: Arrays) -> None:
         axes.plot([-1, 1], [-row, -row], "|-", color=SCAN, lw=1.4, label="scan" if row == 0 else None)
         axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label="twins" if row == 0 else None)
         inside = f"{np.sum(np.abs(away) <= 1)} of {len(away)}"
-        if _contains_everything(name, low, high, float(result["skewness"])):
+        if _contains_everything(name, float(low), float(high), float(result["skewness"])):
             inside = "cannot tell"
         axes.annotate(inside, (OUTSIDE + 0.2, -row), ha="right", va="center", fontsize="x-small")
         _, factor, unit = NUMBERS[name]

@@ -1,4 +1,4 @@
-"""Outliers of a scan, such as dust and bad pixels: points far from the bulk of the heights and from their neighbours."""
+"""Outliers of a scan, as dust and bad pixels: points far from the bulk of the heights and from their neighbours."""
 
 from __future__ import annotations
 
@@ -58,5 +58,6 @@ def warnings(scan: Topography, found: np.ndarray, treatment: str) -> Iterator[st
         else "they are treated as missing (roughness.scan.outliers)"
     )
     yield (
-        f"{found.sum()} points of the scan are outliers, up to {away[i, j] * 1e6:.3g} µm from the median at {place}: {done}"
+        f"{found.sum()} points of the scan are outliers, up to {away[i, j] * 1e6:.3g} µm from the median at {place}: "
+        f"{done}"
     )

@@ -79,14 +79,16 @@ RULES = (
         f"a mean between the least and the largest of {_TABLE}.values = {{1}}",
     ),
     Rule(
-        (_LENGTH, _VELOCITY, _OMEGA, "ensemble.duration_periods"),
-        lambda length, velocity, omega, periods: path_nodes(length, velocity, omega, periods) <= MOST_NODES,
+        (_LENGTH, _VELOCITY, _OMEGA, "ensemble.duration_periods", _PROCESS),
+        lambda length, velocity, omega, periods, process: (
+            process != "recursion" or path_nodes(length, velocity, omega, periods) <= MOST_NODES
+        ),
         f"a length that the belt, {{1}} m/s, passes at most {MOST_NODES // PATH_NODES} times in {{3}} natural periods, "
         f"or a run takes more than {MOST_NODES} nodes of friction",
     ),
     Rule(
-        (_VELOCITY, "strip.window_m", _OMEGA, "ensemble.duration_periods", "targets"),
-        lambda velocity, window, omega, periods, targets: (
+        (_VELOCITY, "strip.window_m", _OMEGA, "ensemble.duration_periods"),
+        lambda velocity, window, omega, periods: (
             path_nodes(LENGTH_OF_WINDOW * window, velocity, omega, periods) <= MOST_NODES
         ),
         f"a belt that passes strip.window_m = {{1}} m at most {MOST_NODES // PATH_NODES * LENGTH_OF_WINDOW:g} times in "

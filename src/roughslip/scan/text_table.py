@@ -115,8 +115,12 @@ def _rows(path: Path) -> tuple[np.ndarray, list[str], list[str]]:
         cells = line.split(separator) if separator else line.split()
         row = _numbers(cells, comma)
         if not rows:
-            if isinstance(row, int) and row > 0 and cells[0].strip():  # begins with numbers: no line of headings
-                raise _no_matrix(path, f"{cells[row].strip()[:30]!r} in line {number}, column {row + 1}")
+            if isinstance(row, int):
+                parts = line.split(separator) if separator == ";" else line.split()
+                wrong = [place for place, part in enumerate(parts) if isinstance(_numbers([part], comma), int)]
+                if wrong and 2 * len(wrong) < len(parts):  # mostly numbers: no line of headings
+                    met = parts[wrong[0]].strip()[:30]
+                    raise _no_matrix(path, f"{met!r} in line {number}, column {wrong[0] + 1}")
             if isinstance(row, int) or (len(cells) == 1 and not np.isfinite(row).all()):
                 headings.append((line.strip(), len(cells), number))
                 if re.search("[=:]", line) or len(headings) > MOST_HEADINGS:

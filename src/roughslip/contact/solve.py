@@ -13,6 +13,7 @@ from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
+from roughslip.validation import gate
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
 # the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. From about DENSE_LIMIT nodes on the
@@ -74,6 +75,7 @@ class ContactSolution:
         return float(self.pressure.mean())
 
 
+@gate
 def solve(
     influence: Influence,
     interference: np.ndarray,
@@ -167,6 +169,7 @@ def _dense_pays(candidates: int, nodes: int) -> bool:
     return candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * nodes
 
 
+@gate
 def solve_load(
     influence: Influence,
     heights: np.ndarray,
@@ -180,6 +183,7 @@ def solve_load(
     influence : B of the mesh, a free half-space or a periodic cell
     heights : (nx, ny) [m] z
     mean_pressure_pa : force per nominal area [Pa], positive and below the hardness
+    initial_pressure : (nx, ny) [Pa] a guess, not negative
 
     Other arguments and errors as in solve. In a periodic cell the height of the plane is relative to the mean of the
     deformed surface.
@@ -201,6 +205,7 @@ def solve_load(
     return _checked(found.pressure, found.gap, plane, how, influence, interference, hardness_pa, tolerance)
 
 
+@gate
 def sweep(
     influence: Influence,
     heights: np.ndarray,
@@ -318,12 +323,6 @@ def _guess(values: np.ndarray | None, influence: Influence) -> np.ndarray | None
 
 
 def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
-        raise ParameterError(f"the {name} must be an array of real numbers, not {type(values).__name__}")
-    field = np.ascontiguousarray(values, dtype=np.float64)
-    if field.shape != influence.grid.shape:
-        raise ParameterError(f"the {name} has the shape {field.shape}, the mesh has {influence.grid.shape}")
-    flat = field.reshape(-1)
-    if not math.isfinite(flat @ flat) and not np.isfinite(field).all():  # the first is quick, and may overflow
-        raise ParameterError(f"the {name} must be finite everywhere")
-    return field
+    if values.shape != influence.grid.shape:
+        raise ParameterError(f"the {name} has the shape {values.shape}, the mesh has {influence.grid.shape}")
+    return np.ascontiguousarray(values)

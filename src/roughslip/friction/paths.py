@@ -16,6 +16,7 @@ from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import Recursion, recursion
 from roughslip.probability import Translation
+from roughslip.validation import gate
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
 SHORTEST_PERIOD = 300.0  # correlation lengths; the random-phase sum has the excess kurtosis -3 L / period
@@ -157,6 +158,7 @@ METHODS = ("recursion", "embedding", "spectral")
 Paths = Recursion | Spectrum  # of one process at one spacing
 
 
+@gate
 def prepare(process: FrictionProcess, spacing_m: float, length_m: float, method: str = "recursion") -> Paths:
     """Paths with nodes at 0, spacing_m, ... that reach to length_m or further.
 
@@ -174,6 +176,7 @@ def prepare(process: FrictionProcess, spacing_m: float, length_m: float, method:
     raise ParameterError(f"friction paths are drawn by one of {', '.join(METHODS)}, not {method!r}")
 
 
+@gate
 def sample_path(
     process: FrictionProcess, *, spacing_m: float, nodes: int, seed: Sequence[int], method: str = "recursion"
 ) -> np.ndarray:

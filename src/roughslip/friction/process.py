@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 from roughslip.errors import ParameterError, real
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments, tabulate
+from roughslip.validation import gate
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 TABLE_NODES, MOST_TERMS, NEGLIGIBLE_REMAINDER = 2**12 + 1, 200, 1e-9  # of the translation
 Marginal = BetaDistribution | QuantileDistribution
 
 
+@gate
 @dataclass(frozen=True)
 class FrictionProcess:
     """mu_S along the slipped distance s: mu of the marginal less its mean, with the autocorrelation exp(-s / L).
@@ -47,6 +49,7 @@ class FrictionProcess:
         )
 
 
+@gate
 def average_beta(one: BetaDistribution, windows: float) -> BetaDistribution:
     """Beta distribution with the first four moments of the mean of independent ones.
 

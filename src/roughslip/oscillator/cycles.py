@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import log_ndtr, ndtr, stdtrit
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import gate
 
 REPLICATES = 1000
 FEWEST_REALISATIONS = 8
@@ -40,6 +41,7 @@ class CycleCounts:
     high: np.ndarray
 
 
+@gate
 def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> CycleCounts:
     """Compare the counts of independent stochastic runs with the deterministic count.
 
@@ -83,6 +85,7 @@ class Reattachment:
     realisations: int
 
 
+@gate
 def reattachment_statistics(
     position: np.ndarray, realisation: np.ndarray, generator: np.random.Generator
 ) -> Reattachment:

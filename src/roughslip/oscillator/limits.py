@@ -23,6 +23,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw, friction, friction_slope
 from roughslip.oscillator.motion import DEFAULTS, Counts, Motion, MotionOptions, simulate
+from roughslip.validation import gate
 
 TOLERANCE = 1e-12  # relative, of a step
 AT_REST = 1e-9  # of the first peak: a motion that has come so close to steady sliding does not turn again
@@ -142,11 +143,13 @@ class LimitCycle:
     local_error: float
 
 
+@gate
 def equilibrium(oscillator: Oscillator, law: FrictionLaw) -> float:
     """X [m] of steady sliding: F mu_D(v0)."""
     return slip_flow(oscillator, law).steady
 
 
+@gate
 def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio below which steady sliding is unstable: -mu_D'(v0) N / (2 m omega).
 
@@ -157,6 +160,7 @@ def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     return -0.5 * oscillator.F * oscillator.natural_frequency_rad_per_s * slope
 
 
+@gate
 def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-11) -> LimitCycle:
     """The stick-slip cycle: one slip phase from the departure point, and the stick line back to it.
 
@@ -200,6 +204,7 @@ def cycle_period(oscillator: Oscillator, law: FrictionLaw) -> float | None:
         return None
 
 
+@gate
 def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio above which the stick-slip cycle does not exist, for any damping ratio of the oscillator.
 
@@ -227,6 +232,7 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     return float(scipy.optimize.brentq(excess, low, high, xtol=1e-10, rtol=8.9e-16))
 
 
+@gate
 def counts_by_period(
     oscillator: Oscillator,
     law: FrictionLaw,

@@ -15,6 +15,7 @@ from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
 from roughslip.oscillator.runge_kutta import FEHLBERG45, PAIRS, STAGES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
+from roughslip.validation import gate
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
@@ -86,6 +87,7 @@ class Trajectory:
     velocity: np.ndarray
 
 
+@gate
 @dataclass(frozen=True)
 class MotionOptions:
     """How a motion treats friction, and how it is integrated.
@@ -126,6 +128,7 @@ class MotionOptions:
 DEFAULTS = MotionOptions()
 
 
+@gate
 def simulate(
     oscillator: Oscillator,
     law: FrictionLaw,
@@ -217,6 +220,7 @@ def _check_end(status: Status, run: RunState, periods: float, path: str, length:
         )
 
 
+@gate
 def trajectory(
     oscillator: Oscillator,
     law: FrictionLaw,
@@ -263,6 +267,7 @@ class Counts:
     periods: float
 
 
+@gate
 def ensemble_counts(
     oscillator: Oscillator,
     law: FrictionLaw,

@@ -17,6 +17,7 @@ from scipy.special import chdtri, ndtri
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.motion import Motion
+from roughslip.validation import gate
 
 LONG_SLIP = 3.0  # natural periods
 REPLICATES = 400
@@ -50,6 +51,7 @@ def sliding_intervals(motion: Motion) -> np.ndarray:
     return slips[slips[:, 1] - slips[:, 0] > LONG_SLIP]
 
 
+@gate
 def cycling_share(motion: Motion, after_periods: float = 0.0) -> float:
     """Share of the time later than a number of natural periods that is stick-slip [-]."""
     end = motion.duration / (2.0 * math.pi)
@@ -70,6 +72,7 @@ def is_cycling(motion: Motion, periods: float) -> bool:
     return not bool(np.any((begin <= periods) & (periods < end)))
 
 
+@gate
 def spells(motion: Motion) -> tuple[Spells, Spells]:
     """Spells of stick-slip, and of steady sliding, in their order in time.
 
@@ -97,6 +100,7 @@ def first_slip(motion: Motion) -> Spells:
     return Spells(first[:, 1] - first[:, 0], np.full(len(first), not cut_off or len(slips) > 1))
 
 
+@gate
 def mean_lifetime(spells: Spells) -> np.ndarray:
     """(value, low, high) [-] of the mean of exponential lifetimes, in natural periods, with its 95 % interval.
 
@@ -176,6 +180,7 @@ def crossing(damping: np.ndarray, share: np.ndarray, level: float) -> np.ndarray
     return found
 
 
+@gate
 def damping_band(
     damping: np.ndarray, shares: np.ndarray, levels: tuple[float, ...], generator: np.random.Generator
 ) -> np.ndarray:

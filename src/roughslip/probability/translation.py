@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 TABLE_EDGE, TABLE_NODES = 8.5, 2**13 + 1  # normal scores; beyond the edge lies a probability of 2e-17
 BOUNDED_EDGE = 6.0  # up to which the error of the table is bounded; beyond lies 2e-9
@@ -119,6 +119,7 @@ class Translation:
         raise ConvergenceError("no Gaussian correlation was found; use a less skewed distribution", residual, _ + 1)
 
 
+@gate
 def translate(distribution: Distribution) -> Translation:
     """The translation to a distribution, with the errors of its table and of its series.
 
@@ -127,6 +128,7 @@ def translate(distribution: Distribution) -> Translation:
     return tabulate(distribution.from_gaussian, standard_deviation=distribution.standard_deviation)
 
 
+@gate
 def tabulate(
     quantile: Callable[[np.ndarray], np.ndarray],
     *,

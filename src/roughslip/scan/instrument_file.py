@@ -23,6 +23,7 @@ from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
 from roughslip.scan.limits import check_archive, check_hdf5, check_points, check_size, check_text, first_line
 from roughslip.scan.topography import Topography, topography
+from roughslip.validation import gate
 
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "μm": 1e-6, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
 
@@ -38,6 +39,7 @@ _INSTALL = "install it with: pip install 'roughslip[scans]'"
 _EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
 
 
+@gate
 def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None) -> Topography:
     """Read a scan from a file.
 
@@ -87,6 +89,7 @@ def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> 
     return heights, dx, dy
 
 
+@gate
 def write_x3p(path: Path, scan: Topography) -> None:
     """Write a scan as X3P (ISO 25178-72), the instruments' exchange format; missing points stay missing.
 

@@ -12,6 +12,7 @@ import scipy
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
 from roughslip.oscillator.friction_law import OPTIONS, FrictionLaw
+from roughslip.validation import gate
 
 INTERPOLATIONS = ("monotone_cubic", "linear")
 
@@ -66,6 +67,7 @@ def _row_ends(row: int, table: np.ndarray) -> tuple[float, float]:
     return table[row, 0], table[row + 1, 0] if row + 1 < table.shape[0] else np.inf
 
 
+@gate
 @dataclass(frozen=True)
 class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     """mu_D as measured at some speeds.

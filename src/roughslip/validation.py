@@ -87,7 +87,7 @@ def _agree(given: dict[str, Any], shapes: dict[str, _Shape]) -> None:
     """Raise ParameterError where two arrays differ in a dimension of one letter, or one from its number."""
     sizes: dict[str, tuple[str, int]] = {}
     for name, value in given.items():
-        if isinstance(value, np.ndarray) and name in shapes and shapes[name].dimensions:
+        if isinstance(value, np.ndarray) and value.size and name in shapes:
             for letter, size in zip(shapes[name].dimensions or (), value.shape, strict=False):
                 if letter.isdigit() and int(letter) != size:
                     raise ParameterError(f"{name} {value.shape} must have {letter} entries in a dimension, not {size}")
@@ -167,7 +167,7 @@ def _rows(name: str, values: Any) -> Any:
 
 def _shaped(shape: _Shape, name: str, values: Any) -> np.ndarray:
     found = array(name, values)
-    if found.dtype.kind == "b" and not shape.truth:
+    if found.dtype.kind == "b" and shape.real and not shape.truth:
         raise ParameterError(f"{name} must be real numbers, not {found.dtype}")
     if shape.dimensions is not None and found.ndim != len(shape.dimensions):
         wanted = ", ".join(shape.dimensions) + ("," if len(shape.dimensions) == 1 else "")
@@ -183,7 +183,7 @@ def _instance(accepted: type | tuple[type, ...], wanted: str, name: str, value: 
 
 def _word(words: tuple[Any, ...], name: str, value: Any) -> Any:
     if not (isinstance(value, str) and value in words):
-        raise ParameterError(f"{name} must be {' or '.join(map(repr, words))}, not {_named(value)}")
+        raise ParameterError(f"{name} must be {', '.join(words[:-1])} or {words[-1]}, not {_named(value)}")
     return value
 
 

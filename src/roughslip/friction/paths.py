@@ -94,7 +94,7 @@ def circulant_embedding(process: FrictionProcess, spacing_m: float, length_m: fl
     if spectrum.clipped > NEGATIVE_SHARE:
         raise IllPosedError(
             f"{spectrum.clipped:.1e} of the spectrum of the embedded path is negative: no Gaussian process has this "
-            f"correlation; use a longer path or larger shapes a, b"
+            f"correlation; take a longer path, or {process.smoother}"
         )
     return spectrum
 
@@ -131,7 +131,7 @@ def _spectrum(
     if not correlation_error <= CORRELATION_TOLERANCE:
         raise IllPosedError(
             f"the autocorrelation of the marginal misses the exponential by {correlation_error:.3f}, more than "
-            f"{CORRELATION_TOLERANCE}: a translated Gaussian process cannot have both; use larger shapes a, b"
+            f"{CORRELATION_TOLERANCE}: a translated Gaussian process cannot have both; {process.smoother}"
         )
     amplitude = np.sqrt(2.0 * variance) * period / 2.0
     amplitude[[0, -1]] *= 2.0

@@ -35,6 +35,16 @@ class FrictionProcess:
         if not (math.isfinite(real("FrictionProcess.correlation_length_m", length)) and length > 0.0):
             raise ParameterError(f"FrictionProcess.correlation_length_m must be finite and positive, not {length}")
 
+    @property
+    def smoother(self) -> str:
+        """What to take in place of a marginal with which no Gaussian process has the autocorrelation."""
+        if isinstance(self.marginal, BetaDistribution):
+            a, b = self.marginal.a, self.marginal.b
+            return (
+                f"take larger shapes of the Beta distribution than {a:.3g} and {b:.3g}, as of more windows in parallel"
+            )
+        return "take a Beta distribution in place of the measured one (ensemble.marginal: beta)"
+
     def translation(self) -> Translation:
         """The translation of the Gaussian process to mu_S.
 

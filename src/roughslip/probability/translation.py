@@ -160,7 +160,8 @@ def tabulate(
     if not abs(1.0 - carried) < LEFT_OUT:
         raise IllPosedError(
             f"the Hermite series leaves out {1.0 - carried:.1e} of the variance after {len(shares)} terms: the "
-            f"distribution is too close to steps or its tail too long; use a smoother one, as a Beta of larger shapes"
+            "distribution is too close to steps, as of few values, or its tail too long, as of outliers: leave these "
+            "out, or take a fitted family in place of measured values, of a Beta one with larger shapes"
         )
     append = standard_deviation is not None and carried < 1.0
     bends = np.abs(np.diff(values, 2))[np.abs(normal[1:-1]) < BOUNDED_EDGE]

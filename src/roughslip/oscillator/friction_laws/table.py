@@ -128,6 +128,20 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
             table[:-1, 1:] = scipy.interpolate.PchipInterpolator(speeds, values).c[::-1].T
         return TableParameters(float(self.static), self.values[0], min(self.values), table)
 
+    def steeper_than(self, most: float) -> str:
+        slopes = np.diff(self.values) / np.diff(self.speeds_m_per_s)
+        row = int(np.argmax(np.abs(slopes)))
+        if abs(slopes[row]) <= most:
+            return ""
+        (low, high), (first, last) = self.speeds_m_per_s[row : row + 2], self.values[row : row + 2]
+        instead = f"at least {abs(last - first) / most:.2g} m/s apart"
+        if row == 0 and last > first:
+            instead += f", or begin the table with {last:g} at rest and give {last:g} as the static coefficient"
+        return (
+            f"friction goes from {first:g} to {last:g} between the knots {low:.9g} and {high:.9g} m/s of the table, "
+            f"nearer than the integrator resolves: put them {instead}"
+        )
+
     @staticmethod
     def friction(speed: float, law: TableParameters) -> float:
         return _friction(speed, law.table)

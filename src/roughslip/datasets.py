@@ -12,6 +12,7 @@ from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import Estimate
 from roughslip.store import Variable, dataset, with_interval
+from roughslip.validation import gate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _FIELD = re.compile(r"^ +(\w+(?:, \w+)*) : (?:\(([^)]*)\) ?)?(?:\[([^\]]*)\] ?)?(.*)$", re.MULTILINE)
 
 
+@gate
 def to_xarray(result: Any, grid: Grid | None = None) -> xr.Dataset:
     """Numbers and arrays of a result with named dimensions, units and titles, all from the docstring of its class.
 

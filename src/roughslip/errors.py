@@ -42,6 +42,10 @@ class StoreError(RoughslipError):
     """A result file is missing, truncated, altered or not what the reader expects."""
 
 
+class MissingPackageError(RoughslipError, ImportError):
+    """A package of an extra is not installed; the message says what installs it."""
+
+
 def real(name: str, value: object) -> float:
     """The value as a float; ParameterError where it is no real number."""
     if type(value) is float:  # at once: the check by class takes a microsecond

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import ParameterError, real
+from roughslip.validation import gate
 
 
+@gate
 @dataclass(frozen=True)
 class Grid:
     """A mesh of nx by ny rectangular cells; a node is the centre of its cell.

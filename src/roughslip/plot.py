@@ -8,25 +8,37 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
+
+try:
+    import matplotlib.pyplot as plt
+    from matplotlib.axes import Axes
+except ImportError as error:
+    from roughslip.errors import MissingPackageError
+
+    raise MissingPackageError(f"pictures need matplotlib ({error}): pip install 'roughslip[plot]'") from error
 
 from roughslip.contact import ContactSolution
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.oscillator import Oscillator, Trajectory
+from roughslip.validation import gate
 
 __all__ = ["friction_path", "limit_cycle", "pressure", "surface"]
 
 LINE = "#0072B2"  # with 0.2, legible to the colour-blind
 
 
+@gate
 def surface(heights: np.ndarray, grid: Grid, axes: Axes | None = None) -> Axes:
-    """Heights as colours. heights : (nx, ny) [m]"""
+    """Heights as colours.
+
+    heights : (nx, ny) [m]
+    """
     return _map(1e6 * heights, grid, "height [µm]", axes, cmap="viridis")
 
 
+@gate
 def pressure(solution: ContactSolution, grid: Grid, axes: Axes | None = None) -> Axes:
     """Pressure as colours on white, where there is no contact."""
     in_contact = np.where(solution.contact, 1e-6 * solution.pressure, np.nan)
@@ -35,8 +47,12 @@ def pressure(solution: ContactSolution, grid: Grid, axes: Axes | None = None) ->
     return axes
 
 
+@gate
 def friction_path(mu: np.ndarray, spacing_m: float, axes: Axes | None = None) -> Axes:
-    """Friction coefficient along the slipped distance. mu : (nodes,) [-] at the multiples of spacing_m"""
+    """Friction coefficient along the slipped distance.
+
+    mu : (nodes,) [-] at the multiples of spacing_m
+    """
     axes = axes or plt.gca()
     axes.plot(1e3 * spacing_m * np.arange(len(mu)), mu, color=LINE, lw=1.0)
     axes.axhline(float(np.mean(mu)), color="0.2", lw=0.8, ls="--")
@@ -44,6 +60,7 @@ def friction_path(mu: np.ndarray, spacing_m: float, axes: Axes | None = None) ->
     return axes
 
 
+@gate
 def limit_cycle(motion: Trajectory, oscillator: Oscillator, periods: float = 10.0, axes: Axes | None = None) -> Axes:
     """The end of a trajectory in the phase plane, with the velocity of the belt, where the mass sticks.
 

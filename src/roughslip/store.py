@@ -22,6 +22,7 @@ import numpy as np
 
 from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
+from roughslip.validation import gate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,6 +154,7 @@ def write(
         raise StoreError(f"{path}: cannot be written ({error})") from error
 
 
+@gate
 def read(path: Path) -> Result:
     """Read a result whole. Raises StoreError where it is missing, truncated or altered, with the command to rebuild."""
     path = Path(path)

@@ -1,41 +1,252 @@
-"""What arrays given to the package must be."""
+"""What is given to the package must be, and the one gate of its public functions."""
 
 from __future__ import annotations
 
+import collections.abc
+import functools
+import inspect
 import operator
-from typing import Any
+import re
+import types
+import typing
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ParameterError, real, whole
+
+Public = TypeVar("Public", bound=Callable[..., Any])
+Check = Callable[[str, Any], Any]  # takes a name and a value; returns the value as the function wants it
+
+# An array in a docstring: its names, its shape, its unit if it has one, what it is.
+_ARRAY = re.compile(r"^ +(\w+(?:, \w+)*) : \(([^()]*)\)(?: (\[[^\]]*\]))?(.*)$", re.MULTILINE)
+
+
+def gate(public: Public) -> Public:
+    """Decorate a public function, or a class that users make, so that its arguments are checked first.
+
+    The annotations say what an argument must be. The docstring says the shape of an array, as `mu, valid : (S, W)`: its
+    dimensions are counted, and equal letters are equal numbers. An array with a unit is finite and becomes one of
+    doubles. Lists, DataArrays and whatever else numpy reads are arrays.
+
+    The arguments raise ParameterError, in a line that names the argument, where they are of another type, text or None
+    in place of a number, of other dimensions, or have masked entries.
+    """
+    inner: Any = public.__init__ if isinstance(public, type) else public  # type: ignore[misc]
+    own = int(inner is not public)  # self
+
+    @functools.cache
+    def checks() -> dict[str, Check]:
+        own_hints = {name: hint for name, hint in inner.__annotations__.items() if name != "return"}
+        hints = typing.get_type_hints(types.SimpleNamespace(__annotations__=own_hints), inner.__globals__)
+        shapes = _shapes(public.__doc__ or "")
+        names = [p.name for p in inspect.signature(inner).parameters.values() if p.kind != p.VAR_KEYWORD][own:]
+        return {name: _check(hints.get(name, Any), shapes.get(name)) for name in names}
+
+    @functools.wraps(inner)
+    def checked(*args: Any, **keywords: Any) -> Any:
+        known = checks()
+        given = {**dict(zip(known, args[own:], strict=False)), **keywords}
+        passed = {name: known[name](name, value) if name in known else value for name, value in given.items()}
+        _agree(passed, _shapes(public.__doc__ or ""))
+        positional = [passed.pop(name) for name in list(known)[: len(args) - own]]
+        return inner(*args[:own], *positional, *args[own + len(known) :], **passed)
+
+    if own:
+        public.__init__ = checked  # type: ignore[method-assign]
+        return public
+    return typing.cast(Public, checked)
+
+
+class _Shape(typing.NamedTuple):
+    """dimensions : their letters or numbers, None for any; real : it has a unit; truth : it may be of bool"""
+
+    dimensions: tuple[str, ...] | None
+    real: bool
+    truth: bool
+
+
+_ROW = _Shape(("entries",), False, False)
+_ROWS = (tuple, list, collections.abc.Sequence, collections.abc.Iterable)
+
+
+@functools.cache
+def _shapes(docstring: str) -> dict[str, _Shape]:
+    """The arrays of a docstring by name."""
+    found = {}
+    for names, shape, unit, text in _ARRAY.findall(docstring):
+        letters = tuple(part.strip() for part in shape.split(",") if part.strip())
+        known = None if {"...", "any shape"} & set(letters) else letters
+        found.update(dict.fromkeys(names.split(", "), _Shape(known, bool(unit), "bool" in text)))
+    return found
+
+
+def _agree(given: dict[str, Any], shapes: dict[str, _Shape]) -> None:
+    """Raise ParameterError where two arrays differ in a dimension of one letter, or one from its number."""
+    sizes: dict[str, tuple[str, int]] = {}
+    for name, value in given.items():
+        if isinstance(value, np.ndarray) and value.size and name in shapes:
+            for letter, size in zip(shapes[name].dimensions or (), value.shape, strict=False):
+                if letter.isdigit() and int(letter) != size:
+                    raise ParameterError(f"{name} {value.shape} must have {letter} entries in a dimension, not {size}")
+                other, expected = sizes.setdefault(letter, (name, size)) if letter.isidentifier() else ("", size)
+                if size != expected:
+                    raise ParameterError(f"{name} has {size} {letter}, {other} has {expected}; they must be the same")
+
+
+def _check(hint: Any, shape: _Shape | None) -> Check:
+    """The check of an annotation, for the kinds that the package has."""
+    kind, parts = typing.get_origin(hint), typing.get_args(hint)
+    if kind in (typing.Union, types.UnionType):
+        classes = tuple(part for part in parts if isinstance(part, type) and _is_class(part))
+        if classes == parts:
+            return functools.partial(_instance, classes, " or ".join(map(_article, classes)))
+        row = any(typing.get_origin(part) in _ROWS for part in parts)  # an array in place of a sequence
+        of_array = _check(np.ndarray, shape or (_ROW if row else None)) if np.ndarray in parts else None
+        others = [_check(part, shape) for part in parts if part not in (types.NoneType, np.ndarray)]
+        return functools.partial(_one_of, of_array, others, types.NoneType in parts)
+    if hint is np.ndarray:
+        return functools.partial(_shaped, shape or _Shape(None, False, True))
+    if hint in (float, int):
+        return real if hint is float else whole
+    if kind is typing.Literal:
+        return functools.partial(_word, parts)
+    if kind in _ROWS[:3]:
+        return functools.partial(_items, kind, [_check(part, _ROW) for part in parts if part is not Ellipsis], parts)
+    if kind is collections.abc.Iterable:
+        return _rows
+    if kind is collections.abc.Callable:
+        return functools.partial(_instance, collections.abc.Callable, "a function")
+    if hint is Path:
+        return lambda name, value: Path(_instance((str, Path), "a path", name, value))
+    if getattr(hint, "_is_protocol", False):
+        return functools.partial(_follows, hint)
+    if isinstance(hint, type) and hint is not Any:
+        return functools.partial(_instance, (bool, np.bool_) if hint is bool else hint, _article(hint))
+    return lambda name, value: value
+
+
+def _one_of(of_array: Check | None, checks: list[Check], optional: bool, name: str, value: Any) -> Any:
+    """One kind of a union: an array where the value is one, else the first whose check it passes."""
+    if value is None and optional:
+        return value
+    if of_array and hasattr(value, "__array__") and np.ndim(value):
+        return of_array(name, value)
+    errors = []
+    for check in [*checks, of_array] if of_array else checks:
+        try:
+            return check(name, value)
+        except ParameterError as error:
+            errors.append(error)
+    raise errors[0]
+
+
+def _items(kind: type, checks: list[Check], parts: tuple[Any, ...], name: str, values: Any) -> Any:
+    """A tuple, list or sequence: each of its items is checked; arrays will do."""
+    if hasattr(values, "__array__"):
+        values = tuple(array(name, values))
+    if not isinstance(values, (tuple, list, range)):
+        raise ParameterError(f"{name} must be a sequence, not {_named(values)}")
+    fixed = kind is tuple and Ellipsis not in parts
+    if fixed and len(values) != len(checks):
+        raise ParameterError(f"{name} must have {len(checks)} entries, not {len(values)}")
+    each = checks if fixed else checks * len(values)
+    return (list if kind is list else tuple)(check(name, value) for check, value in zip(each, values, strict=True))
+
+
+def _rows(name: str, values: Any) -> Any:
+    """An iterable of arrays, which may have no end; what it gives is checked when it comes."""
+    if hasattr(values, "__array__"):
+        return _shaped(_Shape(("rows", "entries"), True, False), name, values)
+    if isinstance(values, str) or not isinstance(values, collections.abc.Iterable):
+        raise ParameterError(f"{name} must be an array or an iterable of arrays, not {_named(values)}")
+    return values
+
+
+def _shaped(shape: _Shape, name: str, values: Any) -> np.ndarray:
+    found = array(name, values)
+    if found.dtype.kind == "b" and shape.real and not shape.truth:
+        raise ParameterError(f"{name} must be real numbers, not {found.dtype}")
+    if shape.dimensions is not None and found.ndim != len(shape.dimensions):
+        wanted = ", ".join(shape.dimensions) + ("," if len(shape.dimensions) == 1 else "")
+        raise ParameterError(f"{name} must have the dimensions ({wanted}), not the shape {found.shape}")
+    return finite(name, found) if shape.real and found.dtype.kind != "b" else found
+
+
+def _instance(accepted: type | tuple[type, ...], wanted: str, name: str, value: Any) -> Any:
+    if not isinstance(value, accepted):
+        raise ParameterError(f"{name} must be {wanted}, not {_named(value)}")
+    return value
+
+
+def _word(words: tuple[Any, ...], name: str, value: Any) -> Any:
+    if not (isinstance(value, str) and value in words):
+        raise ParameterError(f"{name} must be {', '.join(words[:-1])} or {words[-1]}, not {_named(value)}")
+    return value
+
+
+def _follows(protocol: type, name: str, value: Any) -> Any:
+    members = (member for member in vars(protocol) if not member.startswith("_"))
+    if any(inspect.getattr_static(value, member, None) is None for member in members):
+        raise ParameterError(f"{name} must be {_article(protocol)}, not {_named(value)}")
+    return value
+
+
+def _is_class(hint: type) -> bool:
+    return hint not in (np.ndarray, float, int, Path, types.NoneType) and not getattr(hint, "_is_protocol", False)
+
+
+def _article(kind: type) -> str:
+    name = {"str": "text", "bool": "True or False"}.get(kind.__name__, kind.__name__)
+    return name if name != kind.__name__ else f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
+
+
+def _named(value: Any) -> str:
+    """What a value is, in a message: short ones themselves."""
+    return repr(value) if value is None or isinstance(value, (str, int, float)) else type(value).__name__
+
+
+def array(name: str, values: object) -> np.ndarray:
+    """The values as an array of numbers or truths, floats as doubles.
+
+    Raises ParameterError where they are none, or an entry is masked.
+    """
+    if any(np.ma.is_masked(one) for one in (values if isinstance(values, (list, tuple)) else (values,))):
+        raise ParameterError(f"{name} has masked entries: give values for them, or leave them out")
+    try:
+        found = np.asarray(values)
+    except ValueError as error:  # rows of unequal length
+        raise ParameterError(f"{name} must be an array: {error}") from None
+    if found.dtype.kind not in "fiub":
+        what = found.dtype if isinstance(values, np.ndarray) else _named(values)
+        raise ParameterError(f"{name} must be an array of real numbers, not {what}")
+    return np.asarray(found, np.float64 if found.dtype.kind == "f" else found.dtype.newbyteorder("="))
 
 
 def reals(name: str, values: object) -> np.ndarray:
-    """The values as an array of floats; ParameterError where they are no real numbers."""
-    try:
-        array = np.asarray(values)
-    except ValueError as error:  # rows of unequal length
-        raise ParameterError(f"{name} must be an array: {error}") from None
-    if array.dtype.kind not in "fiu":
-        raise ParameterError(f"{name} must be real numbers, not {array.dtype}")
-    return array.astype(float, copy=False)
+    """The values as an array of floats; ParameterError where they are no real numbers, or masked."""
+    found = array(name, values)
+    if found.dtype.kind == "b":
+        raise ParameterError(f"{name} must be real numbers, not {found.dtype}")
+    return found.astype(float, copy=False)
 
 
 def finite(name: str, values: Any, dimensions: int | None = None) -> np.ndarray:
     """The values as doubles.
 
-    values : an array of real numbers
-    dimensions : number of its dimensions; any if not given
+    values : real numbers
+    dimensions : number of their dimensions; any if not given
 
-    Raises ParameterError where it is no such array, or a value is not finite.
+    Raises ParameterError where they are no such array, or a value is masked or not finite.
     """
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
-        raise ParameterError(f"{name} must be an array of real numbers, not {type(values).__name__}")
-    if dimensions is not None and values.ndim != dimensions:
-        raise ParameterError(f"{name} {values.shape} must have {dimensions} dimensions")
-    if not np.isfinite(values).all():
+    found = reals(name, values)
+    if dimensions is not None and found.ndim != dimensions:
+        raise ParameterError(f"{name} {found.shape} must have {dimensions} dimensions")
+    if not np.isfinite(found).all():
         raise ParameterError(f"{name} must be finite")
-    return np.asarray(values, dtype=np.float64)
+    return found
 
 
 def whole_at_least(name: str, value: Any, least: int) -> int:

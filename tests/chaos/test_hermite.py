@@ -113,7 +113,7 @@ def test_expansions_without_shares_are_refused():
     linear, modes = multi_indices(2, 1), np.eye(2)
     with pytest.raises(IllPosedError, match="constant"):
         sobol_indices(linear, np.array([3.0, 0.0, 0.0]), modes)
-    with pytest.raises(ParameterError, match="for each term"):
+    with pytest.raises(ParameterError, match="coefficients has 4 P"):
         sobol_indices(linear, np.ones(4), modes)
     with pytest.raises(ParameterError, match="orthonormal"):
         sobol_indices(linear, np.ones(3), np.ones((2, 3)))

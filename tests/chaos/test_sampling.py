@@ -37,14 +37,14 @@ def test_each_stratum_of_each_variable_holds_one_sample(kind, samples):
 def test_extreme_draws_stay_finite_and_in_their_stratum(samples, place):
     """0 and 1 - 2^-53 are the extremes of Generator.random: added to a stratum, the latter rounds into the next."""
 
-    class Extreme:
+    class Extreme(np.random.Generator):
         def permutation(self, n):
             return np.arange(n)
 
         def random(self, shape):
             return np.full(shape, place)
 
-    xi = latin_hypercube(Extreme(), samples, 1)[:, 0]
+    xi = latin_hypercube(Extreme(np.random.PCG64()), samples, 1)[:, 0]
     edges = ndtri(np.arange(samples + 1) / samples)
     assert np.isfinite(xi).all()
     assert np.all((edges[:-1] < xi) & (xi < edges[1:]))

@@ -12,7 +12,7 @@ from roughslip.contact import conjugate_gradients
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import DENSE_LIMIT, ContactSolution, solve, solve_load, sweep
-from roughslip.errors import ConvergenceError
+from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.grid import Grid
 
 solve_module = importlib.import_module("roughslip.contact.solve")  # the package exports its function
@@ -226,3 +226,35 @@ def test_order_of_planes(surface, hardness: float) -> None:
         np.testing.assert_allclose(single.plastic_displacement, solution.plastic_displacement, rtol=0, atol=allowed)
     assert {s.method for s in swept} >= {"fft", "none"}
     assert sweep(influence, heights, []) == []
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_a_load_that_one_node_bears_takes_no_iteration(periodic):
+    """Its pressure is the load, and the plane stands as far below its height as it is pressed down: B_00 p.
+    Such loads were lost in the rounding of the heights below about 1e-30 Pa."""
+    influence = Influence(Grid(24, 20, 1e-6, 1e-6), 2.3e11, periodic)
+    heights = 1e-7 * np.random.default_rng(0).standard_normal((24, 20))
+    for mean_pressure in (1e-30, 1e-12, 1e6):
+        found = solve_load(influence, heights, mean_pressure)
+        load = mean_pressure * heights.size
+        assert found.pressure.max() == found.pressure[np.unravel_index(heights.argmax(), heights.shape)] == load
+        assert np.count_nonzero(found.pressure) == found.nodes == 1
+        assert found.plane == pytest.approx(heights.max() - influence.diagonal * load, rel=1e-15)
+        assert found.gap.min() == 0.0
+    iterated = solve_load(influence, heights, 1e7)
+    assert iterated.method == "fft"
+    assert found.plane > iterated.plane
+
+
+def test_loads_of_no_contact_and_of_full_contact_are_named():
+    """Before a solve; a guess of another load begins with the right one; equal nodes share a load."""
+    influence, heights = Influence(Grid(16, 16, 1e-6, 1e-6), 1e11), np.random.default_rng(1).random((16, 16)) * 1e-8
+    for load, name in ((0.0, "no contact"), (1e-300, "no contact"), (1e300, "full contact"), (1e9, "full contact")):
+        with pytest.raises(ParameterError, match=name):
+            solve_load(influence, heights, load, hardness_pa=1e9 if load == 1e9 else np.inf)
+    expected = solve_load(influence, heights, 1e8).pressure
+    for guess in (1e30, 1e-300):
+        found = solve_load(influence, heights, 1e8, initial_pressure=np.full(heights.shape, guess))
+        np.testing.assert_allclose(found.pressure, expected, atol=1e-7 * expected.max())
+    twins = np.where(heights < np.partition(heights, -3, axis=None)[-3], heights, 1e-8)
+    assert np.count_nonzero(solve_load(influence, twins, 1e-30).pressure) == 3

@@ -11,6 +11,7 @@ from roughslip.oscillator import motion as module
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from tests.oscillator.motions import LAW, STUDY, F, V, coulomb
@@ -88,9 +89,25 @@ def test_slips_too_short_to_be_one_do_not_stop_the_run():
 
 def test_step_limit_is_an_error(monkeypatch):
     monkeypatch.setattr(module, "STEPS_PER_PERIOD", 3)
-    with pytest.raises(ConvergenceError, match="step limit") as caught:
-        simulate(STUDY, LAW, None, 0.0, 50.0)
+    with pytest.raises(ConvergenceError, match="step limit; try a larger tolerance; local") as caught:
+        simulate(STUDY, CoulombLaw(0.3, 0.4), None, 0.0, 50.0)
     assert 3 * 51 <= caught.value.work < 3 * 51 + 10
+    with pytest.raises(ConvergenceError, match="or a coarser path"):
+        simulate(STUDY, CoulombLaw(0.3, 0.4), 1e-6 * np.sin(np.arange(9.0)), 1.0, 50.0)
+    with pytest.raises(ConvergenceError, match="step limit; the slope of friction at rest"):
+        simulate(STUDY, LAW, None, 0.0, 50.0)
+
+
+def test_what_a_curve_too_steep_for_steps_should_be_is_said():
+    """The largest slope of the curve counts, and what it should be follows from the slope that steps resolve."""
+    fine = TableLaw((0.0, 0.5, 0.5 + 1e-7, 1.0), (0.4, 0.4, 0.2, 0.2), interpolation="linear")
+    regularised = TableLaw((0.0, 1e-5, 1.0), (0.0, 0.4, 0.3), static=0.4, interpolation="linear")
+    assert "from 0.4 to 0.2 between the knots 0.5 and 0.5000001 m/s" in fine.steeper_than(1e3)
+    assert "at least 0.0002 m/s apart" in fine.steeper_than(1e3)
+    assert "begin the table with 0.4 at rest and give 0.4 as the static" in regularised.steeper_than(1e3)
+    assert "static" not in fine.steeper_than(1e3)
+    assert fine.steeper_than(3e6) == StribeckLaw(0.3).steeper_than(1e3) == ""
+    assert "slope of friction at rest, -3e+04 s/m" in StribeckLaw(0.3, decay_s_per_m=1e5).steeper_than(1e3)
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -25,6 +25,7 @@ from roughslip.chaos.regression import Factor, factorised
 from roughslip.chaos.single_index import Link, fit_link, knots_for, sensitivity_along, share_of_modes
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.limits import FIELD_GROUPS as GROUPS
+from roughslip.validation import gate
 
 LEAST_CONTACTS = 20  # at every node; with fewer the error of a probability is unknown
 DEGREE = 24  # of the polynomials for shares of the variance; they contain all but 1e-4 of it
@@ -72,6 +73,7 @@ class FieldExpansion:
         return self.link(index)[1]
 
 
+@gate
 def fit_field(xi: np.ndarray, state: np.ndarray, contact: np.ndarray | None = None) -> FieldExpansion:
     """Expand the pressure at every node.
 
@@ -212,6 +214,7 @@ class ModeShares:
     leading: np.ndarray
 
 
+@gate
 def mode_shares(expansion: FieldExpansion, leading: int) -> ModeShares:
     """Shares of the modes in the variance of the field.
 

@@ -10,12 +10,13 @@ import numpy as np
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.validation import finite, whole_at_least
+from roughslip.validation import finite, gate, whole_at_least
 
 MOST_TERMS = 20_000  # a table of as many terms at 5000 samples takes 0.8 GB
 BLOCK = 256  # points at which terms are multiplied at a time: 165 terms take 340 kB, which stays in the cache
 
 
+@gate
 def multi_indices(variables: int, degree: int) -> np.ndarray:
     """Exponents of all terms up to a total degree.
 
@@ -68,6 +69,7 @@ def hermite_polynomials(x: np.ndarray, degree: int) -> np.ndarray:
     return values
 
 
+@gate
 def hermite_basis(xi: np.ndarray, indices: np.ndarray) -> np.ndarray:
     """Every term of a basis at every sample: the matrix Gamma of eq. (11).
 
@@ -79,6 +81,7 @@ def hermite_basis(xi: np.ndarray, indices: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(HermiteBasis(indices).by_term(xi).T)
 
 
+@gate
 class HermiteBasis:
     """Products of Hermite polynomials (Ghanem and Spanos, Stochastic Finite Elements, 1991, ch. 2).
 
@@ -215,6 +218,7 @@ def _add_terms(
                     found[k] += coefficients[row, n] * block[row, k]
 
 
+@gate
 def sobol_indices(
     indices: np.ndarray, coefficients: np.ndarray, directions: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -35,7 +35,7 @@ from roughslip.chaos.pressure import Kind, PressureTarget
 from roughslip.chaos.regression import Fit, censored_regression, completed, derivatives, expected, least_squares
 from roughslip.chaos.sampling import sobol_places
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.validation import finite
+from roughslip.validation import finite, gate
 
 GROUPS = 20  # of surfaces, left out in turn
 SCORED = 32  # quantiles by which a predicted distribution is scored
@@ -43,6 +43,7 @@ UNIFORM = (np.arange(SCORED) + 0.5) / SCORED
 BLOCK = 20_000  # draws evaluated at a time
 
 
+@gate
 @dataclass(frozen=True)
 class Samples:
     """Solved surfaces, each at some nodes around the centre.
@@ -165,6 +166,7 @@ def jackknife_deviations(values: np.ndarray) -> np.ndarray:
     return np.sqrt((groups - 1) / groups) * (values - values.mean(axis=0))
 
 
+@gate
 def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExpansion:
     """Expand the pressure around the centre.
 

@@ -28,7 +28,7 @@ import numpy as np
 
 from roughslip.chaos.regression import Fit, least_squares
 from roughslip.errors import IllPosedError, ParameterError, real
-from roughslip.validation import finite
+from roughslip.validation import finite, gate
 
 Kind = Literal["trial_pressure", "squared_pressure", "censored"]
 KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure", "censored")
@@ -40,6 +40,7 @@ OUTSIDE_SCALE = 0.3
 CURVATURE = 10.0  # times Sq / l^2
 
 
+@gate
 @dataclass(frozen=True)
 class PressureTarget:
     """A smooth variable whose positive part gives the pressure.
@@ -105,6 +106,7 @@ class PressureTarget:
         return np.minimum(pressure, self.hardness_pa)
 
 
+@gate
 def pressure_target(
     kind: Kind,
     *,
@@ -128,6 +130,7 @@ def pressure_target(
     return PressureTarget(kind, stiffness, stiffness * influence_diagonal, hardness_pa)
 
 
+@gate
 def summit_curvature(rms_height_m: float, correlation_length_m: float) -> float:
     """Summit curvature kappa [1/m] of a Gaussian field with correlation exp(-(r/l)^2): 10 Sq / l^2.
 
@@ -137,6 +140,7 @@ def summit_curvature(rms_height_m: float, correlation_length_m: float) -> float:
     return CURVATURE * rms_height_m / correlation_length_m**2
 
 
+@gate
 def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) -> Fit:
     """Coefficients of eq. (8), or of eq. (9) with `logarithm`, by eqs. (10) and (11) on the samples in contact alone.
 

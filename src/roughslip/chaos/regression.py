@@ -10,7 +10,7 @@ from scipy.special import log_ndtr, ndtr, ndtri
 
 from roughslip.chaos.left_out import numbered, solve_definite
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.validation import finite
+from roughslip.validation import finite, gate
 
 CHOLESKY_CONDITION = 100.0  # of columns that are factorised by Cholesky, with an error of 1e-12
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
@@ -49,6 +49,7 @@ class Fit:
     leave_one_out: float
 
 
+@gate
 def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None) -> Fit:
     """Coefficients that minimise the weighted sum of squares: eq. (10) with weights.
 
@@ -236,6 +237,7 @@ class CensoredFit:
     unit: float
 
 
+@gate
 def censored_regression(basis: np.ndarray, target: np.ndarray) -> CensoredFit:
     """Maximum likelihood of eq. (8), with the variable only known to be not positive out of contact.
 

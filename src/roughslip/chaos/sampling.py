@@ -10,17 +10,19 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.validation import whole_at_least
+from roughslip.validation import gate, whole_at_least
 
 MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
 _SOBOL_BITS = 30
 
 
+@gate
 def monte_carlo(seed: list[int], variables: int) -> np.ndarray:
     """xi : (variables,) [-] independent standard normals of one sample; `seed` ends with the number of the sample."""
     return np.random.default_rng(seed).standard_normal(variables)
 
 
+@gate
 def latin_hypercube(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
     """Standard normals with exactly one sample in each of `samples` equally likely strata of every variable.
 
@@ -64,6 +66,7 @@ def sobol_places(generator: np.random.Generator, samples: int, variables: int) -
     return sequence.random_base2((samples - 1).bit_length())[:samples] + 0.5 ** (_SOBOL_BITS + 1)
 
 
+@gate
 def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
     """Standard normals at a scrambled Sobol sequence, which can be extended.
 
@@ -80,6 +83,7 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
     return ndtri(places[np.concatenate(rows)[:samples]])
 
 
+@gate
 def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarray:
     """xi : (samples, variables) [-] of a kind: "monte_carlo", "latin_hypercube" or "sobol".
 
@@ -107,6 +111,7 @@ def _check(samples: int, variables: int) -> None:
 NORMAL_95 = float(ndtri(0.975))
 
 
+@gate
 def wilson_interval(successes: np.ndarray | float, trials: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
     """95 % interval of a probability from independent trials; it never leaves [0, 1].
 
@@ -155,10 +160,12 @@ def quantile_levels(pressure: np.ndarray, lowest: float = 1e-4, count: int = 120
     return np.unique(np.quantile(_ascending(pressure[pressure > 0], of=pressure), probabilities))
 
 
+@gate
 def kolmogorov_distance(first: np.ndarray, second: np.ndarray) -> float:
     """Kolmogorov distance sup |F1 - F2| of two samples; equal values, such as zero pressures, form one step.
 
-    first, second : (n1,), (n2,)
+    first : (n1,)
+    second : (n2,)
 
     Raises ParameterError for NaN, IllPosedError for an empty sample.
     """

@@ -20,7 +20,7 @@ from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import least_squares
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.validation import finite
+from roughslip.validation import finite, gate
 
 ALL = slice(None)
 GROUPS = 20  # largest number of groups of training strips, left out in turn
@@ -74,6 +74,7 @@ class StripExpansion:
         return self.target.pressure(self.predicted(heights))
 
 
+@gate
 def fit_strip(
     functionals: np.ndarray,
     target_values: np.ndarray,

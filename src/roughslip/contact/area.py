@@ -15,12 +15,14 @@ import math
 import numpy as np
 
 from roughslip.compilation.cache import compiled
+from roughslip.validation import gate
 
 # Mean share of a cell that is covered, by the number of its four neighbours out of contact. Fitted to elliptical Hertz
 # contacts of 0.3 to 19 cells at random places and angles, whose area they then give to 1.5 %, from 0.6 cells to 0.5 %.
 COVERED = (1.0, 0.915, 0.806, 0.647, 0.498)
 
 
+@gate
 def contact_shares(pressure: np.ndarray, hardness_pa: float = math.inf) -> np.ndarray:
     """The share of every cell that is in contact; their sum is the contact area in cells.
 

@@ -25,9 +25,11 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.contact import conjugate_gradients, kernels, nested
 from roughslip.contact.conjugate_gradients import Problem
-from roughslip.contact.edge_pressure import point_pressures
+from roughslip.contact.edge_pressure import check_nodes, point_pressures
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import dense_pays, solve
+from roughslip.errors import ParameterError
+from roughslip.validation import gate
 
 # K_ii on a mesh of any size over that on the patch of Influence.approximate_inverse: at most 1.0003 for square cells
 # and 1.016 for cells of ten to one.
@@ -51,6 +53,7 @@ class NodePressures:
     method: str
 
 
+@gate
 def solve_at(
     influence: Influence,
     interference: np.ndarray,
@@ -73,6 +76,9 @@ def solve_at(
     Returns pressures that differ from those of `solve` by less than the bounds, with the same nodes in contact. Raises
     as `solve`.
     """
+    if interference.shape != influence.grid.shape:
+        raise ParameterError(f"the interference has the shape {interference.shape}, not {influence.grid.shape}")
+    nodes = check_nodes(nodes, interference.shape)
     if not (interference[nodes] > 0).any():
         nothing = np.zeros(len(nodes[0]))
         return NodePressures(nothing, nothing, nothing, 0, "none")

@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from roughslip.errors import ParameterError
+from roughslip.validation import gate
 
 # Force of a square flat punch over pi E* penetration edge: the capacitance of the unit square over 4 pi eps_0,
 # Read, J. Comput. Phys. 133 (1997) 1.
@@ -29,6 +30,7 @@ class _Problem:
                 raise ParameterError(f"{field.name} must be positive and finite, not {value}")
 
 
+@gate
 @dataclass(frozen=True)
 class HertzSphere(_Problem):
     """A sphere, taken as its paraboloid r^2 / (2 R), pressed on a half-space (Hertz; Johnson, section 4.2).
@@ -79,6 +81,7 @@ class HertzSphere(_Problem):
         return self.peak_pressure_pa * np.sqrt(np.maximum(1 - (r / self.contact_radius_m) ** 2, 0.0))
 
 
+@gate
 @dataclass(frozen=True)
 class CircularPunch(_Problem):
     """A flat circular punch pressed on a half-space (Boussinesq; Johnson, section 3.4).
@@ -104,6 +107,7 @@ class CircularPunch(_Problem):
         return np.where(inside, self.force_n / (2 * math.pi * self.radius_m) / root, 0.0)
 
 
+@gate
 def square_punch_force_n(edge_m: float, penetration_m: float, plane_strain_modulus_pa: float) -> float:
     """Force [N] of a flat square punch, pi C E* penetration edge with the capacitance C of the square.
 
@@ -112,6 +116,7 @@ def square_punch_force_n(edge_m: float, penetration_m: float, plane_strain_modul
     return math.pi * SQUARE_CAPACITANCE * plane_strain_modulus_pa * penetration_m * edge_m
 
 
+@gate
 @dataclass(frozen=True)
 class SineWave(_Problem):
     """Heights D cos(2 pi x / l) against a plane (Westergaard, J. Appl. Mech. 6 (1939) 49; Johnson, section 13.2).
@@ -177,6 +182,7 @@ class SineWave(_Problem):
         return 2 * self.full_contact_pressure_pa * np.abs(np.cos(phase)) * np.sqrt(inside)
 
 
+@gate
 @dataclass(frozen=True)
 class CrossedWaves(_Problem):
     """Heights D cos(2 pi x / l) cos(2 pi y / l) against a plane: limits of light and of nearly full contact.

@@ -75,6 +75,8 @@ class Problem:
         if between:
             return -mean
         pressed = pressure > 0  # all at the cap and with the given sum: any plane that reaches these and no others
+        if not pressed.any():
+            return math.nan  # the load is lost in the rounding of the heights
         return -float(gap[pressed].max() if pressed.all() else (gap[pressed].max() + gap[~pressed].min()) / 2)
 
     def scale(self, pressure: np.ndarray, plane: float) -> float:
@@ -321,6 +323,11 @@ class _Iteration:
 
 
 def _failure(tolerance: float, residual: float, products: int) -> ConvergenceError:
+    if math.isnan(residual):
+        text = (
+            "the load is lost in the rounding of the heights, as several nodes of one height share it: give more load"
+        )
+        return ConvergenceError(text, residual, products)
     return ConvergenceError(
         f"the contact pressures did not reach the relative residual {tolerance:.1e}; try a larger tolerance (rounding"
         " allows about 1e-14), or cells nearer to square",

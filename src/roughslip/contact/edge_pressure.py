@@ -11,6 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from roughslip.errors import ParameterError
+from roughslip.validation import gate
+
 # sqrt(s), and the distance d of the node from the edge [cells]; from the last on both are the same.
 ROOT = np.array([0.145, *np.arange(2, 17) / 10])
 DISTANCE = np.array(
@@ -18,6 +21,7 @@ DISTANCE = np.array(
 )
 
 
+@gate
 def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """Pressures at some nodes, without the error of the mesh at edges.
 
@@ -28,7 +32,7 @@ def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) 
     Cells beyond the mesh count as out of contact. The share of nodes in contact and the distribution of their pressures
     are of second order in the cell. A lone cell has no gradient and keeps its pressure.
     """
-    x, y = nodes
+    x, y = check_nodes(nodes, pressure.shape)
     squared = np.pad(pressure, 1) ** 2
     own = squared[x + 1, y + 1]
     rise_x = np.maximum(squared[x + 2, y + 1], squared[x, y + 1]) - own  # towards the inside, where the field is smooth
@@ -38,3 +42,13 @@ def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) 
     near = own < ROOT[-1] ** 2 * rise
     found[near] = np.sqrt(rise[near] * np.interp(np.sqrt(own[near] / rise[near]), ROOT, DISTANCE))
     return found
+
+
+def check_nodes(nodes: tuple[np.ndarray, np.ndarray], shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """The indices (n,), (n,) of nodes; ParameterError where they are no whole numbers, or outside of the mesh."""
+    x, y = nodes
+    if x.ndim != 1 or x.shape != y.shape or {x.dtype.kind, y.dtype.kind} - {"i", "u"}:
+        raise ParameterError(f"nodes must be two rows of whole numbers, not {x.shape} and {y.shape} of {x.dtype}")
+    if x.size and not (min(x.min(), y.min()) >= 0 and x.max() < shape[0] and y.max() < shape[1]):
+        raise ParameterError(f"nodes must lie on the mesh of {shape[0]} x {shape[1]}")
+    return x, y

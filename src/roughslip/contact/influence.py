@@ -27,6 +27,7 @@ from roughslip.contact.convolution import convolution, fast_length
 from roughslip.contact.periodic import periodic_symbol
 from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
+from roughslip.validation import gate
 
 # Cells on either side of the centre of the patch behind `approximate_inverse`, which has 5 x 5 cells. Convolutions of
 # the iterative solver on 24 rough surfaces, relative to those without any approximate inverse: 0.59 with 3 x 3 cells,
@@ -37,6 +38,7 @@ PATCH_RADIUS = 2
 DIRECT_SUM_LIMIT = 64
 
 
+@gate
 @dataclass(frozen=True)
 class Material:
     """An isotropic, linearly elastic material.
@@ -102,6 +104,7 @@ def _opposite_edges(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.nd
     return 2 * (a * (np.arctanh(dy / far_sum) + np.arctanh(dy / near_sum)) - x * difference)
 
 
+@gate
 class Influence:
     """The influence matrix B of a mesh. It never changes; its working arrays allow one thread per instance.
 

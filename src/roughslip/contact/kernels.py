@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from roughslip.compilation.cache import compiled
+from roughslip.validation import gate
 
 LANES = 128
 NEGLIGIBLE = 1e-12  # displacement of a node by its own pressure, over its gap
@@ -327,6 +328,7 @@ def stencil_product(
                 row[j] = found[base + j] if wanted[j] else result.dtype.type(0.0)
 
 
+@gate
 def relative_residual(
     gap: np.ndarray,
     pressure: np.ndarray,

@@ -13,6 +13,7 @@ from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
+from roughslip.validation import gate
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
 # the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. From about DENSE_LIMIT nodes on the
@@ -23,6 +24,9 @@ DENSE_LIMIT = 900
 # Nodes up to which the dense method always pays; pressures, gap and residual then come from one compiled call, which
 # saves a third of the time at 100.
 SMALL = 256
+
+# A load that displaces the node that bears it by less [m], or more than the inverse, is beyond doubles when squared.
+LEAST_DISPLACEMENT = 1e-140
 
 # Conjugate gradients run on the rows and columns that can touch if these have less than this share of the nodes.
 CROPPED_SHARE = 0.7
@@ -74,6 +78,7 @@ class ContactSolution:
         return float(self.pressure.mean())
 
 
+@gate
 def solve(
     influence: Influence,
     interference: np.ndarray,
@@ -167,6 +172,7 @@ def _dense_pays(candidates: int, nodes: int) -> bool:
     return candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * nodes
 
 
+@gate
 def solve_load(
     influence: Influence,
     heights: np.ndarray,
@@ -180,25 +186,69 @@ def solve_load(
     influence : B of the mesh, a free half-space or a periodic cell
     heights : (nx, ny) [m] z
     mean_pressure_pa : force per nominal area [Pa], positive and below the hardness
+    initial_pressure : (nx, ny) [Pa] a guess, not negative
 
-    Other arguments and errors as in solve. In a periodic cell the height of the plane is relative to the mean of the
+    Other arguments and errors as in solve. A load of no contact, which is none, and one of full contact, at which every
+    node has the hardness, are refused by these names. A load that the highest node bears alone takes no iteration. In a
+    periodic cell the height of the plane is relative to the mean of the
     deformed surface.
     """
     heights = _field("heights", heights, influence)
     _check(tolerance, hardness_pa)
     initial_pressure = _guess(initial_pressure, influence)
-    mean_pressure_pa = real("the mean pressure", mean_pressure_pa)
-    if not (math.isfinite(mean_pressure_pa) and 0 < mean_pressure_pa < hardness_pa):
-        raise ParameterError(
-            f"the mean pressure must be positive, finite and below the hardness {hardness_pa} Pa,"
-            f" not {mean_pressure_pa} Pa"
-        )
+    pressure_sum = _sum_of_pressures(mean_pressure_pa, hardness_pa, influence)
     highest = float(heights.max())  # from which displacements far below the heights are counted without rounding
-    problem = Problem(influence, heights - highest, hardness_pa, mean_pressure_pa * heights.size)
+    lone = _lone_node(influence, heights - highest, pressure_sum, hardness_pa)
+    if lone is not None:
+        return replace(lone, plane=highest + lone.plane)
+    if initial_pressure is not None and initial_pressure.any():  # of any sum: that of the load counts
+        initial_pressure = initial_pressure / initial_pressure.max()
+        initial_pressure *= pressure_sum / initial_pressure.sum()
+    problem = Problem(influence, heights - highest, hardness_pa, pressure_sum)
     found, kind = _iterate(problem, tolerance, _Start(initial_pressure))
     how = found.products, "fft", heights.size, kind
     interference, plane = problem.interference - found.plane, highest + found.plane
     return _checked(found.pressure, found.gap, plane, how, influence, interference, hardness_pa, tolerance)
+
+
+@gate
+def _sum_of_pressures(mean_pressure_pa: float, hardness_pa: float, influence: Influence) -> float:
+    """Sum of the pressures of a load [Pa]; ParameterError for a load of no contact or of full contact."""
+    if not mean_pressure_pa > 0:
+        raise ParameterError(f"the mean pressure must be positive: {mean_pressure_pa} Pa is a load of no contact")
+    if not mean_pressure_pa < hardness_pa:
+        raise ParameterError(
+            f"the mean pressure must be finite and below the hardness {hardness_pa:g} Pa: {mean_pressure_pa:g} Pa is a "
+            "load of full contact, at which every node has the hardness and the plane no one height"
+        )
+    total = mean_pressure_pa * influence.grid.size
+    displacement = total * influence.diagonal  # of a node that bears all of it
+    if not LEAST_DISPLACEMENT < displacement < 1 / LEAST_DISPLACEMENT:
+        kind = "no contact" if displacement < 1 else "full contact"
+        raise ParameterError(
+            f"the mean pressure {mean_pressure_pa:g} Pa is a load of {kind} for every surface: it displaces a node by "
+            f"{displacement:.1g} m, whose square is beyond the numbers of a computer"
+        )
+    return total
+
+
+def _lone_node(
+    influence: Influence, interference: np.ndarray, pressure_sum: float, hardness_pa: float
+) -> ContactSolution | None:
+    """The contact in which the highest node bears the whole load; None where the load is, or may be, for more nodes.
+
+    interference : (nx, ny) [m] heights below the highest node
+    """
+    if interference.size < 2 or pressure_sum > hardness_pa:
+        return None
+    displacement = influence.diagonal * pressure_sum
+    if -np.partition(interference, -2, axis=None)[-2] < 2 * displacement:  # no other node rises by more beside it
+        return None
+    pressure = np.zeros(interference.shape)
+    pressure.flat[interference.argmax()] = pressure_sum
+    gap = influence.apply(pressure) - displacement - interference
+    how = 1, "dense", 1, "none"
+    return _checked(pressure, gap, -displacement, how, influence, interference + displacement, hardness_pa, 1e-10)
 
 
 def sweep(
@@ -318,12 +368,6 @@ def _guess(values: np.ndarray | None, influence: Influence) -> np.ndarray | None
 
 
 def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
-        raise ParameterError(f"the {name} must be an array of real numbers, not {type(values).__name__}")
-    field = np.ascontiguousarray(values, dtype=np.float64)
-    if field.shape != influence.grid.shape:
-        raise ParameterError(f"the {name} has the shape {field.shape}, the mesh has {influence.grid.shape}")
-    flat = field.reshape(-1)
-    if not math.isfinite(flat @ flat) and not np.isfinite(field).all():  # the first is quick, and may overflow
-        raise ParameterError(f"the {name} must be finite everywhere")
-    return field
+    if values.shape != influence.grid.shape:
+        raise ParameterError(f"the {name} has the shape {values.shape}, the mesh has {influence.grid.shape}")
+    return np.ascontiguousarray(values)

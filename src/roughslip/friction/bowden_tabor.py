@@ -12,9 +12,10 @@ import math
 import numpy as np
 
 from roughslip.errors import ParameterError, real, whole
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 
+@gate
 def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -> np.ndarray:
     """Sums over windows of `window_nodes` columns that start every `stride_nodes` columns.
 
@@ -42,6 +43,7 @@ def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -
     return running[..., start + window_nodes] - running[..., start]
 
 
+@gate
 def friction_coefficient(
     area: np.ndarray, force: np.ndarray, shear_strength_pa: float, least_area_m2: float
 ) -> tuple[np.ndarray, np.ndarray]:

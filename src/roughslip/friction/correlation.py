@@ -18,7 +18,7 @@ from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.friction.statistics import FEWEST_REPLICATES, check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 LONGEST_WINDOWS = 3.0
 """The main fit takes lags up to this many windows."""
@@ -74,6 +74,7 @@ def triangular(lags: np.ndarray, window: float) -> np.ndarray:
     return np.maximum(0.0, 1.0 - np.abs(lags) / window)
 
 
+@gate
 def autocorrelation(mu: np.ndarray, valid: np.ndarray, lags: int, weights: np.ndarray) -> Estimate:
     """Autocorrelation of mu at lags of 0 ... lags - 1 window spacings, with its pointwise 95 % band.
 
@@ -167,6 +168,7 @@ def window_lengths(lags: np.ndarray, window: float) -> Lengths:
     return Lengths(*(length[0] for length in vars(lengths).values()))
 
 
+@gate
 def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> CorrelationFit:
     """Exponential lengths of a measured autocorrelation with their intervals; misfits of exponential and triangle.
 

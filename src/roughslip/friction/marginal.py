@@ -24,6 +24,7 @@ from roughslip.friction.statistics import (
     resampled_quantiles,
 )
 from roughslip.probability import Estimate, beta_moments
+from roughslip.validation import gate
 
 SHAPES = (0.3, 300.0)
 """Range of both shapes in the four-parameter fit: beyond 300 a Beta is a gamma or normal distribution to the eye."""
@@ -89,6 +90,7 @@ class BetaDistance:
     scaled: Estimate
 
 
+@gate
 def fit_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> BetaFit:
     """Four-parameter Beta nearest to the sample in the 2-Wasserstein distance.
 

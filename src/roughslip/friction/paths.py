@@ -16,6 +16,7 @@ from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import Recursion, recursion
 from roughslip.probability import Translation
+from roughslip.validation import gate
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
 SHORTEST_PERIOD = 300.0  # correlation lengths; the random-phase sum has the excess kurtosis -3 L / period
@@ -93,7 +94,7 @@ def circulant_embedding(process: FrictionProcess, spacing_m: float, length_m: fl
     if spectrum.clipped > NEGATIVE_SHARE:
         raise IllPosedError(
             f"{spectrum.clipped:.1e} of the spectrum of the embedded path is negative: no Gaussian process has this "
-            f"correlation; use a longer path or larger shapes a, b"
+            f"correlation; take a longer path, or {process.smoother}"
         )
     return spectrum
 
@@ -130,7 +131,7 @@ def _spectrum(
     if not correlation_error <= CORRELATION_TOLERANCE:
         raise IllPosedError(
             f"the autocorrelation of the marginal misses the exponential by {correlation_error:.3f}, more than "
-            f"{CORRELATION_TOLERANCE}: a translated Gaussian process cannot have both; use larger shapes a, b"
+            f"{CORRELATION_TOLERANCE}: a translated Gaussian process cannot have both; {process.smoother}"
         )
     amplitude = np.sqrt(2.0 * variance) * period / 2.0
     amplitude[[0, -1]] *= 2.0
@@ -157,6 +158,7 @@ METHODS = ("recursion", "embedding", "spectral")
 Paths = Recursion | Spectrum  # of one process at one spacing
 
 
+@gate
 def prepare(process: FrictionProcess, spacing_m: float, length_m: float, method: str = "recursion") -> Paths:
     """Paths with nodes at 0, spacing_m, ... that reach to length_m or further.
 
@@ -174,6 +176,7 @@ def prepare(process: FrictionProcess, spacing_m: float, length_m: float, method:
     raise ParameterError(f"friction paths are drawn by one of {', '.join(METHODS)}, not {method!r}")
 
 
+@gate
 def sample_path(
     process: FrictionProcess, *, spacing_m: float, nodes: int, seed: Sequence[int], method: str = "recursion"
 ) -> np.ndarray:

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 from roughslip.errors import ParameterError, real
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments, tabulate
+from roughslip.validation import gate
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 TABLE_NODES, MOST_TERMS, NEGLIGIBLE_REMAINDER = 2**12 + 1, 200, 1e-9  # of the translation
 Marginal = BetaDistribution | QuantileDistribution
 
 
+@gate
 @dataclass(frozen=True)
 class FrictionProcess:
     """mu_S along the slipped distance s: mu of the marginal less its mean, with the autocorrelation exp(-s / L).
@@ -33,6 +35,16 @@ class FrictionProcess:
         if not (math.isfinite(real("FrictionProcess.correlation_length_m", length)) and length > 0.0):
             raise ParameterError(f"FrictionProcess.correlation_length_m must be finite and positive, not {length}")
 
+    @property
+    def smoother(self) -> str:
+        """What to take in place of a marginal with which no Gaussian process has the autocorrelation."""
+        if isinstance(self.marginal, BetaDistribution):
+            a, b = self.marginal.a, self.marginal.b
+            return (
+                f"take larger shapes of the Beta distribution than {a:.3g} and {b:.3g}, as of more windows in parallel"
+            )
+        return "take a Beta distribution in place of the measured one (ensemble.marginal: beta)"
+
     def translation(self) -> Translation:
         """The translation of the Gaussian process to mu_S.
 
@@ -47,6 +59,7 @@ class FrictionProcess:
         )
 
 
+@gate
 def average_beta(one: BetaDistribution, windows: float) -> BetaDistribution:
     """Beta distribution with the first four moments of the mean of independent ones.
 

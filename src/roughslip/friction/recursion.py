@@ -134,14 +134,14 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
         if correlation_error <= CORRELATION_TOLERANCE and increment_error <= INCREMENT_TOLERANCE:
             break
     rate = ratio * np.arange(1, terms + 1)
-    gain = _gains(weights, rate)
+    gain = _gains(weights, rate, process.smoother)
     at_nodes = np.exp(-ratio * np.arange(1, min(math.ceil(FURTHEST_LAG / ratio), MOST_LAGS) + 1))
     built = _errors(translation, gain * ((1.0 / _sums(rate)) @ gain), at_nodes)
     correlation_error, increment_error = max(correlation_error, built[0]), max(increment_error, built[1])
     if not correlation_error <= CORRELATION_LIMIT:
         raise IllPosedError(
             f"{terms} exponentials leave the autocorrelation {correlation_error:.3f} from the exponential, more "
-            f"than {CORRELATION_LIMIT}; use `ensemble.process: embedding`, or larger shapes of the Beta distribution"
+            f"than {CORRELATION_LIMIT}; draw by embedding (ensemble.process), or {process.smoother}"
         )
     return Recursion(
         spacing=float(spacing_m),
@@ -169,7 +169,7 @@ def _errors(translation: Translation, weights: np.ndarray, x: np.ndarray) -> tup
     return float(np.max(error)), float(np.max(error / (1.0 - x)))
 
 
-def _gains(weights: np.ndarray, rate: np.ndarray) -> np.ndarray:
+def _gains(weights: np.ndarray, rate: np.ndarray, smoother: str) -> np.ndarray:
     """c : (p,) of recursions that share their noise, whose sum has the covariance sum_i weights_i exp(-rate_i k).
 
     The weights b have both signs, so that independent recursions cannot replace these.
@@ -192,7 +192,7 @@ def _gains(weights: np.ndarray, rate: np.ndarray) -> np.ndarray:
     if np.any(np.abs(1.0 - shorter) >= 1.0 - APART * short[0]):
         raise IllPosedError(
             "the spectrum of the Gaussian process is not positive: no process has this correlation with this marginal; "
-            "use larger shapes of the Beta distribution"
+            + smoother
         )
     gain = np.empty(rate.size)
     for i in range(rate.size):

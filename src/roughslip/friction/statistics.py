@@ -16,7 +16,7 @@ from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 PERCENTS = (5, 25, 50, 75, 95)
 """Quantiles that are reported [%]."""
@@ -36,6 +36,7 @@ CANCELLED = 1e-3
 """Scatter below this share of the distance from the sample's mean: a fourth moment about it has 4 digits left."""
 
 
+@gate
 def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.ndarray:
     """Counts (1 + replicates, strips): row 0 ones, the sample; the others multinomial, the bootstrap replicates."""
     if strips < 2:
@@ -202,6 +203,7 @@ class WindowStatistics:
     missing: int
 
 
+@gate
 def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> WindowStatistics:
     """Moments and quantiles of the friction coefficient, each with its interval.
 
@@ -249,6 +251,7 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     )
 
 
+@gate
 def ratio_of_sums(area: np.ndarray, force: np.ndarray, shear_strength_pa: float, weights: np.ndarray) -> Estimate:
     """tau sum(A) / sum(N) over all windows, light ones included: the friction coefficient of the strips as a whole.
 

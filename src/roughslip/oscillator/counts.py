@@ -15,6 +15,7 @@ from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import departure_point, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
 from roughslip.oscillator.states import longest_slip, states_of
+from roughslip.validation import gate
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class Counts:
     periods: float
 
 
+@gate
 def ensemble_counts(
     oscillator: Oscillator,
     law: FrictionLaw,
@@ -79,6 +81,7 @@ def _share(oscillator: Oscillator, law: FrictionLaw, motion: Motion) -> float:
     return states_of(motion, longest_slip(oscillator, law)).share()
 
 
+@gate
 def counts_by_period(
     oscillator: Oscillator,
     law: FrictionLaw,

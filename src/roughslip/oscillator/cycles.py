@@ -18,6 +18,7 @@ from scipy.special import log_ndtr, ndtr, stdtrit
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
+from roughslip.validation import gate
 
 REPLICATES = 1000
 FEWEST_REALISATIONS = 8
@@ -42,6 +43,7 @@ class CycleCounts:
     high: np.ndarray
 
 
+@gate
 def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> CycleCounts:
     """Compare the counts of independent stochastic runs with the deterministic count.
 
@@ -85,6 +87,7 @@ class Reattachment:
     realisations: int
 
 
+@gate
 def reattachment_statistics(
     position: np.ndarray, realisation: np.ndarray, generator: np.random.Generator
 ) -> Reattachment:

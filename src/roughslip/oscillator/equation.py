@@ -15,8 +15,10 @@ from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
 from roughslip.oscillator.laws import CONTRACTED, FrictionLaw, excess_force, friction, friction_slope
 from roughslip.oscillator.path import Piece, mu_s_at, mu_s_slope
+from roughslip.validation import gate
 
 
+@gate
 @dataclass(frozen=True)
 class Oscillator:
     """A mass on a belt, held by a spring and a damper, driven by Q cos(Omega t).

@@ -106,6 +106,16 @@ class FrictionLaw(ABC):
         """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a kink that of the row above it."""
         return np.vectorize(friction_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
 
+    def steeper_than(self, most: float) -> str:
+        """What to change where |slope| exceeds `most` [s/m], a step for each change of friction; empty elsewhere."""
+        slope = float(self.slope(0.0))
+        if abs(slope) <= most:
+            return ""
+        return (
+            f"the slope of friction at rest, {slope:.3g} s/m, is more than the {most:.3g} s/m that the integrator "
+            "resolves: let friction change over a wider range of speeds"
+        )
+
     def check_not_negative(self, *names: str) -> None:
         """Raise ParameterError for an attribute that is not finite or is negative."""
         for name in names:

@@ -19,6 +19,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.slip_flow import TOLERANCE, next_peak, slip_flow
+from roughslip.validation import gate
 
 SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it
 
@@ -50,6 +51,7 @@ class GrazingResponse:
         return math.sqrt(variance) / abs(self.damping)
 
 
+@gate
 def grazing_response(oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True) -> GrazingResponse:
     """The response of the orbit at the existence limit, independent of the oscillator's own damping ratio.
 

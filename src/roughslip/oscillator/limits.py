@@ -20,6 +20,7 @@ from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.slip_flow import STIFF_TOLERANCE, check_free, next_peak, slip_flow, stiff_return
+from roughslip.validation import gate
 
 LARGEST_DAMPING = 1e3
 STIFF_LIMIT = 1e-6  # relative, of the existence limit of such a flow
@@ -47,11 +48,13 @@ class LimitCycle:
     local_error: float
 
 
+@gate
 def equilibrium(oscillator: Oscillator, law: FrictionLaw) -> float:
     """X [m] of steady sliding: F mu_D(v0)."""
     return slip_flow(oscillator, law).steady
 
 
+@gate
 def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio below which steady sliding is unstable: -mu_D'(v0) N / (2 m omega).
 
@@ -154,6 +157,7 @@ def _cycle(oscillator: Oscillator, motion: Motion, end: int) -> LimitCycle | Non
     )
 
 
+@gate
 def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-11) -> LimitCycle:
     """The stick-slip cycle: one slip phase from the departure point (`slip_loop`), and the stick line back to it.
 
@@ -181,6 +185,7 @@ def cycle_period(oscillator: Oscillator, law: FrictionLaw) -> float | None:
     return math.inf if cycle is None else cycle.period / (2.0 * math.pi)
 
 
+@gate
 def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio above which the stick-slip cycle does not exist, for any damping ratio of the oscillator.
 

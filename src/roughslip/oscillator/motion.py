@@ -15,6 +15,7 @@ from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
 from roughslip.oscillator.runge_kutta import FEHLBERG45, PAIRS, STAGES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
+from roughslip.validation import gate
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
@@ -86,6 +87,7 @@ class Trajectory:
     velocity: np.ndarray
 
 
+@gate
 @dataclass(frozen=True)
 class MotionOptions:
     """How a motion treats friction, and how it is integrated.
@@ -126,6 +128,7 @@ class MotionOptions:
 DEFAULTS = MotionOptions()
 
 
+@gate
 def simulate(
     oscillator: Oscillator,
     law: FrictionLaw,
@@ -177,7 +180,8 @@ def simulate(
         if status == Status.NODES_OVER:
             feed.advance(path_coordinate(run.y.tau, run.y.s, p))
     unit = "s" if options.friction_follows == "time" else "m"
-    _check_end(status, run, duration_periods, f"{feed.length_m:.4g} {unit}", feed.length_m)
+    steep = law.steeper_than(STEPS_PER_PERIOD / (2.0 * math.pi * p.F * p.omega))
+    _check_end(status, run, duration_periods, f"{feed.length_m:.4g} {unit}", feed.length_m, steep)
     rows = events.rows[: events.filled]
     return Motion(
         kind=events.kinds[: events.filled],
@@ -193,8 +197,12 @@ def simulate(
     )
 
 
-def _check_end(status: Status, run: RunState, periods: float, path: str, length: float) -> None:
-    """Raise the error of a run that did not come to its end; `path` is the length of the path with its unit."""
+def _check_end(status: Status, run: RunState, periods: float, path: str, length: float, steep: str) -> None:
+    """Raise the error of a run that did not come to its end.
+
+    path, length : the length of the path with its unit, and its number, 0 without a path
+    steep : what to say of a law whose slope takes more steps than there are
+    """
     reached = run.y.tau / (2.0 * math.pi)
     if status == Status.PATH_OVER:
         need = 1.1 * length * periods / reached if reached > 0.0 else math.inf
@@ -210,13 +218,15 @@ def _check_end(status: Status, run: RunState, periods: float, path: str, length:
     if status in (Status.STEPS_OVER, Status.STEP_LOST):
         reason = "within the step limit" if status == Status.STEPS_OVER else "and needs a step too short to change time"
         raise ConvergenceError(
-            f"the motion reached {reached:.4g} of {periods:.4g} natural periods {reason}; try a larger tolerance or a "
-            f"coarser path; local errors in m",
+            f"the motion reached {reached:.4g} of {periods:.4g} natural periods {reason}; "
+            + (steep or ("try a larger tolerance" + (" or a coarser path" if length > 0.0 else "")))
+            + "; local errors in m",
             residual=run.error,
             work=run.steps,
         )
 
 
+@gate
 def trajectory(
     oscillator: Oscillator,
     law: FrictionLaw,

@@ -19,6 +19,7 @@ from numpy.polynomial.legendre import leggauss, legvander
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import CONTRACTED
+from roughslip.validation import gate, reals
 
 INTERPOLATIONS = ("cubic", "linear")
 WIDTHS = (2, 4, 8, 16, 32, 64)  # spacings of a wide piece
@@ -239,6 +240,7 @@ class PathFeed:
         return self.path
 
 
+@gate
 class KeptPath:
     """An iterable path that keeps its pieces, so that a second run does not draw them again.
 
@@ -272,7 +274,7 @@ class KeptPath:
 
 
 def _checked(piece: np.ndarray) -> np.ndarray:
-    row = np.ascontiguousarray(piece, dtype=np.float64)
+    row = np.ascontiguousarray(reals("a friction path", piece))
     if row.ndim != 1:
         raise ParameterError(NO_PATH)
     return row

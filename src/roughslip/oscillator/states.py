@@ -24,6 +24,7 @@ from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import departure_point, equilibrium, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
+from roughslip.validation import gate
 
 LOOPS = 3.0
 EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one is never reached
@@ -65,6 +66,7 @@ def slip_phases(motion: Motion) -> tuple[np.ndarray, bool]:
     return np.stack([departures, ends], axis=1) / (2.0 * math.pi), cut_off
 
 
+@gate
 def states_of(motion: Motion, longest_slip: float) -> States:
     """The spells of both states in a motion.
 
@@ -90,6 +92,7 @@ def states_of(motion: Motion, longest_slip: float) -> States:
     )
 
 
+@gate
 def longest_slip(oscillator: Oscillator, law: FrictionLaw) -> float:
     """Natural periods that a slip of the stick-slip cycle does not exceed, whatever the scatter of friction.
 
@@ -98,6 +101,7 @@ def longest_slip(oscillator: Oscillator, law: FrictionLaw) -> float:
     return LOOPS * max(slip_loop(oscillator, law).periods, 1.0)
 
 
+@gate
 def run_until_known(
     oscillator: Oscillator,
     law: FrictionLaw,

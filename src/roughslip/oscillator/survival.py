@@ -15,6 +15,7 @@ from scipy.special import chdtri, ndtri
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.oscillator.motion import Motion
 from roughslip.oscillator.states import States, slip_phases
+from roughslip.validation import gate
 
 REPLICATES = 400
 TAILS = (0.025, 0.975)
@@ -32,6 +33,7 @@ class Spells:
     ended: np.ndarray
 
 
+@gate
 def spells(states: States) -> tuple[Spells, Spells]:
     """Spells of stick-slip, and of steady sliding, in their order in time."""
     return (
@@ -48,6 +50,7 @@ def first_slip(motion: Motion) -> Spells:
     return Spells(first[:, 1] - first[:, 0], np.full(len(first), not cut_off or len(slips) > 1))
 
 
+@gate
 def mean_lifetime(spells: Spells) -> np.ndarray:
     """(value, low, high) [-] of the mean of exponential lifetimes, in natural periods, with its 95 % interval.
 
@@ -127,6 +130,7 @@ def crossing(damping: np.ndarray, share: np.ndarray, level: float) -> np.ndarray
     return found
 
 
+@gate
 def damping_band(
     damping: np.ndarray, shares: np.ndarray, levels: tuple[float, ...], generator: np.random.Generator
 ) -> np.ndarray:

@@ -15,7 +15,7 @@ import scipy
 from scipy.special import betainc, betainccinv, betaincinv, betaln, gammaln, log_ndtr, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError, real
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 NEGLIGIBLE = 1e-12  # share of the support of a Beta distribution
 SYMMETRIC_WEIBULL = 3.6023494257197  # shape at which the skewness of a Weibull distribution changes its sign
@@ -54,6 +54,7 @@ def normal_score(probability: float | np.ndarray) -> np.ndarray:
     return ndtri(p)
 
 
+@gate
 def beta_moments(a: float, b: float) -> Moments:
     """Moments of Beta(a, b) on (0, 1)."""
     total = a + b
@@ -124,6 +125,7 @@ FAMILIES = {
 }
 
 
+@gate
 @dataclass(frozen=True)
 class FamilyDistribution:
     """A distribution of a family, shifted and scaled to zero mean and the standard deviation given.
@@ -186,6 +188,7 @@ class FamilyDistribution:
         return 1.0 - below if self.mirrored else below
 
 
+@gate
 @dataclass(frozen=True)
 class BetaDistribution:
     """x = lower + (upper - lower) Beta(a, b).
@@ -233,6 +236,7 @@ class BetaDistribution:
         return beta_from_gaussian(normal, self.a, self.b) - self.a / (self.a + self.b)
 
 
+@gate
 @dataclass(frozen=True, eq=False)
 class QuantileDistribution:
     """The distribution of measured values, shifted and scaled to a mean and a standard deviation.
@@ -272,6 +276,7 @@ class QuantileDistribution:
         return (np.interp(ndtr(normal), np.linspace(0.0, 1.0, q.size), q) - mean) / math.sqrt(variance)
 
 
+@gate
 def distribution_of_moments(
     family: str, standard_deviation: float, skewness: float, excess_kurtosis: float
 ) -> FamilyDistribution:

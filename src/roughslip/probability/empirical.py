@@ -11,7 +11,7 @@ from scipy.special import ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability.distributions import FamilyDistribution, distribution_of_moments, normal_score
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
 FINE = 1.0 / 256.0
@@ -61,6 +61,7 @@ class EmpiricalDistribution:
         return ndtr(np.interp(x, self.values, self.normal, left=-math.inf, right=math.inf))
 
 
+@gate
 def empirical_distribution(values: np.ndarray, standard_deviation: float | None = None) -> EmpiricalDistribution:
     """The distribution of measured values.
 
@@ -122,6 +123,7 @@ def _moment(normal: np.ndarray, values: np.ndarray, order: int) -> float:
     return float(np.trapezoid(density * values**order, normal))
 
 
+@gate
 def fit_distribution(values: np.ndarray, family: str) -> FamilyDistribution:
     """The distribution of a family with the moments of the values: rms, skewness and, for a beta, kurtosis.
 

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 TABLE_EDGE, TABLE_NODES = 8.5, 2**13 + 1  # normal scores; beyond the edge lies a probability of 2e-17
 BOUNDED_EDGE = 6.0  # up to which the error of the table is bounded; beyond lies 2e-9
@@ -119,6 +119,7 @@ class Translation:
         raise ConvergenceError("no Gaussian correlation was found; use a less skewed distribution", residual, _ + 1)
 
 
+@gate
 def translate(distribution: Distribution) -> Translation:
     """The translation to a distribution, with the errors of its table and of its series.
 
@@ -127,6 +128,7 @@ def translate(distribution: Distribution) -> Translation:
     return tabulate(distribution.from_gaussian, standard_deviation=distribution.standard_deviation)
 
 
+@gate
 def tabulate(
     quantile: Callable[[np.ndarray], np.ndarray],
     *,
@@ -158,7 +160,8 @@ def tabulate(
     if not abs(1.0 - carried) < LEFT_OUT:
         raise IllPosedError(
             f"the Hermite series leaves out {1.0 - carried:.1e} of the variance after {len(shares)} terms: the "
-            f"distribution is too close to steps or its tail too long; use a smoother one, as a Beta of larger shapes"
+            "distribution is too close to steps, as of few values, or its tail too long, as of outliers: leave these "
+            "out, or take a fitted family in place of measured values, of a Beta one with larger shapes"
         )
     append = standard_deviation is not None and carried < 1.0
     bends = np.abs(np.diff(values, 2))[np.abs(normal[1:-1]) < BOUNDED_EDGE]

@@ -27,6 +27,7 @@ from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import MODELS
+from roughslip.validation import gate
 
 MOST_ANISOTROPIC = 2.5  # bound of half the logarithm of the ratio of lengths: 1 to 150
 WORST_CONDITION = 1e7  # of the weighted Jacobian with unit columns
@@ -129,6 +130,7 @@ def fit_covariance(
     )
 
 
+@gate
 def fitted_covariances(
     kinds: Sequence[str], scan: Topography, found: ScanStatistics
 ) -> tuple[list[CovarianceFit], list[str]]:

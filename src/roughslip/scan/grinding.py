@@ -21,8 +21,10 @@ from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.embedding import embed
 from roughslip.surface.models import covariance_of
+from roughslip.validation import gate
 
 
+@gate
 @dataclass(frozen=True)
 class Grinding:
     """How a surface is ground.
@@ -50,6 +52,7 @@ class Grinding:
                 raise ParameterError(f"{field.name} of grinding must be positive and finite, not {value}")
 
 
+@gate
 def ground_surface(grinding: Grinding, grid: Grid, generator: np.random.Generator) -> np.ndarray:
     """z : (nx, ny) [m] heights of a ground surface about the mean of its blank.
 

@@ -26,6 +26,7 @@ from roughslip.scan.netcdf_map import read_netcdf
 from roughslip.scan.reading import METRES, MOST_LISTED, Reading, array_of_heights, by_name, metres, no_length, settled
 from roughslip.scan.text_table import STATED_UNIT, HasHeader, read_table
 from roughslip.scan.topography import Topography, topography
+from roughslip.validation import gate
 
 SPACINGS = (1e-11, 1e-2)  # [m] what the distance of neighbouring points may be: from below an atom to a centimetre
 MOST_HEIGHT = 1.0  # [m] from zero; far beyond any scan, and squares stay finite
@@ -36,6 +37,7 @@ _INSTALL = "install it with: pip install 'roughslip[scans]'"
 _EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
 
 
+@gate
 def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None) -> Topography:
     """Read a scan from a file.
 
@@ -112,6 +114,7 @@ def _read_text(path: Path, spacing: tuple[float, float] | None, unit: str | None
     return Reading(table.values * METRES[unit], spacing, f"{table.words}, heights in {unit}")
 
 
+@gate
 def write_x3p(path: Path, scan: Topography) -> None:
     """Write a scan as X3P (ISO 25178-72), the instruments' exchange format; missing points stay missing.
 

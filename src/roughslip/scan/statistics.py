@@ -22,6 +22,7 @@ from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub
 from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.spectrum import Spectrum, fractal_dimension, self_affine_band, spectrum
 from roughslip.scan.topography import Topography
+from roughslip.validation import gate
 
 BIN = 0.2  # Sq, width of a bin of the density of heights
 
@@ -56,6 +57,7 @@ class ScanStatistics:
     fractal: Estimate | None
 
 
+@gate
 def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStatistics:
     """All statistics of a scan whose form is removed.
 
@@ -116,6 +118,7 @@ def _moments(scan: Topography, parts: SubAreas) -> np.ndarray:
     return leave_one_out(powers, central)
 
 
+@gate
 def fitted_marginal(
     family: str, scan: Topography, rms_height_m: float
 ) -> FamilyDistribution | EmpiricalDistribution | None:

@@ -11,6 +11,7 @@ from scipy.sparse.linalg import spsolve
 
 from roughslip.errors import InputError, ParameterError
 from roughslip.grid import Grid
+from roughslip.validation import gate
 
 Form = Literal["mean", "plane", "quadratic"]
 
@@ -103,6 +104,7 @@ def topography(heights: np.ndarray, dx: float, dy: float, source: str, words: st
     return Topography(_filled(heights, missing, dx, dy), float(dx), float(dy), np.ascontiguousarray(missing), read, cut)
 
 
+@gate
 def remove_form(scan: Topography, form: Form) -> Topography:
     """The scan less its form, the least squares over its measured points; holes are filled anew.
 

@@ -18,7 +18,7 @@ import scipy  # its parts when they are used: `scipy.optimize` takes half a seco
 from scipy.special import ndtri
 
 from roughslip.errors import ParameterError, real
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 NEGLIGIBLE = 1e-15  # correlation that counts as none
 
@@ -249,6 +249,7 @@ def _distance_of(model: IsotropicCovariance, value: float) -> float:
     return float(scipy.optimize.brentq(excess, 1e-12, end, xtol=1e-15, rtol=1e-15))
 
 
+@gate
 def plane_height(percentile: float | np.ndarray, rms_height_m: float) -> np.ndarray:
     """h_p [m] that `percentile` per cent of the ensemble of Gaussian heights lie above; 50 is the median."""
     above = reals("a penetration percentile", percentile) / 100.0

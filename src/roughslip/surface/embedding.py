@@ -12,6 +12,7 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.models import SelfAffine
+from roughslip.validation import gate
 
 NEGATIVE_SHARE = 1e-9  # of the largest eigenvalue: what rounding and a truncated tail may leave below zero
 DOUBLINGS = 12
@@ -51,6 +52,7 @@ class Embedding:
         return np.ascontiguousarray(heights[:, : self.grid.ny] * (1.0 / math.prod(self.torus)))
 
 
+@gate
 def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
     """Circulant embedding (Dietrich and Newsam 1997) on the smallest of a few tori that is positive.
 

@@ -20,7 +20,7 @@ from scipy.special import j0, ndtr
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
-from roughslip.validation import reals
+from roughslip.validation import gate, reals
 
 MOST_WAVES = 100_000
 STEPS_PER_WAVE = 8  # of the shortest wave, in the search for the 1/e length
@@ -30,6 +30,7 @@ LEAST_PROBABILITY = 1e-9  # below which a quantile is refused: 1e-12 is a thousa
 MOST_TERMS = 2**20
 
 
+@gate
 @dataclass(frozen=True)
 class WeierstrassMandelbrot:
     """A self-affine surface between two wavelengths.
@@ -127,6 +128,7 @@ class WeierstrassMandelbrot:
         return RandomPhaseMarginal(self.amplitudes, self.azimuths)
 
 
+@gate
 def fractal_on(
     grid: Grid, hurst: float, rms_height_m: float, azimuths: int, gamma: float = 1.5
 ) -> WeierstrassMandelbrot:

@@ -21,6 +21,7 @@ from roughslip.surface.covariance import StationaryCovariance, plane_height
 from roughslip.surface.embedding import embed
 from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves
 from roughslip.surface.measured_covariance import measured_covariance, tapered
+from roughslip.validation import gate
 
 Sampler = Callable[[np.random.Generator], np.ndarray]
 
@@ -50,6 +51,7 @@ class SurfaceModel(Protocol):
         """h_p [m] that `percentile` per cent of the ensemble of heights lie above; 50 is the median."""
 
 
+@gate
 @dataclass(frozen=True, eq=False)
 class GaussianModel:
     """A Gaussian field, or heights translated from one.
@@ -92,6 +94,7 @@ class GaussianModel:
         return np.asarray(self.marginal.from_gaussian(plane_height(percentile, 1.0)))
 
 
+@gate
 @dataclass(frozen=True, eq=False)
 class FractalModel:
     """Plane waves with random phases. law : their frequencies and amplitudes."""
@@ -127,6 +130,7 @@ class FractalModel:
         return self.law.marginal().quantile(1.0 - np.asarray(percentile, dtype=float) / 100.0)
 
 
+@gate
 def gaussian_model(
     covariance: StationaryCovariance,
     lengths_m: tuple[float, float] | None = None,
@@ -149,6 +153,7 @@ def gaussian_model(
     return GaussianModel(covariance, lengths_m, marginal)
 
 
+@gate
 def measured_model(
     correlation: np.ndarray,
     lag_steps_m: tuple[float, float],
@@ -159,6 +164,8 @@ def measured_model(
     correct_correlation: bool = False,
 ) -> GaussianModel:
     """A surface of a table of correlations, as `measured_covariance` takes it, and a law of heights.
+
+    correlation : (2 kx + 1, 2 ky + 1) [-] at lags of both signs, zero in the middle, where it is 1
 
     A correction is that of each lag; the covariance near to the table so found, tapered, is taken, as without one.
     Raises IllPosedError as `measured_covariance`.

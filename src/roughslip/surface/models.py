@@ -12,8 +12,10 @@ from scipy.special import gammaln, kve
 from roughslip.errors import ParameterError, real
 from roughslip.surface import self_affine_transform
 from roughslip.surface.covariance import Covariance, FittedShape, IsotropicCovariance, check_shapes, direction
+from roughslip.validation import gate
 
 
+@gate
 @dataclass(frozen=True)
 class Gaussian(IsotropicCovariance):
     """exp(-r^2): infinitely smooth, and a product of functions of x and of y."""
@@ -33,6 +35,7 @@ class Gaussian(IsotropicCovariance):
         return math.pi * np.exp(-(k**2) / 4)
 
 
+@gate
 @dataclass(frozen=True)
 class Exponential(IsotropicCovariance):
     """exp(-r): heights have no slope."""
@@ -48,6 +51,7 @@ class Exponential(IsotropicCovariance):
         return 2 * math.pi * (1 + k**2) ** -1.5
 
 
+@gate
 @dataclass(frozen=True)
 class SeparableExponential(Covariance):
     """exp(-|a| - |b|), a Markov process along each axis of the lay. Its lines of equal correlation are rhombi."""
@@ -77,6 +81,7 @@ class SeparableExponential(Covariance):
         return 36.0 * x, 36.0 * y
 
 
+@gate
 @dataclass(frozen=True)
 class Matern(IsotropicCovariance):
     """2^(1-nu) / Gamma(nu) u^nu K_nu(u), exponential at nu = 1/2 and Gaussian for nu to infinity.
@@ -102,6 +107,7 @@ class Matern(IsotropicCovariance):
         return 4 * math.pi * self.smoothness * (1 + k**2) ** (-self.smoothness - 1)
 
 
+@gate
 @dataclass(frozen=True)
 class SelfAffine(IsotropicCovariance):
     """The transform of a spectrum constant below q_r, falling as q^(-2-2H) up to Q q_r, zero beyond.
@@ -166,6 +172,7 @@ MODELS: dict[str, type[Covariance]] = {
 KINDS = tuple(MODELS)
 
 
+@gate
 def covariance_of(
     kind: str,
     rms_height_m: float,
@@ -189,6 +196,7 @@ def covariance_of(
     return MODELS[kind](rms_height_m, correlation_length_m, correlation_length_across_m, lay_rad, **given)  # type: ignore[arg-type]
 
 
+@gate
 def self_affine(
     rms_height_m: float,
     hurst: float,

@@ -14,6 +14,7 @@ from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
 from roughslip.surface.lanczos import LANCZOS_SHARE, MOST_DENSE_NODES, leading_modes
+from roughslip.validation import gate
 
 DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
 MOST_BYTES = 2**30  # of modes that `representation` allows
@@ -76,6 +77,7 @@ def heights(modes: np.ndarray, xi: np.ndarray) -> np.ndarray:
     return (xi @ modes.reshape(len(modes), -1)).reshape(modes.shape[1:])
 
 
+@gate
 def karhunen_loeve(
     covariance: StationaryCovariance, grid: Grid, order: int | None = None, *, share: float | None = None
 ) -> KarhunenLoeve:
@@ -117,6 +119,7 @@ def karhunen_loeve(
     return KarhunenLoeve(grid, eigenvalues, modes.reshape(-1, *grid.shape), captured, pairs.residuals)
 
 
+@gate
 def representation(
     covariance: StationaryCovariance, grid: Grid, order: int | None = None, *, share: float | None = None
 ) -> Representation:

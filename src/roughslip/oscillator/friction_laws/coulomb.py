@@ -10,8 +10,10 @@ import numpy as np
 from roughslip.errors import ParameterError
 from roughslip.oscillator.friction_law import FrictionLaw, check_static
 from roughslip.oscillator.friction_laws.stribeck import StribeckParameters
+from roughslip.validation import gate
 
 
+@gate
 @dataclass(frozen=True)
 class CoulombLaw(FrictionLaw, name="coulomb"):
     """One value at rest and one in slip: eq. (13) without decay, so compiled code needs no formula for it.

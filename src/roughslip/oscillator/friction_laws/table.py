@@ -12,6 +12,7 @@ import scipy
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
 from roughslip.oscillator.friction_law import OPTIONS, FrictionLaw
+from roughslip.validation import gate
 
 INTERPOLATIONS = ("monotone_cubic", "linear")
 NEAREST = 1e-9  # of their speed: knots nearer than that ask for steps that rounding loses
@@ -68,6 +69,7 @@ def _row_ends(row: int, table: np.ndarray) -> tuple[float, float]:
     return table[row, 0], table[row + 1, 0] if row + 1 < table.shape[0] else np.inf
 
 
+@gate
 @dataclass(frozen=True)
 class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     """mu_D as measured at some speeds.
@@ -143,6 +145,20 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         else:
             table[:-1, 1:] = scipy.interpolate.PchipInterpolator(speeds, values).c[::-1].T
         return TableParameters(float(self.static), self.values[0], min(self.values), table)
+
+    def steeper_than(self, most: float) -> str:
+        slopes = np.diff(self.values) / np.diff(self.speeds_m_per_s)
+        row = int(np.argmax(np.abs(slopes)))
+        if abs(slopes[row]) <= most:
+            return ""
+        (low, high), (first, last) = self.speeds_m_per_s[row : row + 2], self.values[row : row + 2]
+        instead = f"at least {abs(last - first) / most:.2g} m/s apart"
+        if row == 0 and last > first:
+            instead += f", or begin the table with {last:g} at rest and give {last:g} as the static coefficient"
+        return (
+            f"friction goes from {first:g} to {last:g} between the knots {low:.9g} and {high:.9g} m/s of the table, "
+            f"nearer than the integrator resolves: put them {instead}"
+        )
 
     @staticmethod
     def friction(speed: float, law: TableParameters) -> float:

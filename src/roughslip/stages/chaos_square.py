@@ -33,6 +33,7 @@ from roughslip.stages.result_tables.centre_distribution import (
     refused_rows,
     sampled_rows,
 )
+from roughslip.stages.result_tables.given_contact import KNOWN, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -58,7 +59,6 @@ STAGE = Stage(
 )
 
 PAPER = 8  # variables, at most, of eqs. (8) and (9)
-KNOWN = 20_000  # Monte Carlo samples drawn again for the expansions at samples known to be in contact
 FITS = {
     "condition_number": "condition number of the basis",
     "samples": "samples that entered the fit",
@@ -161,19 +161,35 @@ def work(job: Job) -> None:
             "monte_carlo": sampled_rows(pressure["monte_carlo"], len(nodes), reference),
             "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
         }
-        # variables of Monte Carlo samples, no part of any fit, that their solves found in contact
-        streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:KNOWN, 0] > 0))
+        # variables of surfaces in contact: Monte Carlo samples, no part of any fit, and draws that our expansion judges
+        streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:, 0] > 0)[:KNOWN])
         known = np.array([directions @ monte_carlo(stream, directions.shape[1]) for stream in streams])
+        error, edges = edges_of(batches, chosen.samples.group, job)
+        drawn, borne = local.draw_with_variables(np.random.default_rng(drawing), asked.draws)
+        judged = drawn[edges.apply(borne) > 0][:KNOWN]
+        at_contact = {"roughslip": reference.distance(edges.apply(local.mean_pressure_at(known)))}
         moved: dict[str, np.ndarray] = {}
         repeated: dict[str, np.ndarray] = {}
-        at_contact: dict[str, float] = {}
         probability = rows["latin_hypercube"]["contact_probability"]
+        signs = [seed, geometry.STREAM_BOOTSTRAP]
+        at_known, at_judged = (
+            {
+                method: members(
+                    [each[method] for each in designs], [each[method] for each in fitted], variables[:, :PAPER], signs
+                )
+                for method in fits
+            }
+            for variables in (known, judged)
+        )
+        given = given_contact(
+            at_known, at_judged, Sampled(solved, [sampled[part] for part in designs_of(len(sampled))])
+        )
         for method, fit in fits.items():
             one = found[method]
-            at_contact[method] = reference.distance(one.at(hermite_basis(known[:, :PAPER], indices), fit.coefficients))
+            at_contact[method] = reference.distance(at_known[method].pressures[0])
             pressure[method] = draw(one, fit.coefficients, asked.draws, drawing)
             if len(designs) == 1:
-                moved[method] = refits(one, fit, reference.levels, drawing, [seed, geometry.STREAM_BOOTSTRAP])
+                moved[method] = refits(one, fit, reference.levels, drawing, signs)
                 rows[method] = expanded_rows(pressure[method], moved[method], probability, solved)
                 continue
             repeated[method] = design_pressures(
@@ -182,8 +198,6 @@ def work(job: Job) -> None:
             rows[method] = designed_rows(repeated[method], probability, solved)
         for method in EXPANDED[:2]:
             rows.setdefault(method, refused_rows(reference.levels, probability))
-        error, edges = edges_of(batches, chosen.samples.group, job)
-        at_contact["roughslip"] = reference.distance(edges.apply(local.mean_pressure_at(known)))
         pressure["roughslip"], rows["roughslip"] = drawn_locally(local, edges, reference, solved, job)
         between: Row = (np.nan, np.nan, np.nan)
         if len(repeated) == 2:
@@ -199,7 +213,7 @@ def work(job: Job) -> None:
     results = table(rows, pressure, solved) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)
-    results |= choice(chosen, directions) | corrections(error)
+    results |= choice(chosen, directions) | corrections(error) | given
     results["captured_variance"] = surface.variable("captured_variance")
     store.write(job.arguments.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
 

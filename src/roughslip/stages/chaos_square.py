@@ -181,9 +181,8 @@ def work(job: Job) -> None:
             }
             for variables in (known, judged)
         )
-        given = given_contact(
-            at_known, at_judged, Sampled(solved, [sampled[part] for part in designs_of(len(sampled))])
-        )
+        parts = Sampled(solved, [sampled[part] for part in designs_of(len(sampled))])
+        given = given_contact(at_known, at_judged, parts, known[:, 0])
         for method, fit in fits.items():
             one = found[method]
             at_contact[method] = reference.distance(at_known[method].pressures[0])

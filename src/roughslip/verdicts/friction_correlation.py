@@ -39,7 +39,9 @@ def _straight(friction: Arrays) -> Finding:
 def _close(friction: Arrays) -> Finding:
     level = median(friction)
     ends = tuple(float(friction[f"misfit_exponential{end}"][level]) for end in ("", "_low", "_high"))
-    return judged_inside((ends[0], ends[1:]), "rms distance from the exponential to lags of three windows", high=VISIBLE)
+    return judged_inside(
+        (ends[0], ends[1:]), "rms distance from the exponential to lags of three windows", high=VISIBLE
+    )
 
 
 def _length(friction: Arrays, name: str, by: str) -> Finding:

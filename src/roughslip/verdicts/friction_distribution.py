@@ -112,7 +112,9 @@ def _by_extremes(friction: Arrays, every_level: bool) -> Finding | str:
     high = friction["beta_distance_scaled_high"]
     level = max(levels, key=lambda one: high[one])
     note = f"Kolmogorov distance after scaling by the extremes of all windows, at percentile {friction['percentile'][level]:g}"
-    others = [inside((friction["beta_distance_scaled_low"][one], high[one]), high=VISIBLE) for one in levels if one != level]
+    others = [
+        inside((friction["beta_distance_scaled_low"][one], high[one]), high=VISIBLE) for one in levels if one != level
+    ]
     found = judged_inside(number(friction, "beta_distance_scaled", level), note, high=VISIBLE)
     return replace(found, joined=lambda *here: min(*here, *others, 1), at=None) if others else found
 

@@ -33,7 +33,9 @@ def _every_step(friction: Arrays, key: str, title: str) -> Finding | str:
     worst = int(np.argmax(steps + above))
     others = min((inside(one, high=0.0) for row, one in enumerate(ends) if row != worst), default=1)
     percentile = friction["percentile"]
-    note = f"largest change of the {title} in a step, from percentile {percentile[worst]:g} to {percentile[worst + 1]:g}"
+    note = (
+        f"largest change of the {title} in a step, from percentile {percentile[worst]:g} to {percentile[worst + 1]:g}"
+    )
 
     def says(interval: Interval) -> int:
         return min(inside(interval, high=0.0), others)

@@ -15,7 +15,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.regression import Fit, wild_coefficients
-from roughslip.chaos.sampling import NORMAL_95, cumulative_given_contact, kolmogorov_distance
+from roughslip.chaos.sampling import NORMAL_95, cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.stages.result_tables.centre_distribution import (
     EXPANDED,
     REPLICATES,
@@ -29,6 +29,7 @@ from roughslip.stages.result_tables.centre_distribution import (
 VARIANTS = EXPANDED[:2]
 KNOWN = 20_000  # surfaces in contact at most, at which expansions are evaluated
 FEWEST_BELOW = 5  # samples in contact of one design below the least probability that is compared with it
+BINS = np.linspace(-4.0, 6.0, 51)  # of the first variable, which is the height of the centre where variables are local
 KOLMOGOROV_95 = 1.358  # 95 % quantile of the Kolmogorov distribution
 STORED: dict[str, tuple[tuple[str, ...], bool, str]] = {  # further dimensions, whether with an interval, title
     "given_distance": ((), True, "Kolmogorov distance to the solved samples in contact"),
@@ -65,9 +66,7 @@ class Members:
         return value, max(value - far, 0.0), value + far
 
 
-def members(
-    designs: Sequence[Expansion], fits: Sequence[Fit], variables: np.ndarray, signs_seed: list[int]
-) -> Members:
+def members(designs: Sequence[Expansion], fits: Sequence[Fit], variables: np.ndarray, signs_seed: list[int]) -> Members:
     """Pressures of the fit to each design at variables : (surfaces, v); of one design those of its refits too."""
     basis = hermite_basis(variables, designs[0].indices)
     coefficients = np.column_stack([fit.coefficients for fit in fits])
@@ -154,11 +153,12 @@ def _of_variant(found: Members, judged: Members, sampled: Sampled) -> dict[str, 
 
 
 def given_contact(
-    found: Mapping[str, Members], judged: Mapping[str, Members], sampled: Sampled
+    found: Mapping[str, Members], judged: Mapping[str, Members], sampled: Sampled, first_variable: np.ndarray
 ) -> dict[str, store.Variable]:
     """The variables that stage chaos_square stores of this reading; NaN for a variant whose fit was refused.
 
     found, judged : by variant, at solved surfaces in contact and at draws that our expansion finds in contact
+    first_variable : (surfaces,) of the solved surfaces in contact
     """
     levels = len(sampled.solved.levels)
     of_variant = {name: _of_variant(found[name], judged[name], sampled) for name in found}
@@ -174,9 +174,18 @@ def given_contact(
             variables[name] = store.Variable(where, values, "1", text)
     text = "Kolmogorov distance of eqs. (8) and (9) at solved surfaces in contact"
     variables |= store.with_interval("given_between", (), between(found), "1", text)
-    surfaces = next(iter(found.values())).pressures.shape[1] if found else 0
+    design = sampled.latin_hypercube[0]
+    contacts = np.count_nonzero(design)
+    curve = cumulative_given_contact(design, sampled.solved.levels)
+    ends = wilson_interval(curve * contacts, contacts)
+    title = "distribution of the Latin hypercube samples of the first design"
+    variables |= store.with_interval("design_cumulative", ("pressure",), (curve, *ends), "1", title)
+    density = np.histogram(first_variable, BINS)[0] / len(first_variable) / np.diff(BINS)
+    title = "density of the first variable of solved surfaces in contact"
+    variables["first_variable"] = store.Variable(("variable_bin",), density, "1", title)
+    variables["first_variable_edge"] = store.Variable(("variable_edge",), BINS, "1", "edges of its bins")
     title = "solved surfaces in contact that no fit has seen"
-    variables["given_surfaces"] = store.Variable((), surfaces, "1", title)
+    variables["given_surfaces"] = store.Variable((), len(first_variable), "1", title)
     title = "least of the low probabilities that are compared"
     variables["given_tail_from"] = store.Variable((), sampled.tail_from, "1", title)
     return variables

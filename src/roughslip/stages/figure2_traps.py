@@ -13,9 +13,9 @@ STAGE = Stage(
     many={"results": "chaos_square"},
     result="figure2_traps.nc",
     target="figure2",
-    caption="A trap of Figure 2. (a), (b): the same fits of eqs. (8) and (9) at Gaussian variables, drawn over all "
-    "surfaces; only pressures above zero count. (c) Variables of surfaces in contact, to which the fits belong, are not"
-    " Gaussian, so most draws lie where the fits have no samples. All samples: our own expansion has samples there.",
+    caption="A trap of Figure 2. (a) and (b): the fits of eqs. (8) and (9) at variables drawn over all surfaces, of "
+    "which pressures above zero count, and our own expansion of all samples. (c): the variables of surfaces in "
+    "contact, to which the fits belong, next to those drawn.",
     memory_mb=320,
 )
 

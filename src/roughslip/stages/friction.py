@@ -10,7 +10,7 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.combination import Combined, Others, Rows, combine, mesh_factors
 from roughslip.friction.correlation import autocorrelation, correlation_fit
-from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
+from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, scaled_beta, set_beta
 from roughslip.friction.over_penetration import combined_estimates
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.probability import Estimate
@@ -62,6 +62,8 @@ def describe(windows: Windows, area_force: Windows, shear: float, weights: np.nd
     for shape in ("a", "b", "lower", "upper"):
         estimates[f"beta_{shape}"], estimates[f"scaled_beta_{shape}"] = getattr(beta, shape), getattr(scaled, shape)
     estimates["beta_misfit"] = beta.distance
+    sets = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP, SET_WINDOWS])
+    estimates["set_beta_a"], estimates["set_beta_b"] = set_beta(*windows, sets)
     distance = distance_to_beta(*windows, weights)
     estimates["beta_distance_standardised"] = distance.standardised
     estimates["beta_distance_scaled"] = distance.scaled
@@ -119,6 +121,7 @@ def work(job: Job) -> None:
             | friction_table.p_value_variables(mu, combined, percentiles, weights["solved"])
             | friction_table.fit_variables(combined["mean"], percentiles)
             | friction_table.white_variables(scene, strips, len(lags))
+            | friction_table.line_variables(combined["autocorrelation"][median], lags, scene.strip.window_m)
         )
     solved_windows, expanded = (windows_of[source][0] for source in SOURCES)
     job.usage.warn(*friction_table.missing_warnings(table["missing_share"], percentiles))

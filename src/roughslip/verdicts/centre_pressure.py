@@ -55,8 +55,9 @@ def _with_probability(square: Arrays) -> Finding:
     """The error of a probability of contact below one half is at least that of the distribution at any pressure."""
     value = float(square["distance"][[str(one) for one in square["method"]].index("latin_hypercube")])
     both = [_of_method(square, "contact_probability", one) for one in ("monte_carlo", "latin_hypercube")]
-    half = float(np.hypot(*((high - low) / 2 for _, (low, high) in both)))
-    note = "Kolmogorov distance of the pressure with its zeros; contact in {} and {}".format(*map(shown, both))
+    half = float(np.linalg.norm([(high - low) / 2 for _, (low, high) in both]))
+    first, second = (shown(one, 4) for one in both)
+    note = f"Kolmogorov distance of the pressure with its zeros; probability of contact {first} and {second}"
     return judged_inside((value, (max(value - half, 0.0), value + half)), note, high=VISIBLE)
 
 
@@ -65,8 +66,8 @@ def _given_contact(square: Arrays, variant: str) -> Finding:
     agree, chance = (float(square[f"judged_{name}"][row]) for name in ("distance", "chance"))
     note = (
         f"{_distance_note(square)} at {int(square['given_surfaces'])} surfaces; in "
-        f"{square['given_positive_share'][row]:.1%} of them the expansion is positive. At draws that our expansion finds "
-        f"in contact the distribution is {agree:.3f} from that; chance gives up to {chance:.3f}"
+        f"{square['given_positive_share'][row]:.1%} of them the expansion is positive. At draws that our expansion "
+        f"finds in contact the distribution is {agree:.3f} from that; chance gives up to {chance:.3f}"
     )
     return judged_inside(_of_variant(square, "given_distance", variant), note, high=VISIBLE)
 

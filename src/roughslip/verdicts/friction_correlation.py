@@ -6,8 +6,8 @@ from dataclasses import replace
 from functools import partial
 
 from roughslip.friction.correlation import LOG_LINE_WINDOWS
-from roughslip.verdicts.finding import Arrays, Finding, judged_inside
-from roughslip.verdicts.friction_rules import at_median, length_at_any_depth, length_finding, median
+from roughslip.verdicts.finding import Arrays, Finding, judged_inside, number
+from roughslip.verdicts.friction_rules import at_median, length_at_any_depth, median, paper_length
 from roughslip.verdicts.reading import PValue, Reading, Statement
 from roughslip.verdicts.thresholds import PAPER_LENGTH, SAME_LENGTH, STRAIGHT, VISIBLE
 from roughslip.verdicts.turning import Unit
@@ -37,24 +37,20 @@ def _straight(friction: Arrays) -> Finding:
 
 
 def _close(friction: Arrays) -> Finding:
-    level = median(friction)
-    ends = tuple(float(friction[f"misfit_exponential{end}"][level]) for end in ("", "_low", "_high"))
-    return judged_inside(
-        (ends[0], ends[1:]), "rms distance from the exponential to lags of three windows", high=VISIBLE
-    )
+    distance = number(friction, "misfit_exponential", median(friction))
+    return judged_inside(distance, "rms distance from the exponential to lags of three windows", high=VISIBLE)
 
 
 def _length(friction: Arrays, name: str, by: str) -> Finding:
-    level = median(friction)
-    own = 1e6 * float(friction["white_lengths"][list(friction["white_length_name"]).index(name)])
+    own = 1e6 * float(friction["triangle_length"][[str(one) for one in friction["length_name"]].index(name)])
     stored = at_median(friction, f"length_{name}")
     shorter = 1e6 * window(friction) * PAPER_LENGTH / stored[0]
     lengths = 1e6 * friction[f"combined_length_{name}"]
     note = (
-        f"metres, {by}; {lengths.min():.0f} to {lengths.max():.0f} µm over all levels. The triangle of the window alone "
-        f"gives {own:.0f} µm. The length goes with the window, and one of {shorter:.0f} µm would give the paper's"
+        f"metres, {by}; {lengths.min():.0f} to {lengths.max():.0f} µm over all levels. The triangle of the window "
+        f"alone gives {own:.0f} µm. The length goes with the window, and one of {shorter:.0f} µm would give the paper's"
     )
-    return replace(length_finding(friction, f"length_{name}", level), note=note)
+    return replace(paper_length(friction, f"length_{name}"), note=note)
 
 
 def _at_any_depth(friction: Arrays, name: str) -> Finding | str:
@@ -107,7 +103,7 @@ STATEMENTS = (
                 "close-to-the-eye",
                 "how far the curve is from its exponential, whatever else it may be near to",
                 FOUND,
-                f"at median penetration the interval of the rms distance to the fitted exponential lies below {VISIBLE}",
+                f"at median penetration the interval of the rms distance to the exponential lies below {VISIBLE}",
                 _close,
             ),
         ),

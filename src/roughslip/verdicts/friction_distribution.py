@@ -111,7 +111,8 @@ def _by_extremes(friction: Arrays, every_level: bool) -> Finding | str:
         return ONE_LEVEL
     high = friction["beta_distance_scaled_high"]
     level = max(levels, key=lambda one: high[one])
-    note = f"Kolmogorov distance after scaling by the extremes of all windows, at percentile {friction['percentile'][level]:g}"
+    percentile = friction["percentile"][level]
+    note = f"Kolmogorov distance after scaling by the extremes of all windows, at percentile {percentile:g}"
     others = [
         inside((friction["beta_distance_scaled_low"][one], high[one]), high=VISIBLE) for one in levels if one != level
     ]

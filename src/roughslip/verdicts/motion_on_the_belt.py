@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from roughslip.friction.penetration import between
+from roughslip.oscillator.cycles import NULLS
 from roughslip.verdicts.centre_pressure import shown
 from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
 from roughslip.verdicts.reading import Reading, Statement
@@ -36,13 +37,13 @@ def share_in_stick_slip(oscillator: Arrays, rows: np.ndarray) -> tuple[np.ndarra
 
     rows : of the damping ratios
 
-    Cycles have nearly one period at all damping ratios. So their mean number, over that of the undisturbed cycle at
-    the last damping with one, is the share of the time. It is the M_S of Figure 5 over M_d.
+    Cycles have nearly one period, so their mean number over that of the undisturbed cycle is the share of the time:
+    E[M_S] of Figure 5 over M_d. Beyond the limit M_d is that of the last damping below it.
     """
-    cycles = oscillator["deterministic_cycles"]
-    undisturbed = float(cycles[oscillator["damping_ratio"] < _limit(oscillator)][-1])
+    cycles, below = oscillator["deterministic_cycles"], oscillator["damping_ratio"] < _limit(oscillator)
+    undisturbed = np.where(below, cycles, cycles[below][-1])
     low, high = (cycles - oscillator[f"difference_{end}"] for end in ("high", "low"))
-    value, low, high = (one[rows] / undisturbed for one in (oscillator["mean_cycles"], low, high))
+    value, low, high = ((one / undisturbed)[rows] for one in (oscillator["mean_cycles"], low, high))
     return value, np.maximum(low, 0.0), high
 
 
@@ -66,11 +67,11 @@ def _time_on_the_cycle(oscillator: Arrays) -> Finding | str:
     nominal, limit, damping = float(oscillator["nominal_damping"]), _limit(oscillator), oscillator["damping_ratio"]
     if not np.isfinite(limit):
         return NO_LIMIT
-    rows = np.flatnonzero(damping == nominal)
-    if not rows.size or not np.any(damping < limit):
-        return f"the list of damping ratios does not have the scene's own, {nominal:g}, or none below the limit"
+    rows = np.flatnonzero((damping == nominal) & (damping < limit))
+    if not rows.size:
+        return f"the scene's own damping ratio, {nominal:g}, is not in the list below the limit {limit:.4f}"
     value, low, high = (float(one[0]) for one in share_in_stick_slip(oscillator, rows))
-    note = f"share of the time in stick-slip at D = {nominal:g}, of that of the undisturbed cycle at its limit"
+    note = f"share of the time in stick-slip at D = {nominal:g}, of that of the undisturbed cycle"
     return judged_inside((value, (low, high)), note, low=CYCLING, centre=1.0)
 
 
@@ -152,9 +153,12 @@ def _under_load(both: Arrays) -> Finding | str:
 def _moments(oscillator: Arrays, factor: float = 1.0) -> Finding:
     skewness, kurtosis = (number(oscillator, f"reattachment_{name}") for name in ("skewness", "kurtosis"))
     moments_p, anderson_p = (float(oscillator[f"normality_{test}_p"]) for test in ("jarque_bera", "anderson_darling"))
+    at_most = "at most " if anderson_p <= (1 + 1e-9) / (1 + NULLS) else ""
+    _, (_, farthest) = number(oscillator, "reattachment_distance_to_normal")
+    seen = "; the distance to the normal is less than an eye sees" if farthest < VISIBLE else ""
     note = (
-        f"skewness; excess kurtosis {shown(kurtosis)}; p of normality {max(moments_p, LEAST_P):.1g} by these two and at "
-        f"most {anderson_p:.1g} by Anderson and Darling, of cycles as dependent as those of a run"
+        f"skewness; excess kurtosis {shown(kurtosis)}; p of normality {max(moments_p, LEAST_P):.1g} by these two and "
+        f"{at_most}{anderson_p:.2g} by Anderson and Darling, of cycles as dependent as those of a run{seen}"
     )
     size = factor * NON_NORMAL
     says = partial(_beyond_normal, size=size)

@@ -47,7 +47,7 @@ LEAST_CONTACT = "friction.least_contact_fraction"
 ROOT_N = "interval over sqrt(n)"
 PROPORTION = "all lengths of roughness and strip in proportion"
 IN_METRES = "mu-correlation-250um"
-AT_MEDIAN = ("mu-correlation-exponential", IN_METRES, "mu-right-skewed", "mu-beta-2.1-5")  # alone
+AT_MEDIAN = ("mu-correlation-exponential", IN_METRES, "mu-right-skewed", "mu-leptokurtic", "mu-beta-2.1-5")  # alone
 ACCURACY = 1e-4  # relative, of the ends of a range
 FEWEST = 8  # samples or runs that a scene may have
 

@@ -175,11 +175,11 @@ def given_contact(
     text = "Kolmogorov distance of eqs. (8) and (9) at solved surfaces in contact"
     variables |= store.with_interval("given_between", (), between(found), "1", text)
     design = sampled.latin_hypercube[0]
-    contacts = np.count_nonzero(design)
+    contacts = int(np.count_nonzero(design))
     curve = cumulative_given_contact(design, sampled.solved.levels)
-    ends = wilson_interval(curve * contacts, contacts)
+    low, high = wilson_interval(curve * contacts, contacts)
     title = "distribution of the Latin hypercube samples of the first design"
-    variables |= store.with_interval("design_cumulative", ("pressure",), (curve, *ends), "1", title)
+    variables |= store.with_interval("design_cumulative", ("pressure",), (curve, low, high), "1", title)
     density = np.histogram(first_variable, BINS)[0] / len(first_variable) / np.diff(BINS)
     title = "density of the first variable of solved surfaces in contact"
     variables["first_variable"] = store.Variable(("variable_bin",), density, "1", title)

@@ -13,10 +13,9 @@ STAGE = Stage(
     many={"results": "chaos_square"},
     result="figure2.nc",
     target="figure2",
-    caption="Figure 2. Pressure at the centre of the square, given contact, (a) as in the paper, (b) at low "
-    "probabilities, and (c) the probability of contact. Eqs. (8) and (9) are fitted to one Latin hypercube design (LHS) "
-    "and evaluated at solved surfaces in contact that no fit has seen; bands are 95 % intervals of sampling, of eqs. (8) "
-    "and (9) of all designs.",
+    caption="Figure 2. Pressure at the centre of the square, given contact: (a) as in the paper, (b) at low "
+    "probabilities, and (c) the probability of contact. Both expansions (PC) are fitted to one Latin hypercube design "
+    "(LHS) and evaluated at solved surfaces in contact that no fit has seen, with bands over all designs.",
     memory_mb=320,
 )
 

@@ -13,7 +13,7 @@ STAGE = Stage(
     many={"results": "chaos_square"},
     result="figure2_traps.nc",
     target="figure2",
-    caption="A trap of Figure 2. (a) and (b): the fits of eqs. (8) and (9) at variables drawn over all surfaces, of "
+    caption="A trap of Figure 2. (a) and (b): the fits of both variants at variables drawn over all surfaces, of "
     "which pressures above zero count, and our own expansion of all samples. (c): the variables of surfaces in "
     "contact, to which the fits belong, next to those drawn.",
     memory_mb=320,

@@ -126,7 +126,8 @@ def judged(again: Callable[[float], list[dict[str, Any]]]) -> Callable[[str], At
 
 def lengthened(friction: Arrays, factor: float) -> dict[str, np.ndarray]:
     """Friction statistics of a chain whose lengths are all so many times as long."""
-    return {name: factor * values if name == "lag" or "length" in name else values for name, values in friction.items()}
+    longer = {name for name in friction if name == "lag" or "length" in name} - {"length_name"}
+    return {name: factor * values if name in longer else values for name, values in friction.items()}
 
 
 def present(scene: Scene, keys: Sequence[str]) -> tuple[str, ...]:

@@ -10,8 +10,8 @@ import seaborn
 from scipy import stats
 
 from roughslip.figures.comparison import COMPARED, MOST, comparison, drawn
-from roughslip.figures.figure2 import DRAWN as DRAWN_2
 from roughslip.figures.figure2 import CONTACT, METHODS, figure2, figure2_traps
+from roughslip.figures.figure2 import DRAWN as DRAWN_2
 from roughslip.figures.figure3 import DRAWN as DRAWN_3
 from roughslip.figures.figure3 import FAMILIES, figure3, figure3_law
 from roughslip.figures.figure5 import DRAWN as DRAWN_5

@@ -134,6 +134,12 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         **with_interval("white_length", 320e-6, 40e-6),
         **with_interval("beta_misfit", 0.02 * np.ones(len(percentile)), 0.01),
         **with_interval("family_distance", np.array([[0.06], [0.03], [0.029]]) * np.ones(len(percentile)), 0.01),
+        "largest_lag": lag[1:40],
+        "triangle_log_line": np.linspace(580e-6, 240e-6, 39),
+        **with_interval("log_line", np.linspace(560e-6, 230e-6, 39), 10e-6),
+        "beta_distance_standardised": 0.03 + 0.0002 * percentile,
+        "standard_edge": np.linspace(-4.0, 6.0, 41),
+        "standard_histogram": np.exp(-(np.linspace(-4, 6, 40) ** 2) / 2) / 2.5 * np.ones((len(percentile), 1)),
         **with_interval("combined_skewness", skewness, 0.2),
         **with_interval("combined_kurtosis", skewness**2, 0.4),
     }

@@ -217,7 +217,13 @@ def test_figure3_draws_the_stored_numbers():
 
 def test_figure3_law_draws_the_stored_numbers():
     result = friction(lightest=7.0)
-    correlation, lengths, marginal, distances, skewness, kurtosis = figure3_law(result).axes
+    correlation, lengths, lags, marginal, nearest, distances, skewness, kurtosis = figure3_law(result).axes
+    np.testing.assert_array_equal(line(lags, "median penetration")[1], 1e6 * result["log_line"])
+    np.testing.assert_array_equal(line(lags, "triangle of the window")[1], 1e6 * result["triangle_log_line"])
+    filled, outlined = nearest.patches
+    assert filled.get_label() == "10 % of heights, distance 0.032"  # at 5 % the skewness is 7.3
+    np.testing.assert_array_equal(filled.get_data().values, result["standard_histogram"][1])
+    np.testing.assert_array_equal(outlined.get_data().values, result["standard_histogram"][5])
     x, y = line(correlation, "median penetration")
     np.testing.assert_allclose(x, 1e6 * result["lag"])
     np.testing.assert_array_equal(y, result["combined_autocorrelation"][5])
@@ -247,7 +253,7 @@ def test_figure3_law_draws_the_stored_numbers():
         assert axes.get_yscale() == "symlog"
     assert correlation.get_title(loc="left").endswith("$p$ = 0.12")
     assert distances.get_title(loc="left").endswith("$p$ = 0.0025")
-    assert figure3_law(friction()).axes[4].get_yscale() == "linear"
+    assert figure3_law(friction()).axes[6].get_yscale() == "linear"
 
 
 def test_figure5_draws_the_stored_numbers():

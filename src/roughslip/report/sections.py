@@ -90,8 +90,9 @@ SECTIONS = {
     ),
     "figure3_law": Section(
         "Distribution and correlation of friction",
-        "Six panels: autocorrelation against distance, fitted lengths against penetration, a histogram at median "
-        "penetration with fitted densities, distances to families of distributions, skewness, excess kurtosis.",
+        "Eight panels: autocorrelation against distance; fitted lengths against penetration, and against the largest "
+        "lag of a straight line; histograms with densities at the median and where the paper's Beta lies nearest; "
+        "distances to families of distributions; skewness; excess kurtosis.",
         "The friction coefficient is correlated exponentially over 250 µm, right skewed and leptokurtic. Scaled to "
         "(0, 1) it follows Beta(2.1, 5) at every penetration.",
         "Friction is an average over a window of 600 µm. The average alone makes a triangular autocorrelation of white "

@@ -129,7 +129,7 @@ def work(job: Job) -> None:
     job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size, **got)
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
     variables |= friction_table.error_variables(best) | load_table.load_variables(scene, loads, light)
-    variables |= friction_table.distribution(mu[0][median], mu[1][median])
+    variables |= friction_table.distribution(mu[0][median], mu[1][median]) | friction_table.histograms(mu)
     ends, title = [shear.value, shear.low, shear.high], "shear strength that gives the mean at the median"
     variables |= store.with_interval("shear_strength", (), ends, "Pa", title)
     corrected, of_nodes = (store.join(batches["solved"], f"area_{name}").T for name in ("corrected", "of_nodes"))

@@ -30,6 +30,7 @@ FIT_POINTS = 91  # of mu_fit(d)
 STANDARD = np.linspace(-2.5, 3.5, 25)  # standardised mu at which the distributions of the levels are compared
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
+BINS = np.linspace(-4.0, 6.0, 41)  # of standardised mu
 QUANTILES = 1000
 BY_SOURCE = ("mean", "std")  # also given of the expansion alone
 LOAD = {  # further columns of summary.csv, of what stage friction stores of load
@@ -190,6 +191,17 @@ def distribution(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]
         "histogram_edge": store.Variable(("edge",), edges, "1", "edges of its bins"),
         "quantile": store.Variable(("probability",), found, "1", "quantiles of solved windows at median penetration"),
         "quantile_probability": store.Variable(("probability",), probability, "1", "their probabilities"),
+    }
+
+
+def histograms(mu: Windows) -> dict[str, store.Variable]:
+    """Densities of the standardised windows of every penetration."""
+    standard = [(values[valid] - values[valid].mean()) / values[valid].std() for values, valid in zip(*mu, strict=True)]
+    density = [np.histogram(one, BINS)[0] / len(one) / np.diff(BINS) for one in standard]
+    title = "density of solved windows, less their mean, over their standard deviation"
+    return {
+        "standard_histogram": store.Variable(("level", "standard_bin"), np.array(density), "1", title),
+        "standard_edge": store.Variable(("standard_edge",), BINS, "1", "edges of its bins"),
     }
 
 

@@ -221,7 +221,7 @@ def test_figure3_law_draws_the_stored_numbers():
     np.testing.assert_array_equal(line(lags, "median penetration")[1], 1e6 * result["log_line"])
     np.testing.assert_array_equal(line(lags, "triangle of the window")[1], 1e6 * result["triangle_log_line"])
     filled, outlined = nearest.patches
-    assert filled.get_label() == "10 % of heights, distance 0.032"  # at 5 % the skewness is 7.3
+    assert filled.get_label() == "at 10 %, distance 0.032"  # at 5 % the skewness is 7.3
     np.testing.assert_array_equal(filled.get_data().values, result["standard_histogram"][1])
     np.testing.assert_array_equal(outlined.get_data().values, result["standard_histogram"][5])
     x, y = line(correlation, "median penetration")

@@ -72,7 +72,7 @@ def figure3(result: Arrays) -> Figure:
 
 def figure3_law(result: Arrays) -> Figure:
     """Distribution and autocorrelation of mu, at the median and at all depths; what windows alone make of it."""
-    figure, grid = panels(4, 2, 4.2)
+    figure, grid = panels(4, 2, 4.6)
     _autocorrelation(grid[0, 0], result)
     _lengths(grid[0, 1], result)
     _largest_lags(grid[0, 2], result)
@@ -149,9 +149,9 @@ def _nearest(axes: Axes, result: Arrays) -> None:
     distance = result["beta_distance_standardised"]
     level = int(np.argmin(np.where(near, distance, 1.0 + distance)))
     edges = result["standard_edge"]
-    label = f"{result['percentile'][level]:g} % of heights, distance {distance[level]:.3f}"
+    label = f"at {result['percentile'][level]:g} %, distance {distance[level]:.3f}"
     axes.stairs(result["standard_histogram"][level], edges, fill=True, color="C0", alpha=0.35, label=label)
-    axes.stairs(result["standard_histogram"][_median(result)], edges, color="0.15", lw=1.0, label="median penetration")
+    axes.stairs(result["standard_histogram"][_median(result)], edges, color="0.15", lw=1.0, label="at the median")
     axes.plot(*_paper_density(np.linspace(1e-4, 1 - 1e-4, 400)), "C2-.", label=PAPER_LABEL)
     axes.set(xlabel="standardised friction coefficient", ylabel="density", xlim=(-3.0, 4.5), ylim=(0, None))
     legend_above(axes)

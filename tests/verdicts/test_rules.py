@@ -11,8 +11,9 @@ from scipy import stats
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
-from roughslip.oscillator.cycles import reattachment_statistics
+from roughslip.oscillator.cycles import NULLS, reattachment_statistics
 from roughslip.verdicts.finding import inside
+from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
 from roughslip.verdicts.reading import headline
 from roughslip.verdicts.rules import STATEMENTS, claims
 from roughslip.verdicts.thresholds import BETA_KURTOSIS, BETA_SKEWNESS, VISIBLE
@@ -328,6 +329,7 @@ def test_numbers_that_do_not_exist_are_not_tested():
     found = judge(oscillator_=arrays)
     assert [found[name]["verdict"] for name in IDS[14:18]] == ["not tested", "reproduced", "not tested", "not tested"]
     assert "excited" in found["fig5-limit-cycle"]["note"]
+    assert LEAST_ANDERSON_P == 1 / (1 + NULLS)
     note = judge(oscillator_=oscillator())["fig5-reattachment-nonnormal"]["note"]
     assert "p of normality 3e-09 by these two and at most 0.0025 by Anderson and Darling" in note
     for name in [name for name in arrays if name.startswith(("reattachment", "normality"))]:

@@ -1,5 +1,7 @@
 """Stage chaos_square: distribution of the pressure at the centre, sampled and expanded (Figure 2)."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from roughslip import store
@@ -33,7 +35,7 @@ from roughslip.stages.result_tables.centre_distribution import (
     refused_rows,
     sampled_rows,
 )
-from roughslip.stages.result_tables.given_contact import KNOWN, Sampled, given_contact, members
+from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -136,6 +138,26 @@ def fits_of(designs: list[dict[str, Expansion]], job: Job) -> list[dict[str, Fit
     return fitted
 
 
+def members_of(
+    methods: Iterable[str],
+    designs: list[dict[str, Expansion]],
+    fitted: list[dict[str, Fit]],
+    variables: np.ndarray,
+    signs: list[int],
+) -> dict[str, Members]:
+    """By method the fits to all designs at variables : (surfaces, v). signs : seed of the refits of a single design"""
+    return {
+        method: members([one[method] for one in designs], [one[method] for one in fitted], variables[:, :PAPER], signs)
+        for method in methods
+    }
+
+
+def known_in_contact(nodes: np.ndarray, directions: np.ndarray, seed: int) -> np.ndarray:
+    """Variables : (surfaces, v) of Monte Carlo samples, no part of any fit, that their solves found in contact."""
+    streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:, 0] > 0)[:KNOWN])
+    return np.array([directions @ monte_carlo(stream, directions.shape[1]) for stream in streams])
+
+
 def work(job: Job) -> None:
     """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with the solved samples."""
     batches, seed = store.read_all(job.arguments.contact), job.scene.seed
@@ -161,9 +183,7 @@ def work(job: Job) -> None:
             "monte_carlo": sampled_rows(pressure["monte_carlo"], len(nodes), reference),
             "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
         }
-        # variables of surfaces in contact: Monte Carlo samples, no part of any fit, and draws that our expansion judges
-        streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:, 0] > 0)[:KNOWN])
-        known = np.array([directions @ monte_carlo(stream, directions.shape[1]) for stream in streams])
+        known = known_in_contact(nodes, directions, seed)
         error, edges = edges_of(batches, chosen.samples.group, job)
         drawn, borne = local.draw_with_variables(np.random.default_rng(drawing), asked.draws)
         judged = drawn[edges.apply(borne) > 0][:KNOWN]
@@ -172,15 +192,7 @@ def work(job: Job) -> None:
         repeated: dict[str, np.ndarray] = {}
         probability = rows["latin_hypercube"]["contact_probability"]
         signs = [seed, geometry.STREAM_BOOTSTRAP]
-        at_known, at_judged = (
-            {
-                method: members(
-                    [each[method] for each in designs], [each[method] for each in fitted], variables[:, :PAPER], signs
-                )
-                for method in fits
-            }
-            for variables in (known, judged)
-        )
+        at_known, at_judged = (members_of(fits, designs, fitted, one, signs) for one in (known, judged))
         parts = Sampled(solved, [sampled[part] for part in designs_of(len(sampled))])
         given = given_contact(at_known, at_judged, parts, known[:, 0])
         for method, fit in fits.items():

@@ -46,9 +46,12 @@ def _length(friction: Arrays, name: str, by: str) -> Finding:
     stored = at_median(friction, f"length_{name}")
     shorter = 1e6 * window(friction) * PAPER_LENGTH / stored[0]
     lengths = 1e6 * friction[f"combined_length_{name}"]
+    same = abs(1e-6 * own - PAPER_LENGTH) <= SAME_LENGTH * PAPER_LENGTH
+    passes = ", which passes the rule too: then it says nothing of friction" if same else ""
     note = (
         f"metres, {by}; {lengths.min():.0f} to {lengths.max():.0f} µm over all levels. The triangle of the window "
-        f"alone gives {own:.0f} µm. The length goes with the window, and one of {shorter:.0f} µm would give the paper's"
+        f"alone gives {own:.0f} µm{passes}. The length goes with the window, and one of {shorter:.0f} µm would give "
+        "the paper's"
     )
     return replace(paper_length(friction, f"length_{name}"), note=note)
 

@@ -116,7 +116,8 @@ def _by_extremes(friction: Arrays, every_level: bool) -> Finding | str:
     others = [
         inside((friction["beta_distance_scaled_low"][one], high[one]), high=VISIBLE) for one in levels if one != level
     ]
-    found = judged_inside(number(friction, "beta_distance_scaled", level), note, high=VISIBLE)
+    value, (low, most) = number(friction, "beta_distance_scaled", level)
+    found = judged_inside((value, (low, min(most, 1.0))), note, high=VISIBLE)
     return replace(found, joined=lambda *here: min(*here, *others, 1), at=None) if others else found
 
 

@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from roughslip.friction.penetration import between
-from roughslip.oscillator.cycles import NULLS
 from roughslip.verdicts.centre_pressure import shown
 from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
 from roughslip.verdicts.reading import Reading, Statement
@@ -23,6 +22,7 @@ from roughslip.verdicts.thresholds import (
 from roughslip.verdicts.turning import SHARE
 
 LEAST_P = 1e-16  # smallest p-value reported
+LEAST_ANDERSON_P = 1 / 400  # of 399 Gaussian ensembles, see oscillator.cycles
 NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cycle at any damping ratio"
 OF_LOAD = "penetration and windows follow from the load, so the runs have its scatter already"
 NO_END = "the list of damping ratios does not reach surely beyond the range, or its runs are too few"
@@ -153,7 +153,7 @@ def _under_load(both: Arrays) -> Finding | str:
 def _moments(oscillator: Arrays, factor: float = 1.0) -> Finding:
     skewness, kurtosis = (number(oscillator, f"reattachment_{name}") for name in ("skewness", "kurtosis"))
     moments_p, anderson_p = (float(oscillator[f"normality_{test}_p"]) for test in ("jarque_bera", "anderson_darling"))
-    at_most = "at most " if anderson_p <= (1 + 1e-9) / (1 + NULLS) else ""
+    at_most = "at most " if anderson_p <= (1 + 1e-9) * LEAST_ANDERSON_P else ""
     _, (_, farthest) = number(oscillator, "reattachment_distance_to_normal")
     seen = "; the distance to the normal is less than an eye sees" if farthest < VISIBLE else ""
     note = (

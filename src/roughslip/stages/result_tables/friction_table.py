@@ -302,6 +302,11 @@ def white_variables(scene: Scene, strips: int, count: int) -> dict[str, store.Va
     return variables | store.with_interval("white_length", (), [length.value, length.low, length.high], "m", title)
 
 
+def window_variables(scene: Scene, strips: int, lags: np.ndarray, curve: Estimate) -> dict[str, store.Variable]:
+    """What windows alone make of white pressure. curve : autocorrelation at median penetration at the lags"""
+    return white_variables(scene, strips, len(lags)) | line_variables(curve, lags, scene.strip.window_m)
+
+
 def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str, store.Variable]:
     """What the triangle of the window alone gives by each length, and a straight line against its largest lag.
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.correlation import autocorrelation, correlation_fit, window_lengths
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
@@ -563,12 +563,22 @@ def along_strips(mu, spacing=15e-6, window=600e-6):
     lags = spacing * np.arange(mu.shape[1])
     fit = correlation_fit(lags, autocorrelation(mu, valid, len(lags), weights), window)
     arrays = friction()
-    found = {"combined_misfit_difference": fit.misfit_difference, "combined_length_least_squares": fit.least_squares}
+    found = {"combined_misfit_difference": fit.misfit_difference, "combined_log_line_r2": fit.log_line_r2}
+    found |= {"misfit_exponential": fit.misfit_exponential}
+    lengths = ("least_squares", "one_over_e", "integral", "log_line_50", "log_line_90")
+    found |= {f"combined_length_{name}": getattr(fit, name) for name in lengths}
     for name, estimate in found.items():
         for suffix, part in (("", "value"), ("_low", "low"), ("_high", "high")):
             arrays[name + suffix] = np.full(LEVELS, float(getattr(estimate, part)))
+    arrays["length_name"], arrays["triangle_length"] = np.array(lengths), np.array(list(of_window(lags, lengths)))
     found = judge(friction_=arrays)
-    return found["mu-correlation-exponential"]["verdict"], found["mu-correlation-250um"]["verdict"]
+    ids = ("mu-correlation-exponential", "mu-correlation-250um")
+    return {f"{name}/{one['id']}": one["verdict"] for name in ids for one in found[name]["readings"]}
+
+
+def of_window(lags, names, window=600e-6):
+    lengths = window_lengths(lags, window)
+    return (getattr(lengths, name) for name in names)
 
 
 def test_an_exponential_process_is_told_from_a_moving_average():
@@ -579,9 +589,18 @@ def test_an_exponential_process_is_told_from_a_moving_average():
     process[:, 0] = noise[:, 0]
     for k in range(1, 121):
         process[:, k] = step * process[:, k - 1] + np.sqrt(1 - step**2) * noise[:, k]
-    assert along_strips(0.3 + 0.03 * process) == ("reproduced", "reproduced")
+    found = along_strips(0.3 + 0.03 * process)
+    integral = found.pop("mu-correlation-250um/integral")  # its noise grows with the lags that it takes
+    assert integral != "contradicted"
+    assert found == dict.fromkeys(found, "reproduced")  # under every other reading
     sums = np.cumsum(rng.standard_normal((480, 161)), axis=1)
-    assert along_strips(0.3 + 0.005 * (sums[:, 40:] - sums[:, :-40])) == ("contradicted", "contradicted")
+    found = along_strips(0.3 + 0.005 * (sums[:, 40:] - sums[:, :-40]))
+    exponential, length = "mu-correlation-exponential", "mu-correlation-250um"
+    for reading in (f"{exponential}/nearer-than-the-window", f"{exponential}/straight-logarithm"):
+        assert found[reading] == "contradicted"
+    # 320, 440, 379 and 300 µm of the triangle; with lags to 0.9 of the window it is 271, and passes for the paper's
+    lengths = [found[f"{length}/{name}"] for name in ("least-squares", "log-line-50", "one-over-e", "log-line-90")]
+    assert lengths == [*["contradicted"] * 3, "reproduced"]
 
 
 def test_normal_reattachment_points_are_not_called_non_normal():

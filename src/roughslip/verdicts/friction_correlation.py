@@ -92,7 +92,7 @@ STATEMENTS = (
                 "at median penetration the mean square distance to the fitted exponential is less than that to the "
                 "triangle of the window itself: the interval of their difference lies below zero",
                 _nearer_than_the_window,
-                natural="a correlation that any average over the window has is none of the friction coefficient",
+                natural="a correlation that any average over the window has is no property of friction",
                 p_value=PValue("p_exponential_nearer", "both being as near"),
             ),
             Reading(
@@ -104,7 +104,7 @@ STATEMENTS = (
             ),
             Reading(
                 "close-to-the-eye",
-                "how far the curve is from its exponential, whatever else it may be near to",
+                "how far the curve is from its exponential",
                 FOUND,
                 f"at median penetration the interval of the rms distance to the exponential lies below {VISIBLE}",
                 _close,

@@ -37,9 +37,9 @@ def claims(square: Arrays | None, friction: Arrays | None, oscillator: Arrays | 
 
     square, friction, oscillator : contents of chaos/square.nc, friction/statistics.nc, oscillator/statistics.nc
 
-    Each is a mapping with id, statement, paper, headline, tried (number of readings with a verdict) and readings. Of
-    the natural reading it has unit (of the next two), ours, interval (low, high), shown (both in the unit that a reader
-    uses), verdict, turns (what would turn it), at_half and at_twice (the verdict with so many times the tolerance),
+    Each is a mapping with id, statement, paper, headline, tried (number of readings with a verdict) and readings. It
+    has the numbers of the natural reading: ours and interval (low, high) in the unit, and shown in that of a reader.
+    Then come verdict, turns (what would turn it), at_half and at_twice (the verdict with so many times the tolerance),
     note and rule. A reading has the same, with taken, place, natural and why.
     """
     both = None if friction is None or oscillator is None else {**friction, **oscillator}

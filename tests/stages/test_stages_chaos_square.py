@@ -33,6 +33,7 @@ from roughslip.stages.result_tables.centre_distribution import (
     refused_rows,
     sampled_rows,
 )
+from roughslip.stages.result_tables.given_contact import Members, Sampled, given_contact
 from tests.stages.scenes import CONTACT, changed
 
 INDICES = multi_indices(2, 2)
@@ -342,6 +343,21 @@ def test_variants_given_contact_are_those_of_a_direct_sample_given_contact(found
     assert found["given_distance"][0] < found["given_distance_high"][0] < 0.1  # of a design with 100 in contact
     assert found["given_between_low"] <= true <= found["given_between_high"]
     assert np.sum(found["first_variable"] * np.diff(found["first_variable_edge"])) == pytest.approx(1.0)
+
+
+def test_variants_given_contact_of_refused_fits_are_nan_and_one_design_has_the_scatter_of_its_refits():
+    """Of two designs Student's interval, of one the 95 % quantile of how far its refits lie. Else NaN."""
+    solved = reference(surfaces=20_000)
+    sampled = Sampled(solved, [solved.pressure])
+    stored = given_contact({}, {}, sampled, np.ones(4))
+    for name in ("given_distance", "given_cumulative", "judged_distance", "given_between"):
+        assert np.isnan(stored[name].values).all()
+    assert stored["given_surfaces"].values == 4
+    assert sampled.tail_from == pytest.approx(max(1e-3, 5 / np.count_nonzero(solved.pressure)))
+    one = Members(np.ones((4, 7)), designs=1).row(np.array([0.5, 0.4, 0.6, 0.7]), np.array([0, 0.1, 0.1, 0.1]), 0.05)
+    assert one == pytest.approx((0.5, 0.35, 0.65))
+    two = Members(np.ones((2, 7)), designs=2).row(np.array([0.5, 0.7]), np.zeros(2), 0.0)
+    assert two == pytest.approx((0.6, 0.0, 0.6 + 12.7062 * 0.1), rel=1e-4)  # t(0.975, 1)
 
 
 def test_variants_drawn_over_all_surfaces_are_farther_than_given_contact(found):

@@ -137,7 +137,6 @@ def test_a_straight_edge_along_the_mesh():
 def test_mirrors_turns_and_units_of_a_contact():
     """Pressures follow the mirror images, the transpose and the unit of a contact."""
     pressure = np.maximum(np.random.default_rng(3).standard_normal((12, 9)), 0.0)
-    everywhere = np.indices(pressure.shape)
 
     def field(of):
         return point_pressures(of, tuple(np.indices(of.shape).reshape(2, -1))).reshape(of.shape)

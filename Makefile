@@ -5,7 +5,7 @@
 #   make cluster SCENE=smoke             one scene on Slurm, not the default ones
 #   make faults COUNT=20                 the first 20 of 200 faults; SEED=2 for others
 #   make fuzz COUNT=500                  the first 500 of 2000 scenes a test; SEED=today for others at each run
-#   make stress SEED=today               other random problems than the usual ones, the same all day
+#   make stress SEED=today SHARE=0.1     a tenth of each campaign, with other random problems, the same all day
 #   make reference JOBS=8                without results/reference/<scene>/pressure.nc, 75 minutes on one core are solved
 #                                        again; an interrupted run goes on from results/<scene>/pressure_solves
 
@@ -61,7 +61,7 @@ benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public
 	$(MEASURE_VENV)/bin/python -m snakemake -j1 benchmark $(if $(filter 1,$(PEERS)),--config peers=true)
 
 stress: $(VENV)/run.stamp ## solve thousands of random problems of each subject and check each answer independently
-	$(RUN) snakemake -j$(JOBS) stress $(if $(SEED),--config seed=$(SEED))
+	$(RUN) snakemake -j$(JOBS) --keep-going stress $(if $(SEED)$(SHARE),--config $(if $(SEED),seed=$(SEED)) $(if $(SHARE),share=$(SHARE)))
 
 verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and its files with their checksums
 	$(RUN) snakemake -j$(JOBS) verify --forcerun verify

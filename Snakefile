@@ -35,7 +35,8 @@ os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys
 os.environ[PARENT] = str(os.getpid())
 
 # What only describes the workflow changes no file outside .snakemake, like a dry run.
-DESCRIBES = {"--lint", "--list-rules", "--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary", "--unlock"}
+DESCRIBES = {"--lint", "--list-rules", "--list", "-l", "--list-target-rules", "--lt", "--unlock"}
+DESCRIBES |= {"--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary"}
 
 # Mistakes of the user end here, a line each. A job on another machine does not recover: its run has done that.
 shared = {}
@@ -51,7 +52,8 @@ try:
     compared = scenes.compared(config.get("compare"))
     if workflow.is_main_process:
         lines, shared = start.recover(scenes)
-        print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
+        if not DESCRIBES.intersection(sys.argv):
+            print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)
@@ -69,6 +71,13 @@ onstart:
 onsuccess:
     if workflow.is_main_process:
         made = [file for job in workflow.dag.jobs for file in job.output]
+        print("".join(f"{line}\n" for line in closing_lines(made)), end="", file=sys.stderr)
+
+
+# Scenes that succeeded have their answer although another one failed.
+onerror:
+    if workflow.is_main_process:
+        made = [file for job in workflow.dag.finished_jobs for file in job.output]
         print("".join(f"{line}\n" for line in closing_lines(made)), end="", file=sys.stderr)
 
 

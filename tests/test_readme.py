@@ -42,6 +42,6 @@ def test_the_scenes_that_it_shows_are_valid(tmp_path):
         scene = load("mine", tmp_path)
         loaded[scene["description"]] = scene
     assert len(loaded) >= 8
-    assert loaded["Ground cast iron against a pad"]["oscillator"]["normal_force_n"] == 1200.0
+    assert loaded["A softer pad on the same disc"]["oscillator"]["normal_force_n"] == 1200.0
     assert set(loaded["Our disc, after its scan"]["roughness"]) == {"scan"}
     assert loaded["Which change ends the squeal?"]["targets"][-2:] == ["figure_map", "figure_design"]

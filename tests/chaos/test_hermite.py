@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from numpy.polynomial.hermite_e import hermegauss, hermeval
 
-from roughslip.chaos.hermite import even_terms, hermite_basis, hermite_polynomials, multi_indices, sobol_indices
+from roughslip.chaos.hermite import (
+    HermiteBasis,
+    even_terms,
+    hermite_basis,
+    hermite_polynomials,
+    multi_indices,
+    sobol_indices,
+)
 from roughslip.errors import IllPosedError, ParameterError
 
 
@@ -42,6 +49,16 @@ def test_polynomials_are_normalised_hermite_polynomials():
         reference = hermeval(x, np.eye(11)[n]) / math.sqrt(math.factorial(n))
         np.testing.assert_allclose(values[n], reference, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(values[3], (x**3 - 3 * x) / math.sqrt(6), rtol=1e-13, atol=1e-13)
+
+
+def test_sums_are_those_of_all_terms():
+    """Terms are added four at a time: 4, 5, 6 and 7 of them leave 0 to 3. More points than a block."""
+    rng = np.random.default_rng(8)
+    points = rng.standard_normal((300, 2))
+    for terms in (4, 5, 6, 7):
+        basis, coefficients = HermiteBasis(multi_indices(2, 3)[:terms]), rng.standard_normal((terms, 3))
+        expected = coefficients.T @ basis.by_term(points)
+        np.testing.assert_allclose(basis.sums(points, coefficients), expected, rtol=1e-12, atol=1e-12)
 
 
 def test_even_terms_keep_their_value_under_every_symmetry_and_the_others_do_not():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.left_out import REACH, residual_scatter
 from roughslip.chaos.local import GROUPS, Samples, best_gap_stiffness, fit_best, fit_local, jackknife_deviations
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import censored_regression, least_squares
@@ -142,6 +143,30 @@ def test_left_out_fits_have_not_seen_their_group(kind):
     moved = np.linalg.norm(alone.coefficients[:-1] - one.whole.coefficients)
     missed = np.linalg.norm(one.without[3].coefficients - alone.coefficients[:-1])
     assert missed < (0.1 * moved if kind == "censored" else 1e-10)
+
+
+def test_the_fit_to_all_surfaces_is_weighted_least_squares_and_the_scatter_that_near_contact():
+    """At one distance, so without a drift: predictions of left-out surfaces follow from the fits without a group."""
+    target = TARGETS["squared_pressure"]
+    whole = samples(target, 4, 400, 3)
+    near = {name: getattr(whole, name)[:, :1] for name in ("variables", "pressure", "gap")}
+    one = fit_local(replace(whole, distance2=whole.distance2[:1], **near), 2, target)
+    basis = hermite_basis(whole.variables[:, 0], multi_indices(3, 2))
+    pressure = whole.pressure[:, 0]
+    values = target.values(pressure, whole.gap[:, 0])
+    root = np.sqrt(weights := target.weights(values))
+    expected = np.linalg.lstsq(root[:, None] * basis, root * values, rcond=None)[0]
+    np.testing.assert_allclose(one.whole.coefficients, expected, rtol=1e-9, atol=1e-11)
+    predicted = np.array([row @ one.without[k % GROUPS].coefficients for k, row in enumerate(basis)])
+    touching = pressure > 0
+    assert one.lowest == pytest.approx(min(-REACH * values[touching].mean(), predicted[touching].min()), rel=1e-9)
+    in_scatter = predicted >= one.lowest
+    assert np.count_nonzero(~in_scatter) > 0
+    assert one.whole.scatter.low == pytest.approx(predicted[in_scatter].min(), rel=1e-9)
+    again = residual_scatter(predicted[in_scatter], values[in_scatter])
+    np.testing.assert_allclose(one.whole.scatter.quantiles, again.quantiles, rtol=1e-6, atol=1e-9)
+    residual = np.where(in_scatter, weights * (values - predicted), 0.0)
+    np.testing.assert_allclose(one.residual[:, 0], residual, rtol=1e-7, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)

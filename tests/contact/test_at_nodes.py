@@ -8,6 +8,7 @@ import pytest
 from roughslip.contact import Influence, point_pressures, solve
 from roughslip.contact.at_nodes import LARGER_MESH, solve_at
 from roughslip.contact.influence import gathered
+from roughslip.contact.kernels import gap_errors
 from roughslip.grid import Grid
 
 CENTRE = (np.array([32, 32, 31, 31]), np.array([32, 31, 32, 31]))
@@ -81,3 +82,23 @@ def test_bounds_save_most_of_the_work():
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
     full = sum(solve(influence, rough(seed), 1e-6).work for seed in range(40))
     assert sum(solve_at(influence, rough(seed), CENTRE, tolerance=1e-6).work for seed in range(40)) < full / 2
+
+
+def test_errors_of_gaps_are_the_largest_on_each_side():
+    """No node below the cap may lie above the plane, none under pressure below it."""
+    rng = np.random.default_rng(3)
+    for cap in (math.inf, 0.7):
+        pressure, gap = np.clip(rng.uniform(-1.0, 1.0, (9, 7)), 0.0, cap), rng.standard_normal((9, 7))
+        up, down = -gap[pressure < cap].min(), gap[pressure > 0].max()
+        assert gap_errors(pressure, gap, cap) == (up, down)
+    assert gap_errors(np.zeros((3, 3)), np.ones((3, 3)), math.inf) == (0.0, 0.0)
+
+
+def test_bounds_end_solves_of_heights_in_micrometres():
+    """The same surfaces in metres and pascals: the same work, and pressures in the unit of E* over length."""
+    for seed in range(4):
+        one = solve_at(Influence(Grid(64, 64, 1.0, 1.0), 1.0), rough(seed), CENTRE, 1e-3, 1e-10)
+        small = solve_at(Influence(Grid(64, 64, 1e-6, 1e-6), 1e11), 1e-6 * rough(seed), CENTRE, 1e-3, 1e-10)
+        assert (small.method, small.work) == (one.method, one.work)
+        assert one.method != "fft"
+        np.testing.assert_allclose(small.pressure, 1e11 * one.pressure, rtol=2e-3)

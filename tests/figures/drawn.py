@@ -176,6 +176,13 @@ def scan_result(*, sufficient=1, fractal=2.3):
         "map": heights, "twin_map": heights[::-1],
         "map_x": 1e-6 * np.arange(0.5, 64), "map_y": 1e-6 * np.arange(0.5, 48),
         "lag_x": lag_x, "lag_y": lag_y, "density_edge": edges, "wavenumber": wavenumber, "sufficient": sufficient,
+        "read": np.array(
+            [
+                "channel 'Surface topography, levelled' of 3 with heights (Surface topography, levelled, Raw) in µm; "
+                "506 x 461 of 512 x 512 points used, 11.1% cut off as empty rim, 0.5123 x 0.5123 µm apart; "
+                "1234 missing (0.53 %), interpolated"
+            ]
+        ),
         "model": np.array(["self affine covariance, hurst 0.812, bandwidth 35.2, best of 5 models"]),
         **with_interval("correlation", table, 0.05),
         **with_interval("density", density, 0.05 / 3e-7),

@@ -268,6 +268,10 @@ def test_limits_that_do_not_exist_or_lie_off_the_list_are_not_drawn():
 def test_the_scan_draws_the_stored_numbers():
     result = scan_result()
     figure = figure_scan(result)
+    figure.draw_without_rendering()
+    assert figure.get_suptitle().replace("\n", " ") == f"Read: {result['read'][0]}"
+    box = figure._suptitle.get_window_extent()
+    assert figure.bbox.x0 < box.x0 < box.x1 < figure.bbox.x1
     density, correlation, spectrum, numbers = figure.axes[2:6]
     lines = {line.get_label(): line.get_data() for line in correlation.lines}
     np.testing.assert_allclose(lines["scan, along x"], [1e6 * result["lag_x"][30:], result["correlation"][30:, 10]])

@@ -16,6 +16,7 @@ from roughslip.friction.marginal import (
     fit_beta,
     fit_candidates,
     scaled_beta,
+    standard_quantiles,
 )
 from roughslip.friction.marginal import PROBABILITIES as AT
 from roughslip.friction.statistics import strip_weights
@@ -111,6 +112,15 @@ def test_limits_of_the_beta_family_are_flagged_not_refused(quantiles: np.ndarray
     assert fit.at_bound_share > 0.1
     assert max(fit.a.value, fit.b.value) == pytest.approx(SHAPES[1], rel=1e-3)
     assert np.isfinite(fit.upper.high)
+
+
+def test_every_replicate_has_its_own_centre_and_spread() -> None:
+    """Strips of different means, so that replicates have different centres."""
+    mu = 0.3 + 0.1 * np.random.default_rng(9).random((6, 1)) + 0.01 * np.random.default_rng(10).random((6, 9))
+    standard, centre, _ = standard_quantiles(mu, np.ones(mu.shape, bool), weights(6))
+    assert np.ptp(centre) > 0.01
+    np.testing.assert_allclose(standard.mean(axis=1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.mean(standard**2, axis=1), 1.0, rtol=1e-12)
 
 
 def test_scaled_beta_has_the_moments_of_the_scaled_sample() -> None:

@@ -14,6 +14,8 @@ from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import (
     PERCENTS,
+    estimate_of,
+    margin_of,
     ratio_of_sums,
     resampled_extremes,
     resampled_quantiles,
@@ -165,28 +167,42 @@ def test_effective_windows_and_spread_of_the_mean_follow_the_correlation() -> No
     assert result.effective_windows.value < mu.size / 8
 
 
+def test_margins_make_percentiles_those_of_student() -> None:
+    """20 strips: t of 19 degrees of freedom for a mean, of 19 / 3 for a scatter; bootstrap variances lack 1 / 20."""
+    t, z, rows = stats.t.ppf(0.975, [19, 19 / 3]), stats.norm.ppf(0.975), np.exp(np.arange(-39.0, 161.0) / 100)
+    assert [margin_of(name, 20) for name in ("mean", "std")] == pytest.approx(t / z * math.sqrt(20 / 19))
+    rows[0] = 1.0
+    mean, std = (estimate_of(name, rows, 20) for name in ("mean", "std"))
+    low, high = np.quantile(rows[1:], [0.025, 0.975])
+    assert (mean.low, mean.high) == pytest.approx(1 + margin_of("mean", 20) * (np.array([low, high]) - 1))
+    low, high = np.quantile(np.log(rows[1:]), [0.025, 0.975])
+    assert np.log([std.low, std.high]) == pytest.approx(-margin_of("std", 20) * np.array([high, low]))
+    assert std.replicates == pytest.approx(rows[1:])
+
+
 @pytest.mark.slow
-def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
-    repetitions, strips, replicates = 200, 40, 200
-    truth = {"mean": 1.0, "std": 0.1, "skewness": 0.0, "kurtosis": 0.0, "quantiles": 1.0}
-    hits = dict.fromkeys(truth, 0)
+@pytest.mark.parametrize("shapes", [None, (2.0, 5.0)])
+def test_intervals_of_20_strips_cover_the_truth_as_often_as_they_say(shapes: tuple[float, float] | None) -> None:
+    """Gaussian strips, or such of a Beta by translation. 4 % of 2000 is known to 0.44 %, so 100 misses are allowed."""
+    repetitions, strips, grid = 2000, 20, np.linspace(-6.0, 6.0, 4001)
+    law = stats.norm(1.0, 0.1) if shapes is None else stats.beta(*shapes, loc=0.2, scale=0.3)
+    height = law.ppf(stats.norm.cdf(grid))
+    skewness, kurtosis = law.stats("sk")
+    truth = {"mean": law.mean(), "std": law.std(), "variation": law.std() / law.mean()}
+    truth |= {"skewness": skewness, "kurtosis": kurtosis}
+    misses = {name: np.zeros(2, int) for name in truth}
     for k in range(repetitions):
         rng = np.random.default_rng([7, k])
-        mu = 1.0 + 0.1 * autoregressive(rng, strips, 10, 0.8)
-        result = window_statistics(mu, np.ones(mu.shape, bool), strip_weights(strips, replicates, rng))
+        mu = np.interp(autoregressive(rng, strips, 20, 0.8), grid, height)
+        result = window_statistics(mu, np.ones(mu.shape, bool), strip_weights(strips, 200, rng))
         for name, true in truth.items():
             e = getattr(result, name)
-            low, high = (e.low[2], e.high[2]) if name == "quantiles" else (e.low, e.high)
-            hits[name] += int(low <= true <= high)
-    # The mean of strips is a mean of 40 normal values; its bootstrap has their variance with 1/40, so coverage is
-    # P(|t_39| < 1.96 sqrt(39/40)), and percentiles of 200 replicates span (R - 1)/(R + 1) of it.
-    nominal = (2 * stats.t.cdf(1.96 * math.sqrt(39 / 40), 39) - 1) * (replicates - 1) / (replicates + 1)
-    low, high = stats.binom.ppf([0.0005, 0.9995], repetitions, nominal)
-    assert low <= hits["mean"] <= high
-    assert low <= hits["quantiles"] <= high
-    # std, skewness, kurtosis: skewed and biased statistics, percentile intervals lose a further O(1 / sqrt(S))
-    low = stats.binom.ppf(0.0005, repetitions, nominal - 0.05)
-    assert min(hits["std"], hits["skewness"], hits["kurtosis"]) >= low
+            misses[name] += np.array([true < e.low, true > e.high])
+    for name in ("mean", "std", "variation"):
+        assert np.all((misses[name] >= 0.008 * repetitions) & (misses[name] <= 0.05 * repetitions)), (name, misses)
+    # stated of 20 strips on: skewness at least 94 %, kurtosis at least 90 %
+    assert misses["skewness"].sum() <= 0.06 * repetitions
+    assert misses["kurtosis"].sum() <= 0.10 * repetitions
 
 
 def test_ratio_of_sums_counts_windows_without_mu() -> None:

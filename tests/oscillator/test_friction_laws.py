@@ -13,6 +13,8 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from roughslip import store
+from roughslip.errors import ParameterError
+from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
@@ -26,6 +28,7 @@ from roughslip.oscillator.laws import (
     row_at,
     row_ends,
 )
+from roughslip.oscillator.motion import simulate
 from workflow.faults.scratch import copy_project
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -117,6 +120,46 @@ def test_linear_table_is_its_chords():
     assert law.mu(v) == pytest.approx(np.interp(v, SPEEDS, VALUES), abs=1e-15)
     assert law.slope(0.2) == pytest.approx(-0.1, rel=1e-13)
     assert law.static == 0.5
+
+
+def test_a_steep_drop_of_a_table_is_resolved():
+    """Friction falls from 0.4 to 0.2 within a width w: the motion differs from that of a jump in proportion to w.
+
+    At 0.5 m/s rounding shifts X' by more than a share of 1e-10 of the width 1e-7, in which the branch changes there.
+    """
+    oscillator = Oscillator(1.0, 316.0, 0.02, 0.948, 2500.0)
+
+    def last(width):
+        law = TableLaw((0.0, 0.5, 0.5 + width, 1.0), (0.4, 0.4, 0.2, 0.2), interpolation="linear")
+        motion = simulate(oscillator, law, duration_periods=6)
+        assert motion.steps < 1000
+        return motion.position[-1] / oscillator.F
+
+    jump = last(1e-9)
+    assert jump == pytest.approx(-0.0706593, abs=1e-6)
+    for width in (1e-3, 1e-6, 1e-7, 1e-8):
+        assert last(width) == pytest.approx(jump, abs=0.03 * width)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "values", "advice"),
+    [
+        ((0.0, 0.5, 0.5 + 1e-11, 1.0), (0.4, 0.4, 0.2, 0.2), "space them further"),
+        ((0.0, 1e-5, 1.0), (0.0, 0.4, 0.3), "start the table at 0 m/s with 0.4 and give `static`"),
+    ],
+)
+def test_knots_that_no_step_resolves_are_refused(speeds, values, advice):
+    with pytest.raises(ParameterError, match=advice):
+        TableLaw(speeds, values, 0.4, "linear")
+
+
+def test_no_pole_beyond_the_belt():
+    """Trial steps that pass the belt meet friction of at most rest + fit; eq. (13) has its pole at -1 / decay."""
+    law = StribeckLaw(fit=0.3, decay_s_per_m=10.0, quadratic_s2_per_m2=0.0).parameters()
+    for speed in np.linspace(-1.0, 0.0, 201):
+        assert 0.4 <= friction(speed, law) <= 0.7 + 1e-15
+        assert excess_force(2.0, speed, 0.1, 0.05, law) == pytest.approx(2.0 * (friction(speed, law) + 0.1) - 0.05)
+    assert friction(-0.02, law) == pytest.approx(0.1 + 0.3 / 0.8, rel=1e-15)  # smooth near the belt
 
 
 EXPONENTIAL = """from dataclasses import dataclass

@@ -9,7 +9,8 @@ from scipy import stats
 from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.oscillator import limits as module
+from roughslip.oscillator import slip_flow as module
+from roughslip.oscillator.counts import counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import State, acceleration, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
@@ -17,16 +18,14 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import (
-    counts_by_period,
     equilibrium,
     existence_limit,
     hopf_damping,
     limit_cycle,
-    next_peak,
-    slip_flow,
 )
-from roughslip.oscillator.motion import MotionOptions, ensemble_counts, simulate
+from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.path import Piece
+from roughslip.oscillator.slip_flow import next_peak, slip_flow
 from roughslip.oscillator.switching_events import branch_at
 from tests.oscillator.motions import LAW, STUDY
 

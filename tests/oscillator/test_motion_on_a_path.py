@@ -13,8 +13,10 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from roughslip.errors import ParameterError
+from roughslip.oscillator.counts import ensemble_counts
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.motion import MotionOptions, ensemble_counts, simulate, trajectory
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from tests.oscillator.motions import LAW, STUDY, F, V, ends
 
 EXCITED = replace(STUDY, excitation_force_n=60.0, excitation_frequency_rad_per_s=430.0)
@@ -118,6 +120,33 @@ def test_turning_point_between_steps():
         low, high = (middle, high) if draw(middle)[0] else (low, middle)
     # the nearest sample is at most 0.0008 away, and misses by the rate of X'' (below F) times 0.0008^2 / 2
     assert draw(high)[1] == pytest.approx(0.0, abs=1e-5 * V)
+
+
+def test_a_node_just_before_the_stop_of_a_slip():
+    """Friction is level up to a node and rises linearly from there; the mass slips a little beyond it and stops.
+
+    In closed form: the speed w = V - X' obeys w'' + w = V up to the node, and w'' + (1 + k) w = V beyond it, with k = F
+    times the slope of mu. A trial step turns beyond the node and ends before it or close to it, so that its end tells
+    nothing of how far it slipped. The stop amplifies errors of X by F / X'', here 6 to 10.
+    """
+    mu, still, push = 0.3, replace(STUDY, damping_ratio=0.0), 0.01 * F
+    law = CoulombLaw(mu, mu)
+
+    def slipped(t):  # from w = 0 and w' = push on
+        return V * (t - math.sin(t)) + push * (1.0 - math.cos(t))
+
+    whole = 2.0 * (math.pi - math.atan(push / V))  # to the stop on level friction
+    for share in 1.0 - np.geomspace(1e-7, 0.05, 60):
+        spacing = share * slipped(whole)
+        k = 0.2 * F / spacing
+        t = brentq(lambda t, spacing=spacing: slipped(t) - spacing, 0.5 * whole, whole, xtol=1e-15)
+        w, a, level, rate = V * (1 - math.cos(t)) + push * math.sin(t), V * math.sin(t), V / (1 + k), math.sqrt(1 + k)
+        a += push * math.cos(t)
+        phase = math.atan2(a / rate, w - level) + math.acos(-level / math.hypot(w - level, a / rate))
+        stop = t + phase % (2.0 * math.pi) / rate
+        options = MotionOptions(tolerance=1e-9, interpolation="linear", integrator="dormand_prince853")
+        found = simulate(still, law, np.array([0.0, 0.0, 0.2, 0.4]), spacing, 1.0, options, mu * F + push)
+        assert found.time[1] == pytest.approx(stop, abs=2e-8)
 
 
 def test_departure_follows_the_path():

@@ -26,7 +26,19 @@ from roughslip.oscillator.slip import (
     slip,
     step_to_node,
 )
-from roughslip.oscillator.switching_events import LOWER, Sliding, bound, bracket, branch, gap_over, locate_bound
+from roughslip.oscillator.switching_events import (
+    GRAZING,
+    LOWER,
+    Sliding,
+    bound,
+    bracket,
+    branch,
+    end_at_first_bound,
+    gap_over,
+    locate_bound,
+    quintic,
+    time_left,
+)
 from tests.oscillator.motions import STUDY, F, V
 
 FREE = Piece(0.0, 0.0, 0.0, 0.0, 0.0, np.inf, 1.0)
@@ -270,3 +282,37 @@ def test_rest_on_a_knot_needs_no_more_steps_than_rest_beside_it(integrator):
             simulate(oscillator, law, None, 1.0, 60.0, MotionOptions(integrator=integrator), start_position_m=0.9).steps
         )
     assert steps[0] < 1.5 * steps[1]
+
+
+@pytest.mark.parametrize(("belt", "gap", "repeats"), [(V, 0.5, True), (V, 2.0, False), (1e-6 * F, 0.5, True)])
+def test_grazing_is_judged_by_belt_and_friction_together(belt, gap, repeats):
+    """A parabola of the gap with its least value in the middle of a step, in units of 1e-5 (V + F).
+
+    A belt far slower than F still takes its margin from F. A step that misses the margin is not repeated.
+    """
+    p = UNDAMPED._replace(V=belt)
+    least = gap * GRAZING * (belt + F)
+    parabola = quintic(1.0, least + 0.25, -1.0, 2.0, least + 0.25, 1.0, 2.0)
+    assert bracket(parabola, 1.0, p) == (pytest.approx(0.5) if repeats else 0.0)
+
+
+def test_the_time_left_is_the_next_root_of_the_series_that_falls():
+    """gap + rate t + bend t^2 / 2, of a bound ahead or just passed. Rising or without a root: never."""
+    for gap, bend in itertools.product((0.1, -0.1), (0.5, -0.5)):
+        t = time_left(gap, -1.0, bend)
+        assert gap - t + 0.5 * bend * t * t == pytest.approx(0.0, abs=1e-15)
+        assert abs(t) < 1.0 / abs(bend)  # the nearer root
+        assert math.copysign(1.0, t) == math.copysign(1.0, gap)
+    assert [time_left(0.1, 1.0, -0.5), time_left(0.1, -0.1, 0.5)] == [np.inf, np.inf]
+
+
+def test_steps_taken_to_a_bound_are_counted():
+    """X' rises from 0 to the belt: one bracket, whose trials are all that `end_at_first_bound` counts."""
+    top = start(0.4 * F - 1.5 * V, 0.0)
+    end, error = step(DORMAND_PRINCE853, top, 1.2, 1.0, FREE, UNDAMPED)
+    assert end.u > V
+    late = late_over(top, end, 1.2)
+    *_, alone = locate_bound(top, end, 1.2, late, BELT, HERE, SLIDING, DORMAND_PRINCE853)
+    kind, *_, taken = end_at_first_bound(top, end, error, 1.2, False, HERE, SLIDING, DORMAND_PRINCE853, 1e-9)
+    assert (kind, taken) == (LOWER, alone)
+    assert 1 <= taken <= 4

@@ -1,4 +1,4 @@
-"""Spells by hand, censored lifetimes against textbook values, intervals that cover as often as they say."""
+"""Censored lifetimes against textbook values, intervals that cover as often as they say."""
 
 import math
 
@@ -8,66 +8,14 @@ from scipy import stats
 from scipy.optimize import isotonic_regression
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.motion import Motion
 from roughslip.oscillator.survival import (
-    LONG_SLIP,
     Spells,
     crossing,
-    cycling_share,
     damping_band,
     falling_share,
-    is_cycling,
     mean_lifetime,
-    sliding_intervals,
-    spells,
     surviving_share,
 )
-
-
-def motion(periods, *events):
-    """A run of so many natural periods with events (kind, natural period)."""
-    kinds, times = (
-        (np.array(column) for column in zip(*events, strict=True)) if events else (np.empty(0, int), np.empty(0))
-    )
-    nothing = np.zeros(len(kinds))
-    turns = 2 * math.pi
-    return Motion(kinds, turns * times, nothing, nothing, nothing > 0, turns * periods, 0.0, 0.0, 0)
-
-
-# Two cycles, sliding from 3 to 10, a cycle that crosses the belt's velocity, sliding from 13 to the end
-RUN = motion(
-    20,
-    *((DEPARTURE, 0.5), (REATTACHMENT, 1.5), (DEPARTURE, 2), (REATTACHMENT, 3), (DEPARTURE, 3), (REATTACHMENT, 10)),
-    *((DEPARTURE, 11), (CROSSING, 11.2), (REATTACHMENT, 12), (DEPARTURE, 13)),
-)
-
-
-def test_spells_of_a_run_by_hand():
-    np.testing.assert_allclose(sliding_intervals(RUN), [[3, 10], [13, 20]])
-    cycling, sliding = spells(RUN)
-    np.testing.assert_allclose(cycling.duration, [3, 3])
-    np.testing.assert_array_equal(cycling.ended, [True, True])
-    np.testing.assert_allclose(sliding.duration, [7, 7])
-    np.testing.assert_array_equal(sliding.ended, [True, False])
-    assert cycling_share(RUN) == pytest.approx(6 / 20)
-    assert cycling_share(RUN, 5) == pytest.approx(3 / 15)
-    assert cycling_share(RUN, 14) == 0.0
-
-
-def test_a_slip_that_the_end_cuts_off_early_is_neither():
-    """Whether it would have been long is not known; before it the mass cycled."""
-    cycling, sliding = spells(motion(6, (DEPARTURE, 1), (REATTACHMENT, 2), (DEPARTURE, 6 - 0.9 * LONG_SLIP)))
-    np.testing.assert_allclose(cycling.duration, [6 - 0.9 * LONG_SLIP])
-    assert not cycling.ended.any()
-    assert sliding.duration.size == 0
-
-
-def test_runs_of_one_spell():
-    cycling, sliding = spells(motion(10))  # sticks all along
-    assert (list(cycling.duration), list(cycling.ended), sliding.duration.size) == ([10], [False], 0)
-    cycling, sliding = spells(motion(10, (DEPARTURE, 0.0)))  # slides from the start
-    assert (cycling.duration.size, list(sliding.duration), list(sliding.ended)) == (0, [10], [False])
 
 
 def test_mean_lifetime_by_hand():
@@ -159,13 +107,3 @@ def test_what_the_ensemble_does_not_hold_is_refused():
         damping_band(damping, survived, (0.5,), rng)
     with pytest.raises(ParameterError, match="ascend"):
         damping_band(damping[::-1], survived, (0.5,), rng)
-    with pytest.raises(ParameterError, match="must begin within"):
-        cycling_share(RUN, 20)
-
-
-def test_the_mean_of_a_random_time_in_stick_slip_is_the_share():
-    """At every hundredth of a period up to LONG_SLIP before the end, of which the last spell of sliding has 4."""
-    times = np.arange(0.005, 20 - LONG_SLIP, 0.01)
-    assert np.mean([is_cycling(RUN, time) for time in times]) == pytest.approx(6 / (20 - LONG_SLIP), rel=1e-3)
-    with pytest.raises(ParameterError, match=r"must last 3 natural periods longer than the 17\.1 asked for"):
-        is_cycling(RUN, 17.1)

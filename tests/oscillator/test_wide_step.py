@@ -132,6 +132,27 @@ def test_error_of_a_step_is_estimated(sigma):
     assert np.median(ratios) > 0.1
 
 
+def test_what_the_quadratic_leaves_out_dominates_the_error_on_rough_paths():
+    """Under constant mu_S but for roughness e of the path: X' within the step departs by F e / w.
+
+    The series of (1 + x)^(-3/2) then gives the error of the time. It is the time passed, by 1.5 of the square of
+    (F e / w) / w and 0.3 of its product with the square of the relative change of kinetic energy.
+    """
+    p, path = coefficients(STUDY, LAW), path_through(np.zeros(200), 0, SPACING, True, True)
+    y = completed(0.0, 0.1 * F, V - 3.0 * V, 20 * SPACING, 1.0, piece_at(path, 20 * SPACING), p)
+    plain = wide_piece(path, 20, 2)
+    beyond = piece_at(path, plain.piece.right + 0.5 * SPACING)
+    end, smooth, none = step_by_distance(y, 1.0, plain, 0.0, beyond, p)
+    rough = 0.05 * (V - end.u) ** 2 / F
+    same, error, deviation = step_by_distance(y, 1.0, plain._replace(rough=rough), 0.0, beyond, p)
+    slowest, before, after = min(V - y.u, V - end.u), (V - y.u) ** 2, (V - end.u) ** 2
+    bend = (after - before) / (after + before)
+    missed = (end.tau - y.tau) * deviation * (0.3 * bend**2 + 1.5 * deviation / slowest)
+    assert (same, none, deviation) == (end, 0.0, pytest.approx(F * rough / slowest))
+    assert error - smooth == pytest.approx(missed * (1.0 + abs(end.a) / (V - end.u)), rel=1e-9)
+    assert error > 100.0 * smooth
+
+
 def test_a_step_may_begin_a_little_behind_its_node():
     """By a hundredth of a spacing: what P takes there in place of mu_S would change X' by F late |P - mu_S| / w."""
     p, nodes, s, w, late = coefficients(STUDY, LAW), rough_path(2), 100 * SPACING, 3.0 * V, 0.01 * SPACING
@@ -174,6 +195,38 @@ def test_motion_on_rough_paths(tolerance):
 def test_evaluations_of_wide_steps_are_those_of_fehlberg():
     motion = first_cycle(1, 1e-5, "dormand_prince853")
     assert 6 * motion.steps < motion.evaluations < 9 * motion.steps
+
+
+def test_steps_towards_a_stop_are_refused_or_right():
+    """From X = 0 and some X', constant friction and a strong drive, against the closed form, at every width.
+
+    Near a stop 1 / w grows so fast that the fifth order of the pair may end before it begins, and an error over a
+    negative time is below any that is allowed. Some steps err by 8 of the errors allowed.
+    """
+    oscillator = Oscillator(1.0, 1.0, 0.0, 5e-4, 1.0, 47.0, 1.17)
+    path, mu, tolerance = path_through(np.zeros(100), 0, 3.8, False, True), 0.77, 1e-4
+    p = coefficients(oscillator, CoulombLaw(mu, mu))
+    r, forced = p.r, p.q / (1.0 - p.r**2)
+    back = accepted = 0
+    for tau, u in itertools.product(np.linspace(0.0, 5.0, 51), np.geomspace(5.0, 50.0, 21)):
+        y = completed(tau, 0.0, u, 8 * path.spacing, -1.0, piece_at(path, 8.5 * path.spacing), p)
+        a = u + forced * r * math.sin(r * tau)  # X + mu = forced cos(r tau) + a sin + b cos, from tau on
+        b = mu - forced * math.cos(r * tau)
+        for level in LEVELS[:2]:
+            wide = wide_piece(path, 8, level)
+            with np.errstate(invalid="ignore"):
+                back += step_by_distance(y, -1.0, wide, 0.0, wide.piece, p)[0].tau < tau
+            found = wide_step(y, level, True, -1.0, branch(0, False, p), path, p, tolerance, 99.0)
+            if found.level < 0:
+                continue
+            accepted += 1
+            end, t = found.end, found.end.tau - tau
+            x = forced * math.cos(r * end.tau) + a * math.sin(t) + b * math.cos(t) - mu
+            v = -forced * r * math.sin(r * end.tau) + a * math.cos(t) - b * math.sin(t)
+            assert t > 0.0
+            assert max(abs(end.x - x), abs(end.u - v)) < 10.0 * tolerance * t * (p.F + max(abs(end.x), abs(end.u)))
+    assert back > 0
+    assert accepted > 500
 
 
 def test_no_wide_step_where_the_equation_changes():

@@ -49,6 +49,11 @@ ANSWER = {
             below={"0.05": number(0.02, unit="kg", **FALLS) | {"interval": [None, 0.03]}},
         ),
     },
+    "starts_differ": False,
+    "decided": True,
+    "needs": number(93.6, scale="decays of a free vibration"),
+    "stick_slip_lifetime": number(None) | {"interval": [8200.0, None]},
+    "sliding_lifetime": number(31.0, 12.0, 80.0),
     "smallest_change": number(0.1719, 0.12, 0.237, parameter="damping", side="above", aim="end"),
     "decides": {
         "by": "mean curve",
@@ -75,6 +80,28 @@ def test_the_three_lines():
         "curve decides: without scatter the cycle exists up to D = 0.19; from 95 to 5 % it is 0.91 times as far as "
         "from the scene to that limit."
     )
+
+
+def test_a_start_that_decides_and_a_run_that_is_too_short():
+    first, *_ = summary(ANSWER | {"starts_differ": True})
+    assert (
+        "slides steadily at first. The start decides, because both states live longer than a run: stick-slip at least "
+        "8,200 and steady sliding at least 12 natural periods in the mean. Its cycle" in first.replace("8200", "8,200")
+    )
+    first, *_ = summary(ANSWER | {"starts_differ": True, "decided": False})
+    assert (
+        "Not decided: a run of 40 natural periods still depends on its start; set answer.duration_periods to 93.6, the "
+        "time of its decays of a free vibration." in first
+    )
+
+
+def test_numbers_outside_the_measured_speeds_say_so():
+    beyond = copy.deepcopy(ANSWER) | {"outside_measured_speeds": True}
+    beyond["limits"]["damping"]["above"]["0.05"]["outside_measured_speeds"] = True
+    first, second, _ = summary(beyond)
+    assert "m = 1 kg (outside the measured speeds); 50 %" in first
+    assert "D above 0.199 [0.190, 0.210] (outside the measured speeds) or m" in second
+    assert second.count("outside") == 1
 
 
 def test_what_was_not_found_is_said_in_words():

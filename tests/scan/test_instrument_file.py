@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib.util
+import struct
 import sys
 import zipfile
 
@@ -9,6 +10,7 @@ import h5py
 import netCDF4
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from roughslip.errors import InputError
 from roughslip.scan import limits
@@ -90,7 +92,7 @@ def test_bad_netcdf_maps(tmp_path, heights):
     check_refused(path, "truncated or damaged")
     with netCDF4.Dataset(path, "w") as file:
         file.createDimension("x", 3)
-    check_refused(path, "no variable 'heights'")
+    check_refused(path, "holds no array of numbers with two dimensions; it has no array")
 
 
 @pytest.mark.parametrize(
@@ -227,9 +229,14 @@ def test_bad_instrument_files(tmp_path, scan):
 @pytest.mark.parametrize(
     ("header", "words"),
     [
-        ("", "does not give its unit of heights; set roughness.scan.height_unit"),
+        (
+            "",
+            "does not give its unit of heights and its spacing; set roughness.scan.height_unit, "
+            "roughness.scan.spacing_x_m and roughness.scan.spacing_y_m",
+        ),
         ("# Width: 20 um\n# Height: 25.5 um\n", "does not give its unit of heights"),
-        ("# Width: 20 um\n# Height: 25.5 um\n# Value units: V\n", "no matrix of heights (CorruptFile"),
+        ("# Width: 20 um\n# Height: 25.5 um\n# Value units: a.u.\n", "values in 'a.u.', which is not a unit of length"),
+        ("# Value units: V\n", "values in 'V', which is not a unit of length"),
         ("# Value units: nm\n", "does not give its spacing; set roughness.scan.spacing_x_m"),
     ],
 )
@@ -254,3 +261,62 @@ def test_a_netcdf_map_of_the_library_is_read(tmp_path, scan):
     np.testing.assert_array_equal(found.missing, scan.missing)
     np.testing.assert_allclose(found.heights[found.measured], scan.heights[found.measured], rtol=1e-12)
     assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)
+
+
+def as_h5(path, arrays):
+    with h5py.File(path, "w") as file:
+        for name, values in arrays.items():
+            file[name] = values
+
+
+def as_mat(path, arrays):
+    savemat(path, {name.rpartition("/")[2]: values for name, values in arrays.items()})
+
+
+def as_npz(path, arrays):
+    np.savez(path, **{name.rpartition("/")[2]: values for name, values in arrays.items()})
+
+
+@instruments
+@pytest.mark.parametrize(("suffix", "write"), [(".h5", as_h5), (".mat", as_mat), (".npz", as_npz)])
+def test_of_several_arrays_the_heights_are_taken_by_name_or_all_are_listed(tmp_path, heights, suffix, write):
+    """Neither the first of the file nor the first of the alphabet."""
+    path = tmp_path / f"arrays{suffix}"
+    other = 50.0 * heights
+    for name in ("height", "z", "Topography", "scan/Heights"):
+        write(path, {"amplitude": other, name: 1e6 * heights, "x": np.ones((1, NX))})
+        scan = read_scan(path, (DX, DY), "um")
+        np.testing.assert_allclose(scan.heights, heights, rtol=1e-12)
+        last = name if suffix == ".h5" else name.rpartition("/")[2]
+        assert scan.read.startswith(f"array '{last}' in um; {NX} x {NY} points")
+    write(path, {"data": 1e6 * heights, "x": np.ones((1, NX))})  # the only map
+    np.testing.assert_allclose(read_scan(path, (DX, DY), "um").heights, heights, rtol=1e-12)
+    for names in (("a", "b"), ("height", "z")):
+        write(path, dict.fromkeys(names, heights) | ({"c": other} if "z" in names else {}))
+        listed = ", ".join(f"'{name}' ({NX} x {NY})" for name in names)
+        check_refused(path, f"{listed} can be the heights; export the heights alone", spacing=(DX, DY), unit="um")
+    write(path, {"line": np.ones((1, NX)), "volume": np.ones((3, 3, 3))})
+    check_refused(path, "holds no array of numbers with two dimensions", spacing=(DX, DY), unit="um")
+
+
+def test_a_netcdf_map_may_have_another_name(tmp_path, heights):
+    path = tmp_path / "map.nc"
+    write_netcdf(path, heights)
+    with netCDF4.Dataset(path, "a") as file:
+        file.renameVariable("heights", "z")
+        file.createVariable("amplitude", "f4", ("x", "y"))[:] = 1.0
+    assert read_scan(path).read.startswith("variable 'z' in um")
+    with netCDF4.Dataset(path, "a") as file:
+        file.renameVariable("z", "phase")
+    check_refused(path, f"'phase' ({NX} x {NY}), 'amplitude' ({NX} x {NY}) can be the heights")
+
+
+@instruments
+def test_nonsense_of_a_file_is_not_laid_to_the_scene(tmp_path):
+    """An .nms file whose points lie 300 mm apart: nothing that the scene states can be checked."""
+    path = tmp_path / "scan.nms"
+    header = bytearray(3468)
+    struct.pack_into("<dd", header, 16, 0.0, 1.0)
+    struct.pack_into("<IIdd", header, 1368, 40, 40, 300.0, 300.0)
+    path.write_bytes(bytes(header) + np.arange(1600, dtype="<u2").tobytes())
+    check_refused(path, "points 0.3 m apart; from 1e-11 to 1e-02 m are allowed: so its reader takes .nms files")

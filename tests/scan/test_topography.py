@@ -94,6 +94,33 @@ def test_an_empty_rim_is_cut_off_and_the_inside_kept():
     assert (scan.grid.dx, scan.grid.dy) == (DX, DY)
 
 
+def test_masked_heights_are_missing_points():
+    """What lies below a mask is no height, whatever its type: an instrument's -32768 among whole numbers, too."""
+    z = np.round(rough() * 1e9)
+    z[3, 4] = -32768
+    scan = topography(np.ma.masked_equal(z.astype(int), -32768), DX, DY, "scan")
+    assert list(zip(*np.nonzero(scan.missing), strict=True)) == [(3, 4)]
+    assert abs(scan.heights[3, 4]) <= np.abs(z[scan.measured]).max()
+    np.testing.assert_array_equal(scan.heights[scan.measured], z[scan.measured])
+
+
+def test_a_scan_says_what_was_read_cut_and_missing():
+    """A bar in a large field: 61 of 512 columns have heights, and of what they hold one point misses."""
+    field = np.full((64, 512), np.nan)
+    field[:, 225:286] = np.random.default_rng(0).standard_normal((64, 61)) * 1e-7
+    field[9, 230] = np.nan
+    scan = topography(field, DX, DY, "bar", "array 'z' in nm")
+    assert scan.heights.shape == (64, 61)
+    assert scan.cut == pytest.approx(1 - 61 / 512)
+    assert scan.read == (
+        "array 'z' in nm; 64 x 61 of 64 x 512 points used, 88.1% cut off as empty rim, 0.5 x 0.8 µm apart; "
+        "1 missing (0.026 %), interpolated"
+    )
+    assert remove_form(scan, "plane").read == scan.read
+    whole = topography(rough(), DX, DY, "scan")
+    assert (whole.cut, whole.read) == (0.0, f"heights in m; {NX} x {NY} points, 0.5 x 0.8 µm apart; none missing")
+
+
 @pytest.mark.parametrize(
     ("heights", "words"),
     [

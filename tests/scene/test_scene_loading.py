@@ -258,7 +258,7 @@ def test_a_sweep_makes_a_variant_of_each_combination(mine, folder):
 def test_mistakes_of_variants(mine, folder):
     """Those of values come with each variant, those of names with the scene."""
     mine(SWEPT.replace("[0.1, 0.2, 7]", "[-1, 0.1]"))
-    line = "scenes/mine.yaml: oscillator.damping_ratio: -1 is not allowed; a number >= 0 and <= 10"
+    line = "scenes/mine.yaml: oscillator.damping_ratio: -1 is not allowed; a number >= 0 and <= 1"
     assert lines_of(load, "mine-1", folder / "scenes") == [line]
     named = {"mine-2": "extends: paper"}
     line = "scenes/mine.yaml: sweep: mine-2.yaml has the name of a variant; rename that file"

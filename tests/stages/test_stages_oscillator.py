@@ -12,10 +12,11 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping
+from roughslip.oscillator.motion import simulate
 from roughslip.scene.types import scene_of
 from roughslip.stages import deterministic
-from roughslip.stages.cycles import CLOSING_PERIODS, cycling_share
-from roughslip.stages.deterministic import LONGEST, PARAMETERS, cycle_period, range_variables
+from roughslip.stages.cycles import CLOSING_PERIODS, closing_periods, cycling_share
+from roughslip.stages.deterministic import PARAMETERS, cycle_period, range_variables
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers, friction_paths, friction_process
 from roughslip.stages.result_tables.friction_table import distribution
@@ -166,13 +167,13 @@ def test_windows_that_miss_the_load_by_a_factor_of_two_are_warned_of(tmp_path, w
 def test_share_of_runs_that_cycle_to_the_end():
     """Four of five cycle in the last ten periods; Wilson's interval, by hand: (4 + z^2/2) / (5 + z^2) +- ..."""
     last = np.array([0.0, 90.5, 95.0, 99.0, 99.9])
-    share, low, high = cycling_share(last, 100.0)
+    share, low, high = cycling_share(last, 100.0, CLOSING_PERIODS)
     assert share == 0.8
     z = 1.959963984540054
     centre, half = (4 + z**2 / 2) / (5 + z**2), z * np.sqrt(4 / 5 + z**2 / 4) / (5 + z**2)
     assert (low, high) == (pytest.approx(centre - half), pytest.approx(centre + half))
     for duration in (CLOSING_PERIODS, 0.5 * CLOSING_PERIODS):  # the last cycle of a run without one is at 0
-        assert cycling_share(np.array([0.0, 0.0, 3.0, 4.0]), duration)[0] == 0.5
+        assert cycling_share(np.array([0.0, 0.0, 3.0, 4.0]), duration, CLOSING_PERIODS)[0] == 0.5
 
 
 BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
@@ -203,7 +204,7 @@ def test_the_cycle_at_the_paper_s_damping_exists_up_to_1_96_kg(found):
     for row, parameter in enumerate(PARAMETERS):
         ends = found["cycle_range"][row, HIGH] * getattr(BELT, parameter)
         stands, changes, middle = (replace(BELT, **{parameter: value}) for value in (*ends, ends.mean()))
-        assert cycle_period(stands, LAW) < LONGEST < cycle_period(changes, LAW) == np.inf
+        assert cycle_period(stands, LAW) < cycle_period(changes, LAW) == np.inf
         assert existence_limit(middle, LAW) == pytest.approx(BELT.damping_ratio, rel=1e-5)
 
 
@@ -238,11 +239,17 @@ def test_sliding_under_coulomb_s_law_is_never_unstable():
     assert limit == pytest.approx(0.02, rel=1e-5)
 
 
-def test_a_cycle_that_is_too_long_to_be_counted_has_no_range():
-    """On a belt a hundred times slower stick takes most of the time, and the closing periods may hold no cycle."""
+def test_a_long_cycle_has_a_range_and_shows_in_the_closing_periods():
+    """On a belt a hundred times slower stick takes most of the time: the closing periods are two of its cycles."""
     slow = replace(BELT, belt_velocity_m_per_s=0.948e-2)
-    assert LONGEST < cycle_period(slow, LAW) < np.inf
-    assert np.isnan(ranges(slow)["cycle_range"][VELOCITY]).all()
+    period = cycle_period(slow, LAW)
+    assert CLOSING_PERIODS < 2 * period < np.inf
+    assert closing_periods(2 * np.pi * period) == pytest.approx(2 * period)
+    assert closing_periods(np.nan) == closing_periods(1.0) == CLOSING_PERIODS
+    last = simulate(slow, LAW, duration_periods=10 * period).last_cycle
+    assert cycling_share(np.array([last]), 10 * period, closing_periods(2 * np.pi * period))[0] == 1.0
+    end = ranges(slow)["cycle_range"][MASS, HIGH].mean()
+    assert existence_limit(replace(slow, mass_kg=end), LAW) == pytest.approx(BELT.damping_ratio, rel=1e-5)
 
 
 def test_a_light_load_takes_mean_and_scatter_of_pads_from_light_levels(tmp_path):

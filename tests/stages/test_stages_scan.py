@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+import importlib.util
+from pathlib import Path
+
 import numpy as np
 import pytest
+from ducc0 import fft
 from scipy.stats import skew
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.scan.covariance_fit import CovarianceFit
+from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.topography import topography
+from roughslip.scene.types import scene_of
 from roughslip.stages import scan, synthetic_surfaces
-from roughslip.stages.from_scene import geometry, surface_model
-from roughslip.surface.embedding import embed
+from roughslip.stages.from_scene import geometry, sampled_fit, surface_model
+from roughslip.surface.embedding import circulant_eigenvalues, embed
 from roughslip.surface.model import gaussian_model
-from roughslip.surface.models import covariance_of
+from roughslip.surface.models import KINDS, covariance_of
 
+STRIP = {"length_m": 4e-4, "margin_m": 2e-5, "width_m": 2.5e-5, "cell_m": 5e-6}
 SQ, DX, DY = 2e-7, 1e-6, 2e-6
 GRID = Grid(160, 120, DX, DY)
 CONFIGURATION = {
     "seed": 7,
+    "targets": ["figure_scan"],
     "roughness": {"scan": {"form": "plane", "covariance": "best", "marginal": "gaussian"}},
 }
 
@@ -126,7 +135,9 @@ def scan_of(run, tmp_path):
     def work(heights, **wanted):
         path = tmp_path / "scan.txt"
         np.savetxt(path, 1e9 * heights.T, fmt="%.6g")
-        return run(scan, {"roughness": {"scan": {**MODELS, **STATED, **wanted}}}, "file", scan=path)
+        return run(
+            scan, {"targets": ["figure_scan"], "roughness": {"scan": {**MODELS, **STATED, **wanted}}}, "file", scan=path
+        )
 
     return work
 
@@ -139,12 +150,23 @@ def test_a_rim_without_heights_is_cut_off(scan_of, field):
     found = scan_of(ragged, covariance="measured")
     assert list(found["points"]) == [N - 5, N - 3]
     assert found["missing"] == pytest.approx(2 / (N - 5) / (N - 3))
+    assert str(found["read"][0]).startswith(f"matrix, heights in nm; {N - 5} x {N - 3} of {N} x {N} points used, 8.2%")
+    assert "; 2 missing (" in found["read"][0]
     inside = field[5:, :-3]
     assert found["rms_height"] == pytest.approx(np.std(inside), rel=0.05)  # a plane and two points less
     assert np.isfinite(found["map"]).all()
     model = surface_model.restored_model(found)
     assert model.lengths_m == (found["length_x"], found["length_y"])
     assert model.rms_height_m == pytest.approx(float(found["rms_height"]))
+
+
+def test_a_wide_rim_is_warned_of(scan_of, run, field):
+    """A third of the points has no heights at the rim; 8 % of the points, above, are no reason for a warning."""
+    bar = field.copy()
+    bar[64:] = np.nan
+    scan_of(bar, covariance="measured")
+    (warning,) = (text for text in run.warnings if "rim" in text)
+    assert warning.startswith("33% of the scan lies in an empty rim and is cut off: matrix, heights in nm; 64 x 96 of")
 
 
 def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, field):
@@ -180,3 +202,120 @@ def test_a_model_in_words():
     assert scan.model_in_words(covariance_of("matern", 1e-7, 4e-6, smoothness=1.2345), 5) == (
         "matern covariance, smoothness 1.23, best of 5 models"
     )
+
+
+def grooves(n=N):
+    """Profiles of 3 cells a correlation length along y, equal along x, with a roughness of their own."""
+    lines = embed(covariance_of("exponential", 1e-7, 3e-6), Grid(1, 8 * n, STEP, STEP)).sample(
+        np.random.default_rng(45)
+    )
+    own = embed(covariance_of("gaussian", 2e-8, 2e-6), Grid(n, n, STEP, STEP)).sample(np.random.default_rng(46))
+    return lines[0, :n] + own
+
+
+def test_grooves_longer_than_the_scan_are_used_with_an_endless_lay(scan_of, run):
+    """The refusal says that an endless lay helps, and with it surfaces are equal along x, with the lengths across."""
+    with pytest.raises(IllPosedError, match=r"What helps: a lay .* roughness\.scan\.endless_lay: x\. Or measure"):
+        scan_of(grooves())
+    found = scan_of(grooves(), endless_lay="x")
+    assert found["model"][0].endswith("endless lay along x")
+    model = surface_model.restored_model(found)
+    assert found["length_y_low"] < model.lengths_m[1] < found["length_y_high"]
+    field = model.sampler(Grid(50, 4000, STEP, STEP))(np.random.default_rng(1))
+    np.testing.assert_allclose(field, np.broadcast_to(field[:1], field.shape), atol=1e-7 * SQ)  # root of rounding
+    assert field[0].std() == pytest.approx(float(found["rms_height"]), rel=0.1)
+    lag = round(float(found["length_y"]) / STEP)
+    along_y = np.mean(field[0, lag:] * field[0, :-lag]) / field[0].var()
+    assert along_y == pytest.approx(np.exp(-1), abs=0.12)
+
+
+def test_a_wave_longer_than_half_the_scan_is_taken_off_by_the_cutoff_that_the_refusal_names(scan_of, field):
+    x = np.arange(N) / N
+    waved = field + 4e-7 * np.sin(np.pi * (x[:, None] + x))
+    with pytest.raises(IllPosedError, match=r"a high-pass, roughness\.scan\.cutoff_m: ") as caught:
+        scan_of(waved, form="mean")
+    cutoff = float(str(caught.value).split("cutoff_m: ")[1].split(". Or")[0])
+    found = scan_of(waved, form="mean", cutoff_m=cutoff)
+    alone = scan_of(field, form="mean", cutoff_m=cutoff)
+    for name in ("rms_height", "length_x", "length_y"):
+        assert found[name] == pytest.approx(float(alone[name]), rel=0.1)
+    assert "without waves above" in found["model"][0]
+
+
+def fitted(covariance):
+    return CovarianceFit(covariance, {}, {}, (), 1.0, 1.0, 1.0, 100, 50.0, 10.0)
+
+
+def test_the_best_fit_is_the_first_that_every_mesh_takes_and_says_what_it_left(monkeypatch):
+    """Short waves of a lay across the mesh, long for it, which no torus of eight times the nodes holds."""
+    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 2**15)
+    better = fitted(covariance_of("matern", 2.8e-7, 3.6e-5, 3.2e-6, -1.26, smoothness=0.1))
+    best = fitted(covariance_of("exponential", 2.8e-7, 1e-5))
+    on = {"scan": Grid(16, 16, 4e-4, 4e-4), "strip": Grid(64, 64, 3.7e-6, 3.7e-6)}
+    found, left = sampled_fit.best_sampled([better, best], None, False, on)
+    assert found is best
+    assert len(left) == 1
+    assert left[0].startswith("matern cannot be sampled on the mesh of the strip, 64 x 64 (no torus up to ")
+    assert sampled_fit.best_sampled([better, best], None, False, {"scan": on["scan"]}) == (better, [])
+    with pytest.raises(IllPosedError, match=r"matern.*roughness\.scan\.covariance: best or measured"):
+        sampled_fit.best_sampled([better], None, False, on)
+    scene = {"targets": ["figure3"], "strip": STRIP, "roughness": CONFIGURATION["roughness"]}
+    names = [
+        list(sampled_fit.meshes(scene_of(scene | {"targets": [target]}), GRID)) for target in ("figure2", "figure3")
+    ]
+    assert names == [["scan"], ["scan", "strip", "expansion of a strip"]]
+
+
+def random_scan(seed):
+    """Heights of a random model, mesh, length and lay; where no torus holds the model, of one near to it."""
+    generator = np.random.default_rng([48, seed])
+    kind = str(generator.choice(KINDS))
+    along, across = np.exp(generator.uniform(np.log(3e-6), np.log(6e-5), 2))
+    shapes = {
+        "matern": {"smoothness": 0.1 * 50 ** generator.random()},
+        "self_affine": {"hurst": 0.5, "bandwidth": 20.0},
+    }
+    lay = 0.0 if kind == "separable_exponential" else generator.uniform(-1.5, 1.5)
+    covariance = covariance_of(kind, SQ, along, across, lay, **shapes.get(kind, {}))
+    grid = Grid(*generator.integers(48, 96, 2).tolist(), STEP, STEP * int(generator.integers(1, 3)))
+    torus = tuple(2 * fft.good_size(n, True) for n in grid.shape)
+    root = np.sqrt(np.maximum(circulant_eigenvalues(covariance, grid, torus), 0.0))
+    heights = np.fft.irfft2(root * np.fft.rfft2(generator.standard_normal(torus)), s=torus)
+    return topography(heights[: grid.nx, : grid.ny], grid.dx, grid.dy, "scan")
+
+
+@pytest.mark.slow
+def test_random_scans_are_sampled_or_refused_by_a_line_with_a_key(run, monkeypatch):
+    """60 of all models, with tori of up to 2^18 nodes; on the mesh of the scan and on that of a strip."""
+    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 2**18)
+    sampled, refused = 0, []
+    for seed in range(60):
+        heights = random_scan(seed)
+        monkeypatch.setattr(scan, "read_scan", lambda *_, heights=heights: heights)
+        try:
+            found = run(scan, CONFIGURATION | {"targets": ["figure3"], "strip": STRIP})
+        except IllPosedError as error:
+            refused.append(str(error))
+            continue
+        model, sampled = surface_model.restored_model(found), sampled + 1
+        for grid in (heights.grid, Grid(88, 5, 5e-6, 5e-6)):
+            assert np.isfinite(model.sampler(grid)(np.random.default_rng(seed))).all()
+    assert [text for text in refused if "roughness.scan." not in text] == []
+    assert sampled >= 30
+
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "matrix-2.txt"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not DATA.is_file() or importlib.util.find_spec("SurfaceTopography") is None,
+    reason="needs the measured scan ../shared/data/matrix-2.txt and the extra `scans`",
+)
+def test_the_best_model_of_a_measured_scan_can_be_sampled(run, monkeypatch):
+    """Its best, a Matern model of smoothness 0.1 with an oblique lay, fits no torus of 2^25 nodes."""
+    monkeypatch.setattr(scan, "read_scan", lambda *_: read_scan(DATA))
+    found = run(scan, CONFIGURATION)
+    assert any(text.startswith("a better model, matern cannot be sampled on the mesh") for text in run.warnings)
+    assert found["model"][0].startswith("self affine covariance")
+    surface_model.restored_model(found).sampler(Grid(650, 650, *found["spacing"].tolist()))

@@ -1,6 +1,7 @@
 """Models of surfaces: one interface for Gaussian, translated, measured and fractal ones."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -147,3 +148,13 @@ def test_a_fractal_surface():
         assert np.mean(means) == pytest.approx(expected, abs=4 * np.std(means) / math.sqrt(200))
     x, y = model.lengths_m
     assert [law(x), law(0.0, y)] == pytest.approx([4.0 / math.e] * 2, rel=1e-6)
+
+
+def test_the_lengths_of_a_fractal_surface_are_those_along_x_and_y():
+    """Three azimuths of 0, 60 and 120 degrees do not make it isotropic; waves along x alone never lose y."""
+    law = WeierstrassMandelbrot(0.7, 2.0, 40.0, 3.0, azimuths=3)
+    x, y = FractalModel(law).lengths_m
+    assert [law(x), law(0.0, y)] == pytest.approx([4.0 / math.e] * 2, rel=1e-6)
+    assert abs(x / y - 1.0) > 0.05
+    with pytest.raises(IllPosedError, match="another azimuth"):
+        _ = FractalModel(replace(law, azimuths=1)).lengths_m

@@ -56,6 +56,7 @@ def test_each_mistake_of_a_scene_is_one_line_before_any_job(empty, tmp_path):
         ({"scene": "paper"}, ["'scene': unknown key; did you mean scenes?", "scenes: no value is not allowed"]),
         ({"scenes": []}, ["scenes: [] is not allowed; a list of scenes, of: paper, smoke"]),
         ({"scenes": "smoke", "memory_mb": "abc", "problems": 0}, ["memory_mb: 'abc' is not", "problems: 0 is not"]),
+        ({"scenes": "smoke", "share": 2}, ["share: 2 is not allowed"]),
         ({"scenes": "smoke", "memory_mb": True}, ["memory_mb: true is not allowed"]),
     ],
 )

@@ -38,20 +38,20 @@ def table(static: float) -> dict:
 # The values on either side of a threshold, the plausible one first, and what the warning says.
 SIDES = {
     "slope": ({"roughness": rms(0.499)}, {"roughness": rms(0.501)}, "rms slope 0.501 between neighbouring nodes"),
-    "modulus, kPa for Pa": (
-        {"material": {"young_modulus_pa": 5.1e8}},
-        {"material": {"young_modulus_pa": 5.0e8}},
-        "material.young_modulus_pa = 5e+08 Pa is a thousandth of the 5e+11 Pa of metals, or beyond",
+    "modulus, MPa for Pa": (  # rubber of 0.1 MPa is soft, but there is such
+        {"material": {"young_modulus_pa": 1.0e5}},
+        {"material": {"young_modulus_pa": 0.99e5}},
+        "material.young_modulus_pa = 9.9e+04 Pa is below the 100000 Pa of soft rubber: check the unit, Pa",
     ),
     "modulus, twice in GPa": (
-        {"material": {"young_modulus_pa": 9.9e12}},
-        {"material": {"young_modulus_pa": 1.0e13}},
-        "material.young_modulus_pa = 1e+13 Pa is a thousand times the 1e+10 Pa of metals, or beyond",
+        {"material": {"young_modulus_pa": 1.3e12}},
+        {"material": {"young_modulus_pa": 1.31e12}},
+        "material.young_modulus_pa = 1.31e+12 Pa is above the 1.3e+12 Pa of diamond: check the unit, Pa",
     ),
     "hardness": (
-        {"material": {"hardness_pa": 1.1e7}},
-        {"material": {"hardness_pa": 1.0e7}},
-        "material.hardness_pa = 1e+07 Pa is a thousandth of the 1e+10 Pa of metals, or beyond",
+        {"material": {"hardness_pa": 1.0e6}},
+        {"material": {"hardness_pa": 0.99e6}},
+        "material.hardness_pa = 9.9e+05 Pa is below the 1e+06 Pa of rubber: check the unit, Pa",
     ),
     "cell of the strip": (
         {"targets": ["figure3"], "roughness": {"correlation_length_m": 5.0e-6}},

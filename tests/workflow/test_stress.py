@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 import warnings
 from dataclasses import dataclass, replace
 
@@ -124,6 +125,10 @@ def test_files_hold_all_rows_and_a_failure_ends_the_command_with_one(tmp_path, m
         assert (stage["stage"], stage["problems"], stage["failures"]) == ("contact", 6, 1)
         assert stage["outcomes"] == {"converged": 5, "false claim": 1}
         assert stage["worst_residual_over_tolerance"] == pytest.approx(0.5)
+    for most, solved in ((sys.maxsize, 5), (10, 10)):  # half of ten random problems, but all of a list
+        monkeypatch.setattr("sys.argv", ["stress", "--share", "0.5", "--output", f"{path}"])
+        runner.command("", "contact", row_of, 10, most)
+        assert json.loads(path.read_text())["problems"] == solved
     monkeypatch.setattr("sys.argv", ["stress", "--only", "3", "5"])
     assert runner.command("", "contact", row_of, 10) == 0
 

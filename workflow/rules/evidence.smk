@@ -3,7 +3,7 @@
 # Out: results/benchmarks/<stage>.json|png|svg. `--config peers=true` includes public solvers, which must be installed
 #      (`make benchmark PEERS=1`). `--config quick=true` measures small problems, a check that takes minutes.
 #      results/stress/<stage>.json, and all of them in results/stress.json. The failure of a problem fails the job, and
-#      its log names the problem. `--config seed=today` draws other problems, `--config problems=100` fewer.
+#      its log names the problem. `--config seed=today` draws other problems, `problems=100` fewer, `share=0.1` a tenth.
 import itertools
 
 from workflow.keys.evidence_keys import evidence_key, kept_evidence, measured_scenes
@@ -12,7 +12,7 @@ from workflow.study.scenes import BENCHMARKS, STRESSED
 BENCHMARK_OPTIONS = [name for name in ("peers", "quick") if config.get(name)]
 BENCHMARK_LOCK = ROOT / "requirements-peers.lock" if "peers" in BENCHMARK_OPTIONS else LOCK
 EVIDENCE_MB = 4000  # a process
-STRESS_OPTIONS = {name: str(config[name]) for name in ("seed", "problems") if name in config}
+STRESS_OPTIONS = {name: str(config[name]) for name in ("seed", "problems", "share") if name in config}
 
 
 rule benchmark:

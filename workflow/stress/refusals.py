@@ -36,11 +36,11 @@ from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import recursion
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.grid import Grid
+from roughslip.oscillator.counts import counts_by_period
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.oscillator.limits import counts_by_period
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates

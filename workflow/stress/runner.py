@@ -210,17 +210,20 @@ def command(
     """Run the campaign of a stage from the command line and return the exit status, which is 1 if a problem failed.
 
     problems : how many, if the command line does not say
-    most : how many there are
+    most : how many there are, where they are a list
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--output", type=Path, help="the JSON file")
     parser.add_argument("--seed", default=SEED, type=_seed, help=f"a whole number, or `today`; default {SEED}")
     parser.add_argument("--problems", type=int, default=problems, help=f"how many, from number 0; default {problems}")
+    parser.add_argument("--share", type=float, default=1.0, help="of them, at least one; a list is always whole")
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="only the problems of these numbers")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
     arguments = parser.parse_args()
     started = time.perf_counter()
-    rows = run_problems(row_of, arguments.seed, arguments.only or range(min(arguments.problems, most)), arguments.jobs)
+    share = arguments.share if most == sys.maxsize else 1.0
+    wanted = range(min(max(1, round(share * arguments.problems)), most))
+    rows = run_problems(row_of, arguments.seed, arguments.only or wanted, arguments.jobs)
     if arguments.output:
         write_campaign(arguments.output, rows, {stage: arguments.seed})
     wrong = failures(rows)

@@ -14,7 +14,7 @@ from roughslip.limits import SHARES
 from roughslip.scene import plan, strict_yaml
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO
-from roughslip.scene.loader import load
+from roughslip.scene.loader import inherited, load
 from roughslip.scene.sweep import all_names, scene_file
 from roughslip.scene.types import get
 from workflow.keys.key_files import is_dry_run, key_input, write_key
@@ -80,6 +80,9 @@ class Scenes:
             except InputError as error:
                 if name in asked:
                     mistakes += error.lines
+        for name, variants in self.variants.items():  # a scene is made with all its variants, or not at all
+            if not self.valid.keys() >= set(variants):
+                self.valid.pop(name, None)
         mistakes += [line for name in sorted(asked & self.valid.keys()) for line in self._too_large(name)]
         for name in sorted(asked & self.valid.keys()):
             mistakes += self._surface_mistakes(name)
@@ -275,7 +278,8 @@ class Scenes:
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
-        return [*scene_warnings(self.valid[name]), *self._scan_check(name)[1]]
+        own = inherited(name, self.root / "config" / "scenes") if "answer" in self.stages(name) else []
+        return [*own, *scene_warnings(self.valid[name]), *self._scan_check(name)[1]]
 
     def products(self, name: str) -> list[str]:
         """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""

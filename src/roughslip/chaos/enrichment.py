@@ -45,15 +45,12 @@ class DistributionError:
 
 @dataclass(frozen=True)
 class Enriched:
-    """An expansion whose distribution has at most the requested error.
+    """What the surfaces reach.
 
-    expansion, samples : the last fit and its samples
-    error : its estimated error
+    error : estimated, of the last expansion
     history : number of surfaces and estimated error at every step; NaN where no expansion could be fitted
     """
 
-    expansion: LocalExpansion
-    samples: Samples
     error: DistributionError
     history: tuple[tuple[int, float], ...]
 
@@ -150,7 +147,7 @@ def enrich(
         else:
             history.append((count, error.total))
             if error.total <= asked:
-                return Enriched(expansion, fitted, error, tuple(history))
+                return Enriched(error, tuple(history))
             reason = f"its error is {error.scatter:.2g} from their scatter and {error.bias:.2g} from bias"
         if 2 * count > most:
             raise ConvergenceError(

@@ -32,10 +32,21 @@ def figure5(result: Arrays) -> Figure:
     _reattachment(histogram, result)
     _loss(loss, result)
     _counts(counts, result)
-    title = f"limit cycle at D = {float(result['nominal_damping']):g}"
-    heads(figure.axes, title, "reattachment point", "cycles lost to the scatter", "cycles with and without scatter")
+    heads(
+        figure.axes,
+        cycle_title(result),
+        "reattachment point",
+        "cycles lost to the scatter",
+        "cycles with and without scatter",
+    )
     despine(*figure.axes)
     return figure
+
+
+def cycle_title(result: Arrays) -> str:
+    """Title of the phase plane: a limit cycle only where the mass sticks to the belt again without scatter."""
+    kind = "limit cycle" if np.isfinite(result["deterministic_reattachment"]) else "no stick-slip cycle"
+    return f"{kind} at D = {float(result['nominal_damping']):g}"
 
 
 def draw_cycle(axes: Axes, result: Arrays) -> None:

@@ -8,10 +8,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures.figure5 import draw_cycle
+from roughslip.figures.figure5 import cycle_title, draw_cycle
 from roughslip.figures.style import Arrays, Look, despine, draw_map, heads, legend_above, panels, pressure_unit
 
-CYCLE = ["position", "velocity", "deterministic_position", "deterministic_velocity", "nominal_damping"]
+CYCLE = [
+    "position",
+    "velocity",
+    "deterministic_position",
+    "deterministic_velocity",
+    "nominal_damping",
+    "deterministic_reattachment",
+]
 DRAWN = ["x", "y", "height", "pressure", "penetration", "path", "path_axis", "friction", "friction_mean", *CYCLE]
 
 
@@ -22,18 +29,28 @@ def figure_chain(result: Arrays) -> Figure:
     _map(surface, result, heights, "height [µm]", "viridis", (float(heights.min()), float(heights.max())))
     unit, name = pressure_unit(result["pressure"].max())
     pressure = unit * result["pressure"]
-    _map(contact, result, pressure, f"pressure [{name}]", "magma", (0.0, float(pressure.max())))
+    _map(contact, result, pressure, f"pressure [{name}]", "magma", (0.0, float(pressure.max()) or 1.0))
     _friction(path, result)
     draw_cycle(cycle, result)
     heads(
         figure.axes,
         "rough surface",
-        f"contact pressure, penetration {float(result['penetration']):.3g} %",
+        pressure_title(result),
         "friction along the path",
-        f"stick-slip at D = {float(result['nominal_damping']):g}",
+        cycle_title(result),
     )
     despine(path, cycle)
     return figure
+
+
+def pressure_title(result: Arrays) -> str:
+    """Title of the map of pressure; it says so where the piece shown has no contact."""
+    title = f"contact pressure, penetration {float(result['penetration']):.3g} %"
+    return (
+        title
+        if result["pressure"].max() > 0.0
+        else f"no contact here, penetration {float(result['penetration']):.3g} %"
+    )
 
 
 def _map(axes: Axes, result: Arrays, values: np.ndarray, label: str, colours: str, limits: Sequence[float]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,12 +34,14 @@ NUMBERS = {
 
 DRAWN = [
     *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient", "model"),
+    "read",
     *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
     *with_interval_names("density", "correlation", "power", *NUMBERS),
     *(f"twin_{name}" for name in NUMBERS),
 ]
 
 SCAN, TWIN = "0.15", "C1"
+WIDEST = 150  # letters in a line across the figure
 OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies further away
 
 
@@ -57,6 +60,7 @@ def figure_scan(result: Arrays) -> Figure:
     numbers = "numbers" if result["sufficient"] else "numbers (scan small for intervals)"
     titles = ("scan", "a sampled twin", "density of heights", "autocorrelation", "power spectrum", numbers)
     heads(grid.ravel(), *titles)
+    figure.suptitle(fill(f"Read: {result['read'][0]}", WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
     for axes in grid.ravel()[2:]:
         axes.spines[["top", "right"]].set_visible(False)
     return figure
@@ -126,6 +130,8 @@ def _numbers(axes: Axes, result: Arrays) -> None:
         axes.plot([-1, 1], [-row, -row], "|-", color=SCAN, lw=1.4, label="scan" if row == 0 else None)
         axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label="twins" if row == 0 else None)
         inside = f"{np.sum(np.abs(away) <= 1)} of {len(away)}"
+        if _contains_everything(name, float(low), float(high), float(result["skewness"])):
+            inside = "cannot tell"
         axes.annotate(inside, (OUTSIDE + 0.2, -row), ha="right", va="center", fontsize="x-small")
         _, factor, unit = NUMBERS[name]
         text = f"{factor * value:.3g}{unit} ({factor * low:.3g} to {factor * high:.3g})"
@@ -134,3 +140,10 @@ def _numbers(axes: Axes, result: Arrays) -> None:
     axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(shown), 0.8))
     axes.set_xlabel("distance [half the 95 % interval]")
     legend_above(axes)
+
+
+def _contains_everything(name: str, low: float, high: float, skewness: float) -> bool:
+    """Whether an interval excludes no value: a kurtosis from its bound 1 + Ssk^2 on, a lay of half a turn."""
+    if name == "kurtosis":
+        return low <= (1.0 + skewness**2) * (1.0 + 1e-9)
+    return name == "lay" and high - low >= np.pi

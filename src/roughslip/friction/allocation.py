@@ -32,7 +32,7 @@ from scipy.special import ndtr
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.combination import ORDERS, Windows
-from roughslip.friction.statistics import require_scatter
+from roughslip.friction.statistics import margin_of, require_scatter
 from roughslip.probability.estimate import variance_margin
 
 PERCENTILES = (20.0, 95.0)
@@ -40,6 +40,7 @@ PERCENTILES = (20.0, 95.0)
 
 STATISTICS = ("friction_mean", "friction_std")
 SAVED = 1 / 3  # of the cost with other strips
+POINTS = 24
 _SPREAD = (np.arange(610) * np.array([[1], [377]]) % 610 + 0.5) / 305 - 1  # Fibonacci lattice on the square of side 2
 
 
@@ -63,7 +64,12 @@ class Sources:
     def half_width(self, strips: int, many: int, *, safe: bool = True) -> float:
         """Half width of the 95 % interval. safe : with the factors for few pilot strips, else as expected"""
         by = (1.0, 1.0) if safe else self.safety
-        return half_width(math.sqrt(self.solved / by[0] / strips + self.control / by[1] / many), self.mesh)
+        normal = half_width(math.sqrt(self.solved / by[0] / strips + self.control / by[1] / many), self.mesh)
+        return float(self.margin(strips)) * normal
+
+    def margin(self, strips: int | np.ndarray) -> np.ndarray:
+        """Factor by which so many strips widen the interval of a normal variable."""
+        return margin_of(self.statistic.removeprefix("friction_"), strips)
 
 
 @dataclass(frozen=True)
@@ -203,8 +209,7 @@ def allocate(errors: Sequence[Sources], asked: dict[str, float], choice: Choice)
         return None
     many = np.maximum(float(choice.least) * strips, choice.many[0])
     for one in errors:
-        variance = _variance_within(asked[one.statistic], one.mesh)
-        left = variance - one.solved / strips
+        left = _variances_within(asked[one.statistic], one, strips) - one.solved / strips
         needed = np.divide(one.control, left, out=np.full(len(strips), np.inf), where=left > 0)
         many = np.maximum(many, np.ceil(needed))
     cost = choice.costs[0] * strips + choice.costs[1] * many
@@ -252,6 +257,17 @@ def nearest(options: Sequence[Option], asked: dict[str, float]) -> dict[str, flo
         factor = math.sqrt(low * high)
         low, high = (low, factor) if cheapest(options, scaled(factor)) else (factor, high)
     return scaled(1.005 * high)  # three digits round by at most half of 1 %
+
+
+def _variances_within(asked: float, one: Sources, strips: np.ndarray) -> np.ndarray:
+    """The largest variance for each number of strips; not above it between the POINTS where it is solved for.
+
+    With the margin c, c sigma is concave in c: sqrt(asked^2 - (c mesh)^2) / 1.96 but for the shape of the mesh's part.
+    """
+    margin = one.margin(strips)
+    points = np.linspace(margin.min(), margin.max(), POINTS if len(strips) > 1 else 1)
+    scaled = [c * math.sqrt(max(0.0, _variance_within(asked / c, one.mesh))) for c in points]
+    return np.asarray((np.interp(margin, points, scaled) / margin) ** 2)
 
 
 def _variance_within(asked: float, mesh: tuple[float, float]) -> float:

@@ -25,7 +25,7 @@ import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import autocorrelation
-from roughslip.friction.statistics import NO_SCATTER, window_statistics
+from roughslip.friction.statistics import NO_SCATTER, estimate_of, window_statistics
 from roughslip.probability import Estimate
 
 ORDERS = {"mean": (0.9, 2.2), "std": (1.25, 2.75), "autocorrelation": (1.0, 2.0)}
@@ -108,18 +108,20 @@ class Combined:
     mesh : part of the rows of mean and std that the extrapolation to cells of no size added; zero without one
     kept : by statistic, variance over that of the solved strips alone
     control : rows of the control alone, on the other strips
+    strips : number of solved strips, and of those of the control
     """
 
     rows: Rows
     mesh: Rows
     kept: Rows
     control: Rows
+    strips: tuple[int, int]
 
     def estimates(self) -> dict[str, Estimate]:
         """Each statistic of mu, with the coefficient of variation."""
         rows = {name: np.exp(one) if name in POSITIVE else one for name, one in self.rows.items()}
         rows["variation"] = rows["std"] / rows["mean"]
-        return {name: Estimate.from_rows(one) for name, one in rows.items()}
+        return {name: estimate_of(name, one, self.strips[0]) for name, one in rows.items()}
 
     def mesh_change(self, name: str) -> Estimate:
         """() relative change of the mean or std by the extrapolation to cells of no size."""
@@ -180,4 +182,5 @@ def combine(
     else:
         rows, kept = controlled(fine, rows_of(*control_same, weights), control, len(solved[0]) / len(control_many[0]))
     final = rows if half is None or factors is None else extrapolated(rows, fine, half, factors)
-    return Combined(final, {name: final[name] - rows[name] for name in ("mean", "std")}, kept, control)
+    mesh, strips = {name: final[name] - rows[name] for name in ("mean", "std")}, (len(solved[0]), len(control_many[0]))
+    return Combined(final, mesh, kept, control, strips)

@@ -15,11 +15,16 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.probability import Estimate
+from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
 from roughslip.validation import gate, reals
 
 PERCENTS = (5, 25, 50, 75, 95)
-BLOCKS = 64  # of sorted windows, in which a quantile is looked for
 """Quantiles that are reported [%]."""
+
+BLOCKS = 64  # of sorted windows, in which a quantile is looked for
+
+SCALE = ("std", "variation")
+SHAPE = ("skewness", "kurtosis")
 
 FEWEST_REPLICATES = 40
 """Below this many replicates the ends of a 95 % interval are the extreme replicates."""
@@ -40,6 +45,19 @@ def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.
         raise ParameterError(f"a 95 % interval needs at least {FEWEST_REPLICATES} replicates, not {replicates}")
     drawn = rng.multinomial(strips, np.full(strips, 1.0 / strips), size=replicates)
     return np.concatenate((np.ones((1, strips), dtype=np.int64), drawn))
+
+
+def margin_of(statistic: str, strips: int | np.ndarray) -> np.ndarray:
+    """Factor on the half width of its percentile interval from so many strips; of std, of that of its logarithm."""
+    if statistic == "mean":
+        return interval_margin(strips)
+    return interval_margin(strips, SCALE_FREEDOM) if statistic in (*SCALE, *SHAPE) else np.ones(np.shape(strips))
+
+
+def estimate_of(statistic: str, rows: np.ndarray, strips: int) -> Estimate:
+    """The statistic with its interval from so many strips. rows : (1 + R, ...) of the sample, then of replicates."""
+    kind = Estimate.of_scale if statistic in SCALE and (rows > 0.0).all() else Estimate.from_rows
+    return kind(rows, float(margin_of(statistic, strips)))
 
 
 def check_windows(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -195,9 +213,10 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
 
     Windows are pooled: moments are sums over all valid windows divided by their number n (no n - 1: overlapping windows
     are not n draws). The mean of strips is unbiased; std is low by about 1 / (2 effective_windows) of itself.
-    Percentile intervals are first-order correct. That of the mean covers P(|t| < 1.96 sqrt(1 - 1/S)), t with S - 1
-    degrees of freedom. This is 94.0 % for S = 40, 94.8 % for S = 300. On Gaussian strips std and kurtosis covered 88
-    and 87 % for S = 40, 94 and 91 % for S = 300. Raises IllPosedError where strips in contact are too few or mu has no
+    Intervals of mean, std and variation are widened to Student's, the last two reflected too (`Estimate.of_scale`).
+    From 20 strips on each end misses the truth in 1 to 4 % of the trials, on Gaussian and Beta strips. Intervals of
+    skewness and kurtosis are widened too, and cover 94 to 98 % and 90 to 96 %; those of kurtosis lie too low where they
+    miss. Those of quantiles are percentiles. Raises IllPosedError where strips in contact are too few or mu has no
     scatter.
     """
     mu, valid = check_windows(mu, valid, weights)
@@ -219,11 +238,11 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     quantiles = resampled_quantiles(mu, valid, weights, np.array(PERCENTS), 100)
     windows = mu.shape[1] * resampled(weights, np.ones((strips, 1)))[:, 0]
     return WindowStatistics(
-        mean=Estimate.from_rows(centre + m1),
-        std=Estimate.from_rows(std),
-        variation=Estimate.from_rows(std / (centre + m1)),
-        skewness=Estimate.from_rows(third / std**3),
-        kurtosis=Estimate.from_rows(fourth / variance**2 - 3.0),
+        mean=estimate_of("mean", centre + m1, strips),
+        std=estimate_of("std", std, strips),
+        variation=estimate_of("variation", std / (centre + m1), strips),
+        skewness=estimate_of("skewness", third / std**3, strips),
+        kurtosis=estimate_of("kurtosis", fourth / variance**2 - 3.0, strips),
         quantiles=Estimate.from_rows(quantiles),
         effective_windows=Estimate.from_rows(variance / np.maximum(mean_variance, variance / n)),
         missing_share=Estimate.from_rows(1.0 - n / windows),
@@ -243,7 +262,7 @@ def ratio_of_sums(area: np.ndarray, force: np.ndarray, shear_strength_pa: float,
     area, loaded = check_windows(area, np.asarray(force) > 0.0, weights)
     force, _ = check_windows(force, loaded, weights)
     totals = resampled(weights, np.stack((area.sum(axis=1), force.sum(axis=1)), axis=1))
-    return Estimate.from_rows(shear_strength_pa * totals[:, 0] / totals[:, 1])
+    return estimate_of("mean", shear_strength_pa * totals[:, 0] / totals[:, 1], len(area))
 
 
 def _variance_of_mean(weights: np.ndarray, sums: np.ndarray, mean: np.ndarray) -> np.ndarray:

@@ -7,7 +7,8 @@
 - Oscillator, StribeckLaw, CoulombLaw, TableLaw: the system
 - simulate, trajectory, ensemble_counts: its motion, with or without scatter, by MotionOptions
 - limit_cycle, hopf_damping, existence_limit, grazing_response: the cycle without scatter, its limits, and their shift
-- reattachment_statistics, count_difference, cycling_share, damping_band: statistics of ensembles
+- run_until_known, states_of: when it is in stick-slip and when in steady sliding
+- reattachment_statistics, count_difference, damping_band: statistics of ensembles
 
 `__init__.pyi` lists all public names and their modules.
 """

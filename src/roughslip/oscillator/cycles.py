@@ -16,6 +16,8 @@ import numpy as np
 from scipy.special import log_ndtr, ndtr, stdtrit
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.probability import Estimate
+from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
 from roughslip.validation import gate
 
 REPLICATES = 1000
@@ -96,7 +98,8 @@ def reattachment_statistics(
     generator : draws the bootstrap replicates
 
     Returns the statistics. Cycles of one run depend on each other, so whole runs are resampled (Efron and Tibshirani,
-    An Introduction to the Bootstrap, 1993, ch. 8). The intervals of moments are percentiles. Raises
+    An Introduction to the Bootstrap, 1993, ch. 8). Intervals of moments are those of
+    friction over strips: percentiles widened to Student's, and reflected for the scatter. Raises
     ParameterError for input that is not finite or does not match; IllPosedError where fewer than FEWEST_REALISATIONS
     runs stick again, or where the points of a resampled ensemble do not scatter.
     """
@@ -105,7 +108,7 @@ def reattachment_statistics(
     owners, owner = np.unique(realisation, return_inverse=True)
     runs = len(owners)
     if runs < FEWEST_REALISATIONS:
-        raise IllPosedError(f"only {runs} runs stick again: lower the damping or run more realisations")
+        raise IllPosedError(f"only {runs} runs stick again: lower the damping, run longer or run more realisations")
     centre, scale = position.mean(), position.std()
     if scale <= NO_SCATTER * np.abs(centre):
         raise IllPosedError("every run sticks again at the same point: the friction has no scatter")
@@ -117,7 +120,13 @@ def reattachment_statistics(
     distance = _distance_to_normal(values, owner, counts, moments[:, 0], moments[:, 1])
     moments[:, 0] = centre + scale * moments[:, 0]
     moments[:, 1] *= scale
-    mean, std, skewness, kurtosis = np.vstack([moments[:1], np.quantile(moments[1:], TAILS, axis=0)]).T.copy()
+    of_mean, of_scale = float(interval_margin(runs)), float(interval_margin(runs, SCALE_FREEDOM))
+    found = (
+        Estimate.from_rows(moments[:, 0], of_mean),
+        Estimate.of_scale(moments[:, 1], of_scale),
+        *(Estimate.from_rows(rows, of_scale) for rows in moments[:, 2:].T),
+    )
+    mean, std, skewness, kurtosis = (np.array([one.value, one.low, one.high]) for one in found)
     return Reattachment(mean, std, skewness, kurtosis, distance, len(position), runs)
 
 

@@ -56,6 +56,11 @@ class FrictionLaw(ABC):
     def parameters(self) -> Any:
         """The named tuple for compiled code; a law that uses the type of another law has the formula of that law."""
 
+    @property
+    def fastest_known(self) -> float:
+        """The largest speed [m/s] at which the law was measured; infinite for a formula."""
+        return math.inf
+
     @staticmethod
     def friction(speed: Any, law: Any) -> Any:
         """mu_D at a speed."""

@@ -17,7 +17,8 @@ import scipy  # its parts when they are used
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import TOLERANCE, existence_limit, next_peak, slip_flow
+from roughslip.oscillator.limits import existence_limit
+from roughslip.oscillator.slip_flow import TOLERANCE, next_peak, slip_flow
 from roughslip.validation import gate
 
 SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it

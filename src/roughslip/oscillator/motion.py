@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -249,55 +249,3 @@ def trajectory(
     samples.x[0], samples.u[0] = start_position_m, oscillator.V
     motion = simulate(oscillator, law, path, spacing_m, duration_periods, options, start_position_m, None, samples)
     return Trajectory(motion, samples.interval * np.arange(size), samples.x, samples.u)
-
-
-@dataclass(frozen=True)
-class Counts:
-    """Counts of the motions on one friction path at several damping ratios.
-
-    damping_ratios : (dampings,) [-]
-    cycles, micro_slips : (dampings,)
-    last_cycle : (dampings,) [-] natural periods until the last cycle ends, 0 where there is none
-    cuts : (dampings,) of negative friction, as in Motion
-    steps, evaluations : in all, as in Motion
-    periods : natural periods followed in all
-    """
-
-    damping_ratios: np.ndarray
-    cycles: np.ndarray
-    micro_slips: np.ndarray
-    last_cycle: np.ndarray
-    cuts: np.ndarray
-    steps: int
-    evaluations: int
-    periods: float
-
-
-@gate
-def ensemble_counts(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    path: FrictionPath,
-    spacing_m: float,
-    duration_periods: float,
-    damping_ratios: Sequence[float] | np.ndarray,
-    options: MotionOptions = DEFAULTS,
-) -> Counts:
-    """Counts of one realisation of the friction at several damping ratios, which replace that of the oscillator.
-
-    damping_ratios : (dampings,) [-] each >= 0; the other arguments and the errors as in `simulate`, but an iterable
-        path must start again for each
-    """
-    ratios = np.atleast_1d(np.asarray(damping_ratios, dtype=np.float64))
-    belts = [replace(oscillator, damping_ratio=float(ratio)) for ratio in ratios]
-    motions = [simulate(belt, law, path, spacing_m, duration_periods, options) for belt in belts]
-    return Counts(
-        damping_ratios=ratios,
-        cycles=np.array([motion.cycles for motion in motions]),
-        micro_slips=np.array([motion.micro_slips for motion in motions]),
-        last_cycle=np.array([motion.last_cycle for motion in motions]),
-        cuts=np.array([motion.cuts for motion in motions]),
-        steps=sum(motion.steps for motion in motions),
-        evaluations=sum(motion.evaluations for motion in motions),
-        periods=duration_periods * ratios.size,
-    )

@@ -182,12 +182,14 @@ def node_side_matters(
     """Whether it matters, for a state close to the end of a piece, from which side of the node friction is taken.
 
     The error of friction is proportional to the distance from the node, that of X' to half of it times the time there.
+    At the belt that time follows from X'', because the speed vanishes.
     """
     left = piece.right - path_coordinate(y.tau, y.s, p)
     rate = p.advance if p.advance > 0.0 else sigma * (p.V - y.u)
+    rate = rate if rate > 0.0 else np.sqrt(0.5 * abs(y.a * left))
     if abs(left) <= AT_NODE * path.spacing + 1e-15 * rate * y.tau:
         return False
-    passed = min(rate * h, path.spacing) if rate > 0.0 else rate * h
+    passed = min(rate * h, path.spacing)
     half = 0.5 * p.F * abs(left)
     if (
         error_ratio(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, settings.tolerance)
@@ -366,6 +368,10 @@ def slip(
             if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
                 control = StepControl(length * growth(ratio, pair), control.grown, control.length, control.level)
                 continue
+            beyond = path_coordinate(end.tau, end.s, p) > piece.right
+            if beyond and node_side_matters(end, length, sigma, piece, path, p, settings):
+                control = StepControl(0.5 * length, control.grown, control.length, control.level)
+                continue  # it slipped beyond a node and, in the longer step, back again
             last, whole = last and length == h, whole and length == h
         sample_slip(y, end, here, sliding, pair, samples)  # 7
         backwards = backwards or turns_backwards(y, end)

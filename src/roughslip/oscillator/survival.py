@@ -1,9 +1,7 @@
-"""Survival of stick-slip under noise: spells of it and of steady sliding, lifetimes, and the band of damping.
+"""Survival of stick-slip under noise: lifetimes of its spells and those of steady sliding, and the band of damping.
 
-A slip phase longer than LONG_SLIP natural periods is a spell of steady sliding: a loop of slip takes about one period,
-so the mass has missed the belt twice. All other motion is stick-slip. The friction path loses its correlation within a
-cycle, and all cycles begin at the departure point. So lifetimes are close to exponential; the end of a run censors
-them.
+The states are those of `oscillator.states`. The friction path loses its correlation within a cycle, and all cycles
+begin at the departure point. So lifetimes are close to exponential; the end of a run censors them.
 """
 
 from __future__ import annotations
@@ -15,11 +13,10 @@ import numpy as np
 from scipy.special import chdtri, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.motion import Motion
+from roughslip.oscillator.states import States, slip_phases
 from roughslip.validation import gate
 
-LONG_SLIP = 3.0  # natural periods
 REPLICATES = 400
 TAILS = (0.025, 0.975)
 
@@ -36,65 +33,18 @@ class Spells:
     ended: np.ndarray
 
 
-def _slips(motion: Motion) -> tuple[np.ndarray, bool]:
-    """(slips, 2) [-] beginning and end of each slip phase in natural periods, and whether the last was cut off."""
-    departures = motion.time[motion.kind == DEPARTURE]
-    reattachments = motion.time[motion.kind == REATTACHMENT]
-    cut_off = departures.size > reattachments.size
-    ends = np.append(reattachments, motion.duration) if cut_off else reattachments
-    return np.stack([departures, ends], axis=1) / (2.0 * math.pi), cut_off
-
-
-def sliding_intervals(motion: Motion) -> np.ndarray:
-    """(spells, 2) [-] beginning and end, in natural periods, of each spell of steady sliding, cut off by the run's."""
-    slips, _ = _slips(motion)
-    return slips[slips[:, 1] - slips[:, 0] > LONG_SLIP]
-
-
 @gate
-def cycling_share(motion: Motion, after_periods: float = 0.0) -> float:
-    """Share of the time later than a number of natural periods that is stick-slip [-]."""
-    end = motion.duration / (2.0 * math.pi)
-    if not 0.0 <= after_periods < end:
-        raise ParameterError(f"the time looked at must begin within the {end:.4g} natural periods of the run")
-    sliding = np.clip(sliding_intervals(motion), after_periods, end)
-    return 1.0 - float(np.sum(sliding[:, 1] - sliding[:, 0], dtype=np.float64)) / (end - after_periods)
-
-
-def is_cycling(motion: Motion, periods: float) -> bool:
-    """Whether a time [natural periods] belongs to stick-slip; of a random time, the mean is `cycling_share`.
-
-    The motion must go on for LONG_SLIP natural periods after it.
-    """
-    if not 0.0 <= periods <= motion.duration / (2.0 * math.pi) - LONG_SLIP * (1.0 - 1e-9):
-        raise ParameterError(f"the run must last {LONG_SLIP:g} natural periods longer than the {periods:.4g} asked for")
-    begin, end = sliding_intervals(motion).T
-    return not bool(np.any((begin <= periods) & (periods < end)))
-
-
-@gate
-def spells(motion: Motion) -> tuple[Spells, Spells]:
-    """Spells of stick-slip, and of steady sliding, in their order in time.
-
-    A slip phase that the end of the run cuts off before it is long is left out. The spell of stick-slip before it is
-    cut off where that phase begins.
-    """
-    slips, cut_off = _slips(motion)
-    end = motion.duration / (2.0 * math.pi)
-    sliding = sliding_intervals(motion)
-    known = float(slips[-1, 0]) if cut_off and end - slips[-1, 0] <= LONG_SLIP else end
-    begins = np.concatenate([[0.0], sliding[:, 1]])
-    ends = np.append(sliding[:, 0], known)
-    cycling = ends > begins  # not before a run that begins with sliding, nor after one that ends with it
+def spells(states: States) -> tuple[Spells, Spells]:
+    """Spells of stick-slip, and of steady sliding, in their order in time."""
     return (
-        Spells((ends - begins)[cycling], (np.arange(ends.size) < len(sliding))[cycling]),
-        Spells(sliding[:, 1] - sliding[:, 0], sliding[:, 1] < end),
+        Spells(np.diff(states.stick_slip)[:, 0], states.stick_slip_ended),
+        Spells(np.diff(states.sliding)[:, 0], states.sliding_ended),
     )
 
 
 def first_slip(motion: Motion) -> Spells:
     """The slip phase that a run begins with, if it does: how long a motion that starts in slip takes to stick."""
-    slips, cut_off = _slips(motion)
+    slips, cut_off = slip_phases(motion)
     at_start = slips[:1, 0] == 0.0
     first = slips[:1][at_start]
     return Spells(first[:, 1] - first[:, 0], np.full(len(first), not cut_off or len(slips) > 1))

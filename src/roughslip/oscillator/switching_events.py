@@ -42,6 +42,7 @@ GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is decided by 
 REACHED = 1e-15  # of V: X' is the belt's
 NEAR = 1e-5  # of a step: within this distance the series of X' up to the jerk locates the belt to 1e-15 of the step
 MOST_TAKEN = 200  # steps to meet a bound
+ROUNDED = 1e-14  # of belt and knot: the least distance, where the knots of a table are that close
 BEYOND = 0.1  # of the tolerance: the branch changes so far beyond a kink, else rounding would alternate branches
 
 
@@ -115,12 +116,12 @@ def bound(kind: int, here: Branch, sigma: float, tolerance: float, p: Coefficien
         return Bound(kind, -1.0 if here.cut else 1.0, BEYOND * tolerance * p.F)
     low, high = row_ends(here.row, p.law)
     if kind == UPPER:
-        return Bound(
-            kind, -sigma, p.V - sigma * (high + BEYOND * tolerance * row_spacing(here.row + 1, p.law)) / p.omega
-        )
+        margin = max(BEYOND * tolerance * row_spacing(here.row + 1, p.law), ROUNDED * (p.V * p.omega + high))
+        return Bound(kind, -sigma, p.V - sigma * (high + margin) / p.omega)
     if here.row == 0:
         return Bound(kind, sigma, p.V)
-    return Bound(kind, sigma, p.V - sigma * (low - BEYOND * tolerance * row_spacing(here.row, p.law)) / p.omega)
+    margin = max(BEYOND * tolerance * row_spacing(here.row, p.law), ROUNDED * (p.V * p.omega + low))
+    return Bound(kind, sigma, p.V - sigma * (low - margin) / p.omega)
 
 
 @compiled(error_model="numpy")

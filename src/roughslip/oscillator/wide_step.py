@@ -109,7 +109,8 @@ def wide_step(
     """Step from a state at a node over as many nodes as a level of WIDTHS has, or over fewer where that is too many.
 
     A width is refused where its error is above that of `slip`, and where friction might be cut, the branch or the
-    direction of motion change, or the motion reach tau_end or the last node.
+    direction of motion change, or the motion reach tau_end or the last node. So is a step back in time: near a stop
+    between its ends 1 / w is so large that a negative weight of the pair outdoes all others.
     """
     first = int(y.s / path.spacing + 0.5)
     w0 = sigma * (p.V - y.u)
@@ -129,6 +130,7 @@ def wide_step(
         tried += 1
         ratio = error_ratio(error, end.tau - y.tau, end, p, tolerance)
         wait = int(min(ratio / FAR, LONGEST_WAIT)) if ratio > 0.0 else 0
-        if ratio <= 1.0 and end.tau < tau_end and keeps_branch(y, end, deviation, backwards, sigma, here.row, p):
+        in_time = y.tau < end.tau < tau_end
+        if ratio <= 1.0 and in_time and keeps_branch(y, end, deviation, backwards, sigma, here.row, p):
             return WideStep(end, error, min(at + (ratio < NEXT_WIDER), len(WIDTHS) - 1), tried)
     return WideStep(y, 0.0, -1 - wait, tried)

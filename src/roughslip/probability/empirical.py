@@ -17,6 +17,7 @@ EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
 FINE = 1.0 / 256.0
 LEAST_BEYOND = 10  # values beyond the outermost node on either side
 MOST_SHARED = 0.05  # of the values at the lowest or at the highest one
+TIE = 0.01  # of the mean deviation over n: the mean distance of neighbours is some three hundred times as long
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +68,9 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     values : (any shape) [unit of x] finite values, of heights after removal of the form
     standard_deviation : [unit of x] of the distribution; by default that of the values
 
-    Each value has the normal score of its middle rank. Equal values share theirs, which bridges the steps of a
-    digitised instrument. Nodes are n^(-1/5) apart in the score, as the width of a kernel in a density estimate. They
+    Each value has the normal score of its middle rank. Ties share theirs, which bridges plateaus and the steps of a
+    digitised instrument. Neighbours closer than TIE are ties: those of a plateau differ by rounding once its form is
+    removed. Nodes are n^(-1/5) apart in the score, as the width of a kernel in a density estimate. They
     reach as far as ten values and the middle of the extreme ones lie beyond, and a monotone cubic joins them (Fritsch
     and Carlson, SIAM J. Numer. Anal. 17 (1980) 238). In the tails x is linear in the score with the slope of the last
     interval: a normal tail of that local spread.
@@ -81,12 +83,12 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
         raise ParameterError(f"the standard deviation must be positive and finite, not {deviation}")
     if x.size < 10 * LEAST_BEYOND:
         raise IllPosedError(f"{x.size} values make no distribution; use {10 * LEAST_BEYOND} or a parametric family")
-    values, counts = np.unique(x, return_counts=True)
+    values, counts = _ties(x)
     shared = max(counts[0], counts[-1]) / x.size
     if shared > MOST_SHARED:
         raise IllPosedError(
             f"{100.0 * shared:.2g} % of the values are equal to the lowest or highest one, as in a clipped or coarsely "
-            f"digitised scan; remove those points or use a parametric family"
+            f"digitised scan; remove those points or use a parametric family (of a scan, roughness.scan.marginal)"
         )
     score = ndtri((np.cumsum(counts) - 0.5 * counts) / x.size)
     spacing = x.size**-0.2
@@ -104,6 +106,15 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     table -= _moment(normal, table, 1)
     table *= deviation / math.sqrt(_moment(normal, table, 2))
     return EmpiricalDistribution(normal, table, float(ndtr(inner[0])))
+
+
+def _ties(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ascending values, the mean of each group of ties, and how many values are in each."""
+    x = np.sort(x)
+    near = TIE * float(np.mean(np.abs(x - np.median(x)))) / x.size
+    first = np.flatnonzero(np.diff(x, prepend=-math.inf) > near)
+    counts = np.diff(first, append=x.size)
+    return x[first] + np.add.reduceat(x - np.repeat(x[first], counts), first) / counts, counts
 
 
 def _moment(normal: np.ndarray, values: np.ndarray, order: int) -> float:

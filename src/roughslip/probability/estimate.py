@@ -5,15 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.special import chdtri
+from scipy.special import chdtri, ndtri, stdtrit
 
 TAILS = (0.025, 0.975)  # probabilities of the ends of a 95 % interval
+SCALE_FREEDOM = 1 / 3
+"""Degrees of freedom of the variance of log std that resampled groups show, over those of a mean. Influences of
+kurtosis k have 2 / (k + 2). k is 4 for Gaussian groups of three independent values each, and more for smaller ones."""
 CHANCE = 0.1  # of a pilot that shows less variance than `variance_margin` allows for
 
 
 def variance_margin(samples: int) -> float:
     """Factor on the variance that few Gaussian samples show, which holds the true one but for CHANCE."""
     return float((samples - 1) / chdtri(samples - 1, 1.0 - CHANCE))
+
+
+def interval_margin(samples: int | np.ndarray, freedom: float = 1.0) -> np.ndarray:
+    """Factor on the half width of a percentile interval that makes it Student's.
+
+    samples : independent ones, which are resampled; their replicates scatter by sqrt(1 - 1 / samples) too little
+    freedom : degrees of freedom of the variance that they show, over those of a Gaussian mean, samples - 1
+    """
+    degrees = np.asarray(samples) - 1.0
+    quantile = stdtrit(np.maximum(freedom * degrees, 1.0), TAILS[1])
+    return np.asarray(quantile / ndtri(TAILS[1]) * np.sqrt(1.0 + 1.0 / degrees))
 
 
 @dataclass(frozen=True)
@@ -30,11 +44,27 @@ class Estimate:
     replicates: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     @classmethod
-    def from_rows(cls, rows: np.ndarray) -> Estimate:
-        """Percentile interval of the bootstrap. rows : (1 + R, ...) the statistic of the sample, then of replicates."""
+    def from_rows(cls, rows: np.ndarray, margin: float = 1.0) -> Estimate:
+        """Percentile interval of the bootstrap.
+
+        rows : (1 + R, ...) the statistic of the sample, then of replicates
+        margin : factor on its distances from the value, see `interval_margin`
+        """
         replicates = np.ascontiguousarray(np.moveaxis(rows[1:], 0, -1))
-        low, high = np.quantile(replicates, TAILS, axis=-1)
+        low, high = rows[0] + margin * (np.quantile(replicates, TAILS, axis=-1) - rows[0])
         return cls(np.array(rows[0]), np.asarray(low), np.asarray(high), replicates)
+
+    @classmethod
+    def of_scale(cls, rows: np.ndarray, margin: float = 1.0) -> Estimate:
+        """Interval of a standard deviation or a ratio to one, which a sample tends to show too small.
+
+        Replicates lie below the value as the value lies below the truth. So the percentiles of their logarithms are
+        reflected at the value: the basic interval of Davison and Hinkley, Bootstrap Methods, 1997, ch. 5.
+        rows, margin : as of `from_rows`, above zero; the margin acts on logarithms
+        """
+        found = cls.from_rows(np.log(rows), margin)
+        low, high = 2.0 * found.value - found.high, 2.0 * found.value - found.low
+        return cls(np.array(rows[0]), np.exp(low), np.exp(high), np.exp(found.replicates))
 
     @classmethod
     def of_distance(cls, rows: np.ndarray, moved: np.ndarray) -> Estimate:

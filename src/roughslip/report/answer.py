@@ -11,6 +11,7 @@ UNITS = {"1": "", "m s-1": " m/s", "N m-1": " N/m"}
 SMALL = {"m": ((1e-3, " mm"), (1e-6, " µm"), (1e-9, " nm"))}  # units for readers, by the SI unit
 SIDES = ("below", "above")
 LABELS = {"0.05": "It is below 5 %", "0.95": "above 95 %"}
+OUTSIDE = " (outside the measured speeds)"
 WORDS = {"mean curve": "The mean friction curve decides", "scatter": "The scatter of friction decides"}
 
 
@@ -55,7 +56,8 @@ def regions(one: Mapping[str, Any], label: str) -> list[str]:
         if (limit := one[side][label]) is not None:
             beyond = limit["change"] == ("falls below" if label == "0.05" else "rises above")
             word = side if beyond else {"above": "up to", "below": "down to"}[side]
-            found.append(f"{word} {shown(limit)}")
+            outside = OUTSIDE if limit.get("outside_measured_speeds") else ""
+            found.append(f"{word} {shown(limit)}{outside}")
     return found
 
 
@@ -91,7 +93,8 @@ def _probability(answer: Mapping[str, Any]) -> str:
     values = [f"{symbol(answer['limits'], name)} = {shown(one)}" for name, one in answer["limits"].items()]
     line = f"Stick-slip is {word} ({percent(number)}) at {_joined(values)}"
     slid = percent(answer["probability_from_sliding"])
-    line += f"; {slid} if the mass slides steadily at first."
+    line += OUTSIDE if answer.get("outside_measured_speeds") else ""
+    line += f"; {slid} if the mass slides steadily at first.{_memory_of_the_start(answer)}"
     if answer["amplitude"]["value"] is None:
         return f"{line} Too few runs show a cycle to give its amplitude and frequency."
     scatter = [shown(answer[f"{name}_scatter"] | {"interval": None}) for name in ("amplitude", "frequency")]
@@ -99,6 +102,29 @@ def _probability(answer: Mapping[str, Any]) -> str:
         f"{line} Its cycle has an amplitude of {shown(answer['amplitude'])}, scattering by {scatter[0]}, and a "
         f"frequency of {shown(answer['frequency'])}, scattering by {scatter[1]}."
     )
+
+
+def _memory_of_the_start(answer: Mapping[str, Any]) -> str:
+    """What a difference between runs from rest and from steady sliding says."""
+    if not answer["starts_differ"]:
+        return ""
+    if not answer["decided"]:
+        needed = answer["needs"]["value"]
+        time = (
+            f"set answer.duration_periods to {digits(needed)}, the time of its {answer['needs']['scale']}"
+            if needed
+            else ""
+        )
+        longer = time or "no damping ends its transients"
+        periods = digits(answer["periods"]["value"])
+        return f" Not decided: a run of {periods} natural periods still depends on its start; {longer}."
+    least = {
+        word: answer[name]["interval"][0]
+        for word, name in (("stick-slip", "stick_slip_lifetime"), ("steady sliding", "sliding_lifetime"))
+        if answer[name]["value"] is not None or answer[name]["interval"] is not None
+    }
+    bounds = _joined([f"{word} at least {digits(round(value))}" for word, value in least.items()])
+    return f" The start decides, because both states live longer than a run: {bounds} natural periods in the mean."
 
 
 def _holds(answer: Mapping[str, Any], label: str) -> bool:

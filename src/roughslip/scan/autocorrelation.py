@@ -9,18 +9,23 @@ not count. Each sub-area gives the pairs whose first point lies in it; the sums 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy
 
-from roughslip.errors import IllPosedError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
-from roughslip.scan.jackknife import SubAreas, leave_one_out, sub_areas, widening, wrapped
-from roughslip.scan.topography import Topography
+from roughslip.scan.high_pass import FEWEST_CELLS, high_pass
+from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening, wrapped
+from roughslip.scan.topography import Topography, remove_form
 
 LEVEL = math.exp(-1.0)
 ANGLES = np.arange(180) * math.pi / 180
+GROOVES = math.radians(30.0)  # from an axis: correlations that do not fall within it alone are those of a lay along it
+CUTOFFS = (2, 4, 8, 16)  # of the shorter edge: cutoffs that are tried as a help
 SHOWN = 3.0  # lags with intervals go to this many times the reach of the autocorrelation above 1/e
 
 
@@ -32,7 +37,8 @@ class Autocorrelation:
     correlation : (2 kx + 1, 2 ky + 1) r, with pointwise interval
     length_x, length_y : [m] first lag along each axis at which r falls to 1/e
     lay : [rad] direction of the longest correlation, from the x axis towards y, in (-pi/2, pi/2]
-    length_along, length_across : [m] 1/e lengths along the lay and across it
+    length_along, length_across : [m] 1/e lengths along the lay and across it. Where an endless lay is still
+        correlated at the last lag they are that lag, give or take a cell: no number of a scan is infinite
     strength : 1 - length_across / length_along: 0 without a lay, near 1 for long grooves. The lay is chosen to make it
         large, so on an isotropic surface it and the angle are what chance makes them
     rows : (1 + B, 2 kx + 1, 2 ky + 1) r of all sub-areas, then without each: what fits need
@@ -50,24 +56,64 @@ class Autocorrelation:
     rows: np.ndarray
 
 
-def sub_areas_for(scan: Topography) -> SubAreas:
+def sub_areas_for(scan: Topography, endless: int | None = None) -> SubAreas:
     """Sub-areas of the scan by the reach of its autocorrelation above 1/e on each axis.
 
-    Raises IllPosedError where the autocorrelation does not fall to 1/e within half the scan.
+    endless : axis of a lay that is taken as infinitely long, 0 or 1; sub-areas then span the scan along it
+
+    Raises IllPosedError, which says what helps, where the autocorrelation does not fall to 1/e within half the scan.
     """
+    correlation, radii = _whole(scan)
+    if endless is None:
+        if not np.isfinite(radii).all():
+            raise IllPosedError(_too_long(scan, radii))
+        extent = np.max(radii * np.abs([np.cos(ANGLES), np.sin(ANGLES)]), axis=1)
+    else:
+        across = radii[0 if endless else len(ANGLES) // 2]
+        if not np.isfinite(across):
+            raise IllPosedError(
+                f"roughness.scan.endless_lay = {'xy'[endless]}: the autocorrelation along {'yx'[endless]} does not "
+                "fall to 1/e within half the scan either: try the other axis, or a high-pass roughness.scan.cutoff_m"
+            )
+        edges = scan.grid.nx * scan.dx, scan.grid.ny * scan.dy
+        extent = np.full(2, across)
+        extent[endless] = edges[endless] / ENOUGH_LENGTHS
+    parts = replace(sub_areas(scan.grid, float(extent[0]), float(extent[1])), endless=endless)
+    return replace(parts, widening=widening(parts, correlation))
+
+
+def _whole(scan: Topography) -> tuple[np.ndarray, np.ndarray]:
+    """Autocorrelation at lags to half the scan, and R at ANGLES."""
     reach = scan.grid.nx // 2, scan.grid.ny // 2
     whole = SubAreas(scan.grid, (1, 1), (math.inf, math.inf))
     correlation = _correlation(_lag_sums(scan, whole, reach)[0])
-    radii = _radii(correlation, scan, ANGLES)
-    if not np.isfinite(radii).all():
-        stuck = math.degrees(ANGLES[np.argmax(~np.isfinite(radii))])
-        raise IllPosedError(
-            f"the autocorrelation at {stuck:.0f} degrees from x does not fall to 1/e within half the scan: remove more "
-            "form (plane, quadratic) or measure a larger area"
-        )
-    extent_x, extent_y = np.max(radii * np.abs([np.cos(ANGLES), np.sin(ANGLES)]), axis=1)
-    parts = sub_areas(scan.grid, float(extent_x), float(extent_y))
-    return replace(parts, widening=widening(parts, correlation))
+    return correlation, _radii(correlation, scan, ANGLES)
+
+
+def _too_long(scan: Topography, radii: np.ndarray) -> str:
+    """Where the autocorrelation does not fall, and which of form, lay and high-pass helps: each is tried."""
+
+    def falls(change: Callable[[], Topography]) -> bool:
+        try:
+            return bool(np.isfinite(_whole(change())[1]).all())
+        except ParameterError:  # nothing is left of it
+            return False
+
+    stuck = ~np.isfinite(radii)
+    helps = ["roughness.scan.form: quadratic"] if falls(lambda: remove_form(scan, "quadratic")) else []
+    for axis, name in enumerate("xy"):
+        if np.all(np.abs(wrapped(ANGLES[stuck] - axis * math.pi / 2)) < GROOVES):
+            helps.append(f"a lay taken as infinitely long, roughness.scan.endless_lay: {name}")
+    edge = min(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
+    cutoffs = [edge / n for n in CUTOFFS if edge / n >= FEWEST_CELLS * max(scan.dx, scan.dy)]
+    found = next((cutoff for cutoff in cutoffs if falls(partial(high_pass, scan, cutoff))), None)
+    if found is not None:
+        helps.append(f"a high-pass, roughness.scan.cutoff_m: {found:.2g}")
+    advice = "What helps: " + ", or ".join(helps) if helps else "No form, lay or high-pass helps"
+    return (
+        f"the autocorrelation at {math.degrees(ANGLES[np.argmax(stuck)]):.0f} degrees from x does not fall to 1/e "
+        f"within half the scan. {advice}. Or measure a larger area"
+    )
 
 
 def autocorrelation(scan: Topography, parts: SubAreas) -> Autocorrelation:
@@ -88,11 +134,23 @@ def autocorrelation(scan: Topography, parts: SubAreas) -> Autocorrelation:
     lay = wrapped(0.5 * np.arctan2(fourth @ np.sin(2 * ANGLES), fourth @ np.cos(2 * ANGLES)))
     directions = np.array([0.0, math.pi / 2, lay[0], lay[0] + math.pi / 2])
     lengths = np.stack([_radii(row, scan, directions) for row in rows])
+    last = np.inf
+    if parts.endless is not None:  # known to be at least as long as the last lag
+        last = reach[parts.endless] * (scan.dx, scan.dy)[parts.endless]
+        lengths[:, [parts.endless, 2]] = np.minimum(lengths[:, [parts.endless, 2]], last)
     if not np.isfinite(lengths).all():
-        raise IllPosedError("the autocorrelation without one sub-area does not fall to 1/e: measure a larger area")
+        raise IllPosedError(
+            "the autocorrelation without one sub-area does not fall to 1/e: take a high-pass, roughness.scan.cutoff_m, "
+            "or measure a larger area"
+        )
     turned = wrapped(lay[1:] - lay[0])
     turn = np.minimum(parts.half_width(turned - np.mean(turned)), math.pi / 2)
-    length_x, length_y, along, across = (parts.interval(column, positive=True) for column in lengths.T)
+    length_x, length_y, along, across = (
+        Estimate(*(np.asarray(last + cells * min(scan.dx, scan.dy)) for cells in (0, -1, 1)))
+        if column[0] == last
+        else parts.interval(column, positive=True)
+        for column in lengths.T
+    )
     return Autocorrelation(
         lag_x=np.arange(-kx, kx + 1) * scan.dx,
         lag_y=np.arange(-ky, ky + 1) * scan.dy,

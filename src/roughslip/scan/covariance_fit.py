@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares, minimize_scalar
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.scan.fit_data import Estimates, RingPowers, effective_number, lags_to_fit, rings_to_fit
+from roughslip.scan.fit_data import Estimates, RingPowers, effective_number, lags_to_fit, profile_to_fit, rings_to_fit
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Covariance
@@ -136,12 +136,16 @@ def fitted_covariances(
 ) -> tuple[list[CovarianceFit], list[str]]:
     """Fits of the kinds that can be fitted, the best first, and why the others cannot.
 
-    A self_affine spectrum goes on to the highest wavenumber of the scan. Raises IllPosedError where none can be.
+    A self_affine spectrum goes on to the highest wavenumber of the scan. With an endless lay the fits are those of
+    the profile across it, isotropic and without rings. Raises IllPosedError where none can be.
     """
-    data, powers = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found)
+    endless = found.sub_areas.endless
+    data, powers = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found) if endless is None else None
     fits: list[CovarianceFit] = []
     refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
+        if endless is not None:
+            data = profile_to_fit(found.autocorrelation, endless, 4 if MODELS[kind].is_fitted_with_lay else 2)
         cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if MODELS[kind].has_cutoff else None
         try:
             fit = fit_covariance(kind, data, float(found.rms_height.value), rings=powers, cutoff_wavelength_m=cutoff)
@@ -150,7 +154,8 @@ def fitted_covariances(
             refused.setdefault(str(error), []).append(kind)
     reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
     if not fits:
-        raise IllPosedError(f"no model fits the autocorrelation; take the measured one ({'; '.join(reasons)})")
+        instead = "take the measured one, roughness.scan.covariance: measured"
+        raise IllPosedError(f"no model fits the autocorrelation; {instead} ({'; '.join(reasons)})")
     return sorted(fits, key=lambda one: one.criterion), reasons
 
 

@@ -116,6 +116,22 @@ def lags_to_fit(found: Autocorrelation) -> Estimates:
     return estimates(lag_x[:, None], lag_y[None, :], rows[0], error[kept], rows[1:])
 
 
+def profile_to_fit(found: Autocorrelation, endless: int, directions: int) -> Estimates:
+    """Estimates at lags across an endless lay, each in several directions, so that fits take them for isotropic.
+
+    directions : 4 for models with a lay, 2 for those of the axes alone
+
+    The effective number of estimates does not change, since copies err together.
+    """
+    whole = lags_to_fit(found)
+    along, across = (whole.y, whole.x) if endless else (whole.x, whole.y)
+    line = np.flatnonzero((along == 0.0) & (across > 0.0))
+    angles = np.arange(directions) * math.pi / directions
+    x, y = (np.outer(part, across[line]).ravel() for part in (np.cos(angles), np.sin(angles)))
+    copies = np.tile(line, len(angles))
+    return Estimates(x, y, whole.correlation[copies], whole.standard_error[copies], whole.without_part[:, copies])
+
+
 def rings_to_fit(scan: Topography, found: ScanStatistics) -> RingPowers | None:
     """Powers of the rings to which lags are not sensitive; None where the scan has fewer than two of them.
 

@@ -1,4 +1,4 @@
-"""Files of scans: read instrument files, plain matrices and netCDF maps, and write X3P.
+"""Files of scans: read instrument files, text and netCDF maps, and write X3P.
 
 Files are not trusted. Sizes are checked before heights are read, nothing is unpickled, and each error is one InputError
 line that names the file. SurfaceTopography (Roettger et al., Surface Topography: Metrology and Properties 10, 2022,
@@ -11,29 +11,27 @@ import hashlib
 import io
 import math
 import zipfile
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import netCDF4
 import numpy as np
 
 from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
 from roughslip.scan.limits import check_archive, check_hdf5, check_points, check_size, check_text, first_line
+from roughslip.scan.netcdf_map import read_netcdf
+from roughslip.scan.reading import METRES, MOST_LISTED, Reading, array_of_heights, by_name, metres, no_length, settled
+from roughslip.scan.text_table import STATED_UNIT, HasHeader, read_table
 from roughslip.scan.topography import Topography, topography
 from roughslip.validation import gate
 
-METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "μm": 1e-6, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
-
 SPACINGS = (1e-11, 1e-2)  # [m] what the distance of neighbouring points may be: from below an atom to a centimetre
 MOST_HEIGHT = 1.0  # [m] from zero; far beyond any scan, and squares stay finite
-KEYS = {
-    "unit of heights": "roughness.scan.height_unit",
-    "spacing": "roughness.scan.spacing_x_m and roughness.scan.spacing_y_m",
-}
-"""What a scene states where the file does not give it."""
+TEXT = (".txt", ".csv", ".tsv", ".dat", ".asc", ".prn", ".xyz")
+ARRAYS = ("h5", "mat", "npz")  # formats of named arrays, which say nothing of what they hold
 
 _INSTALL = "install it with: pip install 'roughslip[scans]'"
 _EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
@@ -43,29 +41,37 @@ _EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
 def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None) -> Topography:
     """Read a scan from a file.
 
-    path : an instrument's file in any format that SurfaceTopography reads; a `.nc` map; a `.txt` matrix
+    path : an instrument's file in any format that SurfaceTopography reads; a `.nc` map; text, such as `.txt` or `.csv`
     spacing : (dx, dy) [m] distances of neighbouring points, where the file does not give them
     unit : unit of the heights, a key of METRES, where the file does not give it
 
-    A `.txt` matrix with both arguments is read as bare numbers, a row for each y; without them it needs a header.
-    Values in the file cannot be replaced. The first channel of heights is taken. Raises InputError.
+    Text without a header is a matrix, a row for each y, or points x, y, z. Values in the file cannot be replaced. Of
+    several arrays or channels the one of heights is that whose name is one of NAMES. Without such a name the first
+    channel of an instrument is taken, and arrays are refused. `read` of the scan says what was. Raises InputError.
     """
-    heights, dx, dy = _read(path, spacing, unit)
-    if not np.all(np.abs(heights[np.isfinite(heights)]) <= MOST_HEIGHT):
-        raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m: check the unit")
-    scan = topography(heights, dx, dy, str(path))
-    deviation, diagonal = float(np.std(scan.heights)), math.hypot(scan.grid.nx * dx, scan.grid.ny * dy)
+    path = Path(path)
+    found = _read(path, spacing, unit)
+    by_file = f"so its reader takes {path.suffix or path.name} files; if that cannot be, export it in another format"
+    check = by_file if unit is None else "check the unit"
+    for step in found.spacing:
+        if not SPACINGS[0] <= step <= SPACINGS[1]:
+            raise InputError(
+                f"{path}: points {step:.3g} m apart; from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed: "
+                f"{by_file if spacing is None else 'check the unit'}"
+            )
+    if not np.all(np.abs(found.heights[np.isfinite(found.heights)]) <= MOST_HEIGHT):
+        raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m: {check}")
+    scan = topography(found.heights, *found.spacing, str(path), found.words)
+    deviation, diagonal = float(np.std(scan.heights)), math.hypot(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
     if not deviation < diagonal:
         raise InputError(
             f"{path}: heights scatter by {deviation:.3g} m over a scan of {diagonal:.3g} m; they must scatter by less "
-            "than its length: check the unit"
+            f"than its length: {check}"
         )
     return scan
 
 
-def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> tuple[np.ndarray, float, float]:
-    """Heights [m] and the distances of points [m]."""
-    path = Path(path)
+def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> Reading:
     if unit is not None and unit not in METRES:
         raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; allowed are {', '.join(METRES)}")
     if not path.is_file():
@@ -74,19 +80,38 @@ def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> 
         raise InputError(f"{path}: empty; export it again")
     check_size(path)
     check_hdf5(path)
-    if path.suffix == ".nc":
-        heights, dx, dy = _read_netcdf(path, spacing, unit)
-    elif path.suffix == ".txt" and spacing is not None and unit is not None:
-        heights, (dx, dy) = _read_matrix(path) * METRES[unit], spacing
-    else:
-        heights, dx, dy = _read_instrument(path, spacing, unit)
-    for step in (dx, dy):
-        if not SPACINGS[0] <= step <= SPACINGS[1]:
-            raise InputError(
-                f"{path}: points {step:.3g} m apart; from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed: check "
-                "the unit"
-            )
-    return heights, dx, dy
+    suffix = path.suffix.lower()
+    if suffix == ".nc":
+        return read_netcdf(path, spacing, unit)
+    if suffix in TEXT and _is_text(path):
+        return _read_text(path, spacing, unit)
+    return _read_instrument(path, spacing, unit)
+
+
+def _is_text(path: Path) -> bool:
+    with path.open("rb") as file:
+        start = file.read(4096)
+    return start.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" not in start
+
+
+def _read_text(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> Reading:
+    """A table without a header of sizes, else what SurfaceTopography makes of the header."""
+    try:
+        table = read_table(path)
+    except HasHeader as header:
+        return _read_instrument(path, spacing, unit, header)
+    own, hint = None, ""
+    if table.steps is not None:
+        hint = f" (its points lie {table.steps[0]:.4g} x {table.steps[1]:.4g} apart, in a unit that it does not give)"
+        if len(table.units) == 3:
+            own = table.steps[0] * METRES[table.units[0]], table.steps[1] * METRES[table.units[1]]
+        elif spacing is not None and not math.isclose(
+            spacing[0] * table.steps[1], spacing[1] * table.steps[0], rel_tol=0.01
+        ):
+            stated = f"{spacing[0]:.4g} x {spacing[1]:.4g} m"
+            raise InputError(f"{path}: the stated spacing of {stated} has another ratio than the file{hint}")
+    unit, spacing = settled(path, (table.units[-1] if table.units else None, own), (unit, spacing), hint)
+    return Reading(table.values * METRES[unit], spacing, f"{table.words}, heights in {unit}")
 
 
 @gate
@@ -115,89 +140,6 @@ def write_x3p(path: Path, scan: Topography) -> None:
         raise InputError(f"{path}: cannot be written ({error})") from error
 
 
-def _choose(path: Path, what: str, found: Any, stated: Any) -> Any:
-    """The value in the file, or the stated one where the file has none."""
-    if found is not None and stated is not None:
-        raise InputError(f"{path}: the file gives its {what}, {found}; remove {KEYS[what]} = {stated}")
-    if found is None and stated is None:
-        raise InputError(f"{path}: the file does not give its {what}; set {KEYS[what]}")
-    return stated if found is None else found
-
-
-def _metres(path: Path, unit: str) -> float:
-    if unit not in METRES:
-        raise InputError(f"{path}: values in {unit!r}, which is not a unit of length: allowed are {', '.join(METRES)}")
-    return METRES[unit]
-
-
-def _read_matrix(path: Path) -> np.ndarray:
-    """(nx, ny) numbers of a text file, a row for each y, nan for missing ones."""
-    try:
-        with path.open(encoding="utf-8") as file:
-            if not any(line.partition("#")[0].strip() for line in file):
-                raise InputError(f"{path}: empty; a matrix has a row of numbers for each y")
-        rows = np.loadtxt(path, ndmin=2, encoding="utf-8")
-    except (ValueError, OSError) as error:
-        raise InputError(
-            f"{path}: not a matrix of numbers ({first_line(error)}); where a header gives the spacing and the unit, "
-            "state neither"
-        ) from error
-    check_points(path, rows.shape)
-    return rows.T
-
-
-def _read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> tuple[np.ndarray, float, float]:
-    """A netCDF map: variable `heights(x, y)` with attribute `units` and coordinates x, y with theirs."""
-    try:
-        with netCDF4.Dataset(path) as file:
-            if "heights" not in file.variables:
-                raise InputError(f"{path}: holds no variable 'heights'; a map has heights(x, y), x(x) and y(y)")
-            heights = file.variables["heights"]
-            check_points(path, heights.shape)
-            if sorted(heights.dimensions) != ["x", "y"]:
-                raise InputError(f"{path}: heights over {', '.join(heights.dimensions)}; a map is over x and y")
-            scale = _metres(path, _choose(path, "unit of heights", _units(heights), unit))
-            axes = [file.variables[name] for name in "xy" if name in file.variables]
-            for other in (*axes, *(file.variables[name] for name in ("mask",) if name in file.variables)):
-                _check_shape(path, other, heights)
-            steps = [_spacing(path, axis) for axis in axes]
-            dx, dy = _choose(path, "spacing", (steps[0], steps[1]) if len(steps) == 2 else None, spacing)
-            values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan)
-            if "mask" in file.variables:  # of missing points, as SurfaceTopography writes it
-                values[np.ma.filled(file.variables["mask"][:], 1) != 0] = np.nan
-            values = values if heights.dimensions == ("x", "y") else values.T
-    except (OSError, RuntimeError, ValueError, TypeError, IndexError) as error:
-        raise InputError(f"{path}: truncated or not netCDF ({first_line(error)})") from error
-    return values * scale, dx, dy
-
-
-def _check_shape(path: Path, other: netCDF4.Variable, heights: netCDF4.Variable) -> None:
-    """Refuse coordinates and masks of another shape than the heights, before they are read."""
-    points = {axis: heights.shape[heights.dimensions.index(axis)] for axis in "xy"}
-    wanted = heights.shape if other.name == "mask" else (points[other.name],)
-    if other.shape != wanted:
-        raise InputError(
-            f"{path}: {other.name} has the shape {other.shape}; heights of {heights.shape} go with {wanted}"
-        )
-
-
-def _units(variable: netCDF4.Variable) -> str | None:
-    """Attribute `units`, or `unit` as SurfaceTopography writes it."""
-    found = next((getattr(variable, name) for name in ("units", "unit") if hasattr(variable, name)), None)
-    return None if found is None else str(found)
-
-
-def _spacing(path: Path, axis: netCDF4.Variable) -> float:
-    if axis.ndim != 1 or len(axis) < 2 or _units(axis) is None:
-        raise InputError(f"{path}: coordinate {axis.name} needs at least two points and an attribute 'units'")
-    steps = np.diff(np.asarray(axis[:], dtype=np.float64)) * _metres(path, str(_units(axis)))
-    if not (steps[0] > 0.0 and np.allclose(steps, steps[0], rtol=1e-3, atol=0.0)):
-        raise InputError(
-            f"{path}: coordinate {axis.name} does not increase in equal steps; a scan has one spacing an axis"
-        )
-    return float(np.mean(steps))
-
-
 def _library(path: Path) -> ModuleType:
     try:
         import SurfaceTopography  # for instrument files alone: its import takes two seconds
@@ -209,9 +151,12 @@ def _library(path: Path) -> ModuleType:
 
 
 def _read_instrument(
-    path: Path, spacing: tuple[float, float] | None, unit: str | None
-) -> tuple[np.ndarray, float, float]:
-    """Heights of an instrument's file. A reader of such files can fail in any way on a damaged one."""
+    path: Path, spacing: tuple[float, float] | None, unit: str | None, header: HasHeader | None = None
+) -> Reading:
+    """Heights of an instrument's file. A reader of such files can fail in any way on a damaged one.
+
+    header : the error of text with a header, raised where no reader knows the header
+    """
     check_archive(path)
     check_text(path)
     library = _library(path)
@@ -219,23 +164,41 @@ def _read_instrument(
         with library.open_topography(path, format=_format(library, path)) as reader:
             if reader.format() == "hgt":  # radar maps of the Earth: the reader accepts any file of 2 n^2 bytes
                 raise library.IO.CannotDetectFileFormat("no signature")
-            channel = next((c for c in reader.channels if c.is_height_channel), None)
-            if channel is None:
-                kinds = ", ".join(dict.fromkeys(channel.data_kind.value for channel in reader.channels))
-                raise InputError(f"{path}: no height channel found (only {kinds}); export the heights")
+            channel, words = _channel(path, reader.channels, reader.format())
             check_points(path, channel.nb_grid_pts)
-            scale = _metres(path, _choose(path, "unit of heights", channel.unit, unit))
-            dx, dy = _choose(path, "spacing", _found_spacing(channel), spacing)
+            unit, spacing = settled(path, (channel.unit, _found_spacing(channel)), (unit, spacing))
+            scale = metres(path, unit)
             stated = {} if channel.physical_sizes is not None else {"physical_sizes": (1.0, 1.0)}
             heights = channel.topography(**stated).heights()
     except InputError:
         raise
     except library.IO.CannotDetectFileFormat as error:
-        raise InputError(_unknown(library, path)) from error
+        raise _unknown(path, header) from error
     except Exception as error:
         reason = f"{type(error).__name__}: {first_line(error)}"
+        if "unit" in reason.lower():
+            raise InputError(
+                f"{path}: no unit of length for heights or distances ({reason}); export lengths"
+            ) from error
         raise InputError(f"{path}: truncated or damaged ({reason}); export it again") from error
-    return np.ma.filled(np.ma.asarray(heights, dtype=np.float64), np.nan) * scale, dx, dy
+    return Reading(
+        np.ma.filled(np.ma.asarray(heights, dtype=np.float64), np.nan) * scale, spacing, f"{words} in {unit}"
+    )
+
+
+def _channel(path: Path, channels: Sequence[Any], form: str) -> tuple[Any, str]:
+    """The channel of heights, and which it is in words."""
+    heights = {channel.name: channel for channel in reversed(channels) if channel.is_height_channel}
+    names = list(reversed(heights))
+    if form in ARRAYS:
+        name = array_of_heights(path, {name: tuple(heights[name].nb_grid_pts) for name in names})
+        return heights[name], f"array '{name}'"
+    if not names:
+        kinds = ", ".join(f"'{c.name}' in {c.data_unit or 'no unit'}, {c.data_kind.value}" for c in channels)
+        raise InputError(f"{path}: no height channel found ({kinds or 'no channel'}); export the heights, as a length")
+    name = (by_name(names) if len(by_name(names)) == 1 else names)[0]
+    others = f" of {len(names)} with heights ({', '.join(names[:MOST_LISTED])})" if len(names) > 1 else ""
+    return heights[name], f"channel '{name}'{others}"
 
 
 def _format(library: ModuleType, path: Path) -> str | None:
@@ -249,17 +212,14 @@ def _format(library: ModuleType, path: Path) -> str | None:
     return proven[0] if len(proven) == 1 else None
 
 
-def _unknown(library: ModuleType, path: Path) -> str:
-    """The message for a file that no reader accepts; for text with the reason of the reader of text."""
-    if path.suffix in (".txt", ".asc"):
-        try:
-            library.open_topography(path, format="asc").close()
-        except Exception as error:
-            return (
-                f"{path}: no matrix of heights ({type(error).__name__}: {first_line(error)}); "
-                f"a header may give sizes, and heights in {', '.join(METRES)}"
-            )
-    return f"{path}: unknown format, or damaged; allowed are instrument files, .nc and .txt"
+def _unknown(path: Path, header: HasHeader | None) -> InputError:
+    """The error for a file that no reader accepts."""
+    if header is None:
+        known = "allowed are instrument files, .nc and text such as .txt and .csv"
+        return InputError(f"{path}: unknown format, or damaged; {known}")
+    with path.open(encoding="utf-8", errors="replace") as file:
+        units = [found[1] for found in map(STATED_UNIT.search, file) if found and found[1] not in METRES]
+    return no_length(path, units[0]) if units else header
 
 
 def _found_spacing(channel: Any) -> tuple[float, float] | None:

@@ -42,12 +42,14 @@ class SubAreas:
     counts : number of sub-areas along x and y
     extent : [m] how far the autocorrelation above 1/e reaches along each axis
     widening : factor of the standard error for what neighbours share
+    endless : axis along which the lay is taken as infinitely long, 0 or 1; its extent is a stand-in
     """
 
     grid: Grid
     counts: tuple[int, int]
     extent: tuple[float, float]
     widening: float = 1.0
+    endless: int | None = None
 
     @property
     def lengths(self) -> float:

@@ -131,11 +131,11 @@ def self_affine_band(scan: Topography, parts: SubAreas) -> tuple[float, float] |
     return (low, high) if high >= NARROWEST_BAND * low else None
 
 
-def fractal_dimension(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate:
-    """D = 4 + slope / 2 from the slope of the spectrum in a band: 2 to 3 if self-affine; any value is reported.
+def fractal_dimension(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate | None:
+    """D = 4 + slope / 2 from the slope of the spectrum in a band; None outside 2 to 3: no power law of a fractal.
 
-    A Hurst exponent H gives C ~ q^(-2 - 2H) and D = 3 - H. Rings are weighted by the wavenumbers in them.
-    The structure function, the other common way, mixes all
+    A Hurst exponent H gives C ~ q^(-2 - 2H) and D = 3 - H. Rings are weighted by the wavenumbers in them, and the
+    interval is cut to 2 to 3. The structure function, the other common way, mixes all
     wavelengths, so that a surface without the shortest ones looks smoother to it: D was low by 0.07 at H = 0.3.
     """
     inside = (found.wavenumber >= band[0]) & (found.wavenumber <= band[1])
@@ -144,7 +144,8 @@ def fractal_dimension(found: Spectrum, parts: SubAreas, band: tuple[float, float
     x, weight = np.log(found.wavenumber[inside]), found.modes[inside]
     x = x - np.average(x, weights=weight)
     slope = parts.interval(np.log(found.rows[:, inside]) @ (weight * x) / np.sum(weight * x**2))
-    return Estimate(*(4.0 + 0.5 * end for end in (slope.value, slope.low, slope.high)))
+    value, low, high = (4.0 + 0.5 * end for end in (slope.value, slope.low, slope.high))
+    return Estimate(value, np.maximum(low, 2.0), np.minimum(high, 3.0)) if 2.0 <= value <= 3.0 else None
 
 
 def _fundamental(grid: Grid, parts: SubAreas) -> float:

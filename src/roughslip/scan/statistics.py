@@ -73,12 +73,17 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
         sub_areas=parts,
         rms_height=parts.interval(moments[:, 0], positive=True),
         skewness=parts.interval(moments[:, 1]),
-        kurtosis=parts.interval(moments[:, 2]),
+        kurtosis=_kurtosis(parts.interval(moments[:, 2]), float(moments[0, 1])),
         density=height_density(scan, parts),
         autocorrelation=autocorrelation(scan, parts),
         spectrum=found,
         fractal=None if band is None else fractal_dimension(found, parts, band),
     )
+
+
+def _kurtosis(estimate: Estimate, skewness: float) -> Estimate:
+    """The interval of the kurtosis cut at its bound 1 + Ssk^2 (Pearson)."""
+    return Estimate(estimate.value, np.maximum(estimate.low, 1.0 + skewness**2), estimate.high)
 
 
 def height_density(scan: Topography, parts: SubAreas) -> HeightDensity:

@@ -29,12 +29,16 @@ class Topography:
     heights : (nx, ny) [m] finite everywhere
     dx, dy : [m] distances of neighbouring points; they may differ
     missing : (nx, ny) bool, true where the instrument gave no height and one was interpolated
+    read : array or channel, size, what was cut and how many points are missing, in words
+    cut : share of the points read that lay in an empty rim and were cut off
     """
 
     heights: np.ndarray
     dx: float
     dy: float
     missing: np.ndarray
+    read: str = ""
+    cut: float = 0.0
 
     def __post_init__(self) -> None:
         if self.heights.ndim != 2 or self.heights.dtype != np.float64 or not np.isfinite(self.heights).all():
@@ -55,12 +59,13 @@ class Topography:
         return ~self.missing
 
 
-def topography(heights: np.ndarray, dx: float, dy: float, source: str) -> Topography:
+def topography(heights: np.ndarray, dx: float, dy: float, source: str, words: str = "heights in m") -> Topography:
     """A topography from what an instrument gave: rim cut off, holes filled.
 
-    heights : (nx, ny) [m], x along the belt; NaN or infinite where there is none
+    heights : (nx, ny) [m], x along the belt; NaN, infinite or masked where there is none
     dx, dy : [m] distances of neighbouring points
     source : names the scan in messages, such as the path of its file
+    words : what the heights are in their file, for `read`
 
     Outer rows and columns that miss more than RIM_MISSING of their points are cut off one at a time, the emptiest
     first. Holes are filled by harmonic interpolation.
@@ -68,7 +73,7 @@ def topography(heights: np.ndarray, dx: float, dy: float, source: str) -> Topogr
     Raises InputError, one line that names the source, for a scan that is no map, is constant, or misses more than
     MOST_MISSING of what is left inside the rim.
     """
-    heights = np.array(heights, dtype=np.float64)
+    heights = np.ma.filled(np.ma.array(heights, dtype=np.float64), np.nan)
     if heights.ndim != 2:
         raise InputError(f"{source}: holds {heights.ndim}-dimensional heights; a map of heights has two dimensions")
     if not (np.isfinite([dx, dy]).all() and min(dx, dy) > 0.0):
@@ -77,19 +82,26 @@ def topography(heights: np.ndarray, dx: float, dy: float, source: str) -> Topogr
     if missing.all():
         raise InputError(f"{source}: no point has a height; at most {MOST_MISSING:.0%} of a scan may be missing")
     inside = _inside_rim(missing)
-    heights, missing = heights[inside], missing[inside]
+    (rows, columns), heights, missing = heights.shape, heights[inside], missing[inside]
+    cut = 1.0 - heights.size / (rows * columns)
+    kept = f"{heights.shape[0]} x {heights.shape[1]} of {rows} x {columns} points used, {cut:.1%} cut off as empty rim"
     if min(heights.shape) < FEWEST_NODES:
         raise InputError(
             f"{source}: {heights.shape[0]} x {heights.shape[1]} points with heights; a scan needs at least "
-            f"{FEWEST_NODES} on each axis"
+            f"{FEWEST_NODES} on each axis" + (f"; {kept}" if cut else "")
         )
     if missing.mean() > MOST_MISSING:
         raise InputError(
             f"{source}: {missing.mean():.1%} of the points have no height; at most {MOST_MISSING:.0%} may be missing"
+            + (f"; {kept}" if cut else "")
         )
     if np.ptp(heights[~missing]) == 0.0:
         raise InputError(f"{source}: all heights are equal; a scan must show some roughness")
-    return Topography(_filled(heights, missing, dx, dy), float(dx), float(dy), np.ascontiguousarray(missing))
+    holes = f"{missing.sum()} missing ({100 * missing.mean():.2g} %), interpolated" if missing.any() else "none missing"
+    distances = f"{1e6 * dx:.4g} x {1e6 * dy:.4g} µm apart"
+    size = kept if cut else f"{rows} x {columns} points"
+    read = f"{words}; {size}, {distances}; {holes}"
+    return Topography(_filled(heights, missing, dx, dy), float(dx), float(dy), np.ascontiguousarray(missing), read, cut)
 
 
 @gate

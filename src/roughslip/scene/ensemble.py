@@ -102,9 +102,11 @@ class Answer(Section):
         at_most=10000,
         default=100,
     )
-    duration_periods: float = number(
-        "Duration of a run in natural periods, of which the second half counts",
+    duration_periods: float | Literal["auto"] = number(
+        "Duration of a run after its first departure, in natural periods, of which the second half counts; auto: what "
+        "the vibration's decay, the cycle and the correlation of friction take, 40 to 400",
         at_least=20,
-        at_most=10000,
-        default=40.0,
+        at_most=1_000_000,
+        or_word=AUTO,
+        default=AUTO,
     )

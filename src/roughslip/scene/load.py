@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from roughslip.scene.fields import Section, number, section
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
 
-MOST_WINDOWS = 1_000_000
+MOST_WINDOWS = 1_000_000_000
 LIGHT = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # [%] penetrations that are solved for the load alone
 
 

@@ -76,6 +76,49 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     return derived(accuracy.settled(cast(Values, _with_floats(whole, schema))))
 
 
+OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m", "static_friction")
+
+
+def inherited(name: str, scenes_folder: Path) -> list[str]:
+    """Warnings on what a valid scene inherits and hardly means: a friction curve and a spring of another machine.
+
+    A key counts as the scene's own where the file that gives it stands above the file that gives the other one.
+    """
+    chain, merged, _ = _read_chain(sweep.scene_file(name, scenes_folder), scenes_folder)
+    level = {file: chain.index(file) for file in chain}
+
+    def height(*keys: str) -> int:
+        """The topmost file that gives one of these keys, counted from the top; beyond the last where none does."""
+        paths = [path for key in keys if _has(merged.values, path := tuple(key.split(".")))]
+        return min((level[merged.file_of(path)] for path in paths), default=len(chain))
+
+    found = []
+    curve = height(*(f"oscillator.{key}" for key in OWN_CURVE))
+    own = [key for key in ("load", "material.young_modulus_pa") if height(key) < curve]
+    if own and curve < len(chain):
+        found.append(
+            f"oscillator.law: the friction curve is that of scene {chain[curve].stem}, and {' and '.join(own)} is of "
+            "this scene. The curve decides whether stick-slip occurs: give law, its numbers and static_friction"
+        )
+    if height("oscillator.mass_kg") < height("oscillator.natural_frequency_rad_per_s") < len(chain):
+        mass, omega = (merged.values["oscillator"][key] for key in ("mass_kg", "natural_frequency_rad_per_s"))
+        found.append(
+            f"oscillator.mass_kg: with the natural frequency of scene "
+            f"{chain[height('oscillator.natural_frequency_rad_per_s')].stem}, {omega:g} rad/s, the spring follows as "
+            f"{mass * omega**2:.3g} N/m: give stiffness_n_per_m"
+        )
+    return found
+
+
+def _has(values: Any, path: tuple[str, ...]) -> bool:
+    """Whether there is a value at a path."""
+    for key in path:
+        if not isinstance(values, dict) or key not in values:
+            return False
+        values = values[key]
+    return True
+
+
 def scene_names(scenes_folder: Path) -> list[str]:
     """Names of all scenes of a folder, sorted."""
     return sorted(file.stem for file in scenes_folder.glob("*.yaml"))
@@ -251,7 +294,12 @@ def _schema_mistakes(values: Values, schema: Values) -> Iterator[tuple[KeyPath, 
         elif error.validator == "additionalProperties":
             for key in given:
                 if key not in part["properties"]:
-                    yield (*path, key), f"unknown key; {_nearest_key(key, part, schema)}", False
+                    text = _nearest_key(key, part, schema)
+                    if (
+                        given[key] is None and str(key).isdigit()
+                    ):  # {damping_ratio: 0,1} has the keys damping_ratio and 1
+                        text = f"is it the decimal comma of a number? Write a point, as in 0.{key}"
+                    yield (*path, key), f"unknown key; {text}", False
         elif isinstance(given, str) and (kind := _kind(part)) in ("integer", "number") and _is_numeric(given, part):
             yield path, f"{shown(given)} is text, not a number; {_as_number(given, {**part, 'type': kind})}", True
         else:
@@ -297,6 +345,8 @@ def _is_numeric(text: str, part: Values) -> bool:
 def _as_number(text: str, schema: Values) -> str:
     """How to write a number that arrived as text: YAML wants a point, and a sign in the exponent."""
     plain = text.strip().replace("_", "")
+    if re.fullmatch(r"[-+]?\d*,\d+", plain):
+        plain = plain.replace(",", ".")
     if scientific := re.fullmatch(r"([-+]?)(\d*)\.?(\d*)[eE]([-+]?)(\d+)", plain, re.ASCII):
         sign, whole, fraction, exponent_sign, exponent = scientific.groups()
         plain = f"{sign}{whole or 0}.{fraction or 0}e{exponent_sign or '+'}{exponent}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -60,3 +61,11 @@ def refused(value: Any, allowed: str, *keys: str) -> Mistake:
 def missing(reason: str, *keys: str) -> Mistake:
     """The mistake of an absent key. keys : its own first, then those that need it."""
     return Mistake(keys, f"missing; {reason}")
+
+
+class Rule(NamedTuple):
+    """A condition on the values of several keys."""
+
+    keys: tuple[str, ...]  # of the values that `holds` takes, defaults among them; the first is the one refused
+    holds: Callable[..., bool]
+    allowed: str  # a format of the same values

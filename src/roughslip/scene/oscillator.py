@@ -8,6 +8,7 @@ from typing import Literal
 
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section
+from roughslip.scene.load import MOST_WINDOWS
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
 TableInterpolation = Literal["monotone_cubic", "linear"]
@@ -52,7 +53,7 @@ class Oscillator(Section):
         at_most=1e15,
         default=None,
     )
-    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", at_least=0, at_most=10)
+    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", at_least=0, at_most=1)
     belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", above=0, at_most=1000)
     normal_force_n: float = number("Normal force N; with load it follows", "N", above=0, at_most=1e9, default=None)
     excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", at_least=0, at_most=1e9)
@@ -107,7 +108,7 @@ class Oscillator(Section):
         "Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n); "
         "with load the number follows",
         at_least=1,
-        at_most=1_000_000,
+        at_most=MOST_WINDOWS,
         default=1,
     )
 

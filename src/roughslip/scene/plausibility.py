@@ -16,8 +16,10 @@ from roughslip.scene.plan import stages_needed
 from roughslip.scene.rules import training_columns
 from roughslip.scene.types import get
 
-THOUSAND = 1000.0  # a wrong unit
-METALS = {"young_modulus_pa": (1e10, 5e11), "hardness_pa": (1e8, 1e10)}  # lead to tungsten; aluminium to hard steel
+SOLIDS = {  # [Pa] the softest and the stiffest or hardest solids; beyond, a unit is wrong
+    "young_modulus_pa": (1e5, "soft rubber", 1.3e12, "diamond"),
+    "hardness_pa": (1e6, "rubber", 1.5e11, "diamond"),
+}
 SHALLOW = 1.3  # mean friction at 5 % over that at the median, on the surfaces of the shipped scenes
 LEAST_CELLS = 2.0  # in contact: one cell keeps its area at a vanishing force, so that its A / N has no variance
 SAMPLES_PER_TERM = 2  # least oversampling of regressions, Hosder, Walters & Balch, AIAA 2007-1939
@@ -44,11 +46,11 @@ def warnings(scene: Values, length_m: float | None = None) -> list[str]:
 def _materials(scene: Values) -> Iterator[str]:
     if not stages_needed(scene) & {"contact_strip", "contact_square", "adaptive_training"}:
         return
-    for key, (least, most) in METALS.items():
+    for key, (least, softest, most, hardest) in SOLIDS.items():
         value = get(scene, f"material.{key}")
-        if value is not None and not most / THOUSAND < value < least * THOUSAND:
-            which = f"a thousandth of the {most:g}" if value < least else f"a thousand times the {least:g}"
-            yield f"material.{key} = {value:.3g} Pa is {which} Pa of metals, or beyond: check the unit, Pa"
+        if value is not None and not least <= value <= most:
+            which = f"below the {least:g} Pa of {softest}" if value < least else f"above the {most:g} Pa of {hardest}"
+            yield f"material.{key} = {value:.3g} Pa is {which}: check the unit, Pa"
 
 
 def _static_friction(scene: Values) -> Iterator[str]:

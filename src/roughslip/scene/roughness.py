@@ -36,6 +36,7 @@ def _literals(model: ast.ClassDef) -> dict[str, Any]:
 COVARIANCES = covariance_shapes()
 Family = Literal["beta", "weibull", "lognormal"]
 Form = Literal["mean", "plane", "quadratic"]
+Axis = Literal["x", "y"]
 HeightUnit = Literal["m", "mm", "um", "nm", "pm"]
 
 
@@ -122,6 +123,20 @@ class Scan(Section):
         "Unit of the heights, where the file does not give it", HeightUnit, default=None
     )
     form: Form = choice("Form that is removed from the scan first, by a least squares fit", Form)
+    cutoff_m: float | None = number(
+        "Cutoff of a high-pass after removal of the form, the areal Gaussian filter of ISO 16610-61: waves longer than "
+        "it are no part of the surface",
+        "m",
+        at_least=1e-10,
+        at_most=0.1,
+        default=None,
+    )
+    endless_lay: Axis | None = choice(
+        "Axis along which the lay is taken as infinitely long, where grooves are longer than half the scan: the "
+        "model is that across the lay, and sampled surfaces are equal along it",
+        Axis,
+        default=None,
+    )
     covariance: str = choice(
         "Model of the autocorrelation, fitted; best is the one of the smallest Bayesian criterion, "
         "measured the estimate itself",
@@ -132,6 +147,11 @@ class Scan(Section):
         ("gaussian", *get_args(Family), "empirical"),
     )
     correct_correlation: bool | None = flag("As roughness.marginal.correct_correlation", default=None)
+    outliers: Literal["keep", "missing"] | None = choice(
+        "What is done with points far from the bulk of the heights and from their neighbours; keep where not given",
+        Literal["keep", "missing"],
+        default=None,
+    )
     grinding: Grinding = group(Grinding)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from roughslip.limits import (
     FIELD_GROUPS,
@@ -16,11 +16,21 @@ from roughslip.limits import (
     TRAINING_SPACING,
     VARIABLE_COUNTS,
 )
-from roughslip.scene import accuracy, contact, friction, load, oscillator, ranges, roughness
+from roughslip.scene import accuracy, contact, friction, load, motion_rules, oscillator, ranges, roughness
 from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import AUTO, BEST, terms
-from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused, shown, strictly_increasing
-from roughslip.scene.plan import FREE, needs, stages_needed
+from roughslip.scene.mistakes import (
+    Mistake,
+    Rule,
+    Values,
+    given,
+    missing,
+    not_together,
+    refused,
+    shown,
+    strictly_increasing,
+)
+from roughslip.scene.plan import needs, stages_needed
 from roughslip.scene.types import get
 
 # Keys that one word of another key takes, and no other word: the key, the other key, the word.
@@ -36,12 +46,6 @@ for _part in (accuracy, load, friction, contact, roughness, oscillator, ranges):
         REPLACES.setdefault(_section, {}).update(_keys)
 for _key, _other, _ in _TAKEN_BY:
     REPLACES.setdefault(_other.partition(".")[0], {})[_other.partition(".")[2]] = (_key.partition(".")[2],)
-
-
-class _Rule(NamedTuple):
-    keys: tuple[str, ...]  # of the values that `holds` takes, defaults among them; the first is the one refused
-    holds: Callable[..., bool]
-    allowed: str  # a format of the same values
 
 
 FEWEST, MOST = VARIABLE_COUNTS[0], VARIABLE_COUNTS[-1]
@@ -61,10 +65,7 @@ _AT_MOST = (
 )
 _EXTENDED = ("sobol", "monte_carlo")  # designs
 _ASCENDING = ("strip.penetration_percentiles", "ensemble.damping_ratios", "survival.scatter_factors")
-_STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
-_FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
-_HARDNESS, _EXTRAPOLATE, _MARGINAL = "material.hardness_pa", "numerics.extrapolate_mesh", "ensemble.marginal"
-_LENGTH, _PROCESS = "friction.statistics.correlation_length_m", "ensemble.process"
+_HARDNESS, _EXTRAPOLATE = "material.hardness_pa", "numerics.extrapolate_mesh"
 MOST_JOBS = 2000  # of one total: Snakemake plans each of them, and each takes a second or two to start
 
 
@@ -85,21 +86,14 @@ def _fits_left_out(samples: Any, modes: int, targets: list[str]) -> bool:
     return samples >= FIELD_SAMPLES and samples - math.ceil(samples / FIELD_GROUPS) > modes + 1
 
 
-def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: Any) -> bool:
-    """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept."""
-    if process == "recursion" or nodes == AUTO:
-        return True
-    return velocity * periods * 2 * math.pi / omega / length * nodes <= MOST_NUMBERS
-
-
 _RULES = (
-    _Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
-    _Rule(
+    Rule(("square.modes", "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
+    Rule(
         ("square.modes", "square.nodes"),
         lambda m, n: m > n**2 or m * n**2 <= MOST_NUMBERS,
         f"modes times nodes^2 at most {_MEMORY}, here with {{1}} nodes",
     ),
-    _Rule(
+    Rule(
         ("expansion.variables", "square.modes"),
         lambda v, modes: (FUNCTIONALS if v == BEST else v) <= modes,
         f"at most square.modes = {{1}}, of which {BEST} takes {FUNCTIONALS} or more",
@@ -108,107 +102,107 @@ _RULES = (
         rule
         for samples in ("expansion.samples", "square.latin_hypercube_samples")
         for rule in (
-            _Rule(
+            Rule(
                 (samples, "square.modes"),
                 lambda n, modes: n == AUTO or n * modes <= MOST_NUMBERS,
                 f"samples times square.modes = {{1}} at most {_MEMORY}",
             ),
-            _Rule(
+            Rule(
                 (samples, *_TERMS),
                 lambda n, v, d: n == AUTO or n > terms(v, d, FEWEST),
                 "more than the terms of the expansion, C({1} + {2}, {2})",
             ),
-            _Rule(
+            Rule(
                 (samples, *_TERMS),
                 lambda n, v, d: n == AUTO or n <= terms(v, d, FEWEST) or n * terms(v, d, MOST) <= MOST_NUMBERS,
                 f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_MEMORY}",
             ),
         )
     ),
-    _Rule(
+    Rule(
         ("expansion.samples", *_TERMS),
         lambda n, v, d: n != AUTO or TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
         f"a lower expansion.degree, because more samples than C({{1}} + {{2}}, {{2}}), at {TRAINING_NODES} nodes each, "
         f"give tables above {_MEMORY}",
     ),
-    _Rule(
+    Rule(
         ("expansion.draws", "accuracy.pressure", "expansion.samples", "targets"),
         lambda draws, error, n, targets: n != AUTO or "figure2" not in targets or draws * error**2 >= _DRAWS,
         f"at least {_DRAWS} / accuracy.pressure^2, or the draws alone err by half of {{1}}",
     ),
     *(
-        _Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
+        Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
         for step, lengths in _MULTIPLES.items()
         for length in lengths.split()
     ),
-    _Rule(
+    Rule(
         ("strip.length_m", "strip.window_m"),
         lambda length, window: length >= 4 * window,
         "at least four times strip.window_m = {1} [m], for lags of three windows",
     ),
-    _Rule(
+    Rule(
         ("strip.window_spacing_m", "strip.window_m"),
         lambda spacing, window: 2 * spacing <= window * (1 + 1e-9),
         "at most half of strip.window_m = {1} [m], for lags within the window",
     ),
-    _Rule(
+    Rule(
         ("strip.width_m", "strip.cell_m"),
         lambda width, cell: not _is_multiple(width, cell) or round(width / cell) >= _ROWS,
         f"at least {_ROWS} times strip.cell_m = {{1}} [m], for slope and curvature across the strip",
     ),
-    _Rule(
+    Rule(
         ("strip.length_m", "roughness.correlation_length_m"),
         lambda length, correlation: length >= 8 * correlation,
         "at least eight times roughness.correlation_length_m = {1} [m]",
     ),
-    _Rule(
+    Rule(
         ("roughness.fractal.shortest_wavelength_m", "strip.cell_m"),
         lambda shortest, cell: shortest > 2 * cell,
         "more than two cells, strip.cell_m = {1} [m]",
     ),
-    _Rule(
+    Rule(
         ("strip.expansion_spacing_m", "strip.cell_m", "roughness.fractal"),
         lambda spacing, cell, fractal: spacing == cell or (fractal["shortest_wavelength_m"] or 0.0) > 2 * spacing,
         "strip.cell_m = {1} [m], or less than half of roughness.fractal.shortest_wavelength_m",
     ),
-    _Rule(
+    Rule(
         (_EXTRAPOLATE, "strip.cell_m", *(f"strip.{length}" for length in _LENGTHS.split())),
         lambda asked, cell, *lengths: not asked or all(_is_multiple(length, 2 * cell) for length in lengths),
         f"false, or each of strip.{_LENGTHS.replace(' ', ', ')} a whole multiple of two cells, 2 x {{1}} m",
     ),
-    _Rule(
+    Rule(
         (_EXTRAPOLATE, "roughness.correlation_length_m", "strip.cell_m"),
         lambda asked, length, cell: not asked or length >= 4 * cell,
         "false, or roughness.correlation_length_m = {1} [m] at least four cells, 4 x {2} m",
     ),
-    _Rule(
+    Rule(
         (_EXTRAPOLATE, "roughness.fractal.shortest_wavelength_m", "strip.cell_m"),
         lambda asked, shortest, cell: not asked or (shortest or 0.0) > 4 * cell,
         "false, or roughness.fractal.shortest_wavelength_m = {1} [m] more than four cells, 4 x {2} m",
     ),
-    _Rule(
+    Rule(
         ("targets", "roughness.fractal"),
         lambda targets, _: not {"figure2", "figure_field"}.intersection(targets),
         "figure2 and figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
     ),
-    _Rule(
+    Rule(
         ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
         lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
         f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
-    *(_Rule((key,), lambda v: v == AUTO or strictly_increasing(v), "strictly increasing") for key in _ASCENDING),
-    _Rule(
+    *(Rule((key,), lambda v: v == AUTO or strictly_increasing(v), "strictly increasing") for key in _ASCENDING),
+    Rule(
         ("expansion.design", "expansion.samples"),
         lambda design, samples: samples != AUTO or design in _EXTENDED,
         f"{' or '.join(_EXTENDED)} with expansion.samples = {AUTO}, to be extended",
     ),
-    _Rule(
+    Rule(
         ("expansion.samples", "square.modes", "targets"),
         _fits_left_out,
         f"at least {FIELD_SAMPLES} for figure_field, and without a {FIELD_GROUPS}th of them more than its terms, "
         "square.modes = {1} and a constant",
     ),
-    _Rule(
+    Rule(
         ("square.modes", "square.nodes", "expansion.samples", "targets"),
         lambda modes, nodes, samples, targets: (
             "figure_field" not in targets or samples == AUTO or FIELD_GROUPS * modes * nodes**2 <= FIELD_NUMBERS
@@ -216,120 +210,44 @@ _RULES = (
         f"{FIELD_GROUPS} times the modes times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (0.8 GB of memory) "
         "for figure_field",
     ),
-    _Rule(
+    Rule(
         ("expansion.samples", "square.nodes", "targets"),
         lambda samples, nodes, targets: (
             "figure_field" not in targets or samples == AUTO or samples * nodes**2 <= FIELD_NUMBERS
         ),
         f"samples times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (1.5 GB of memory) for figure_field",
     ),
-    _Rule(
+    Rule(
         ("expansion.target", _HARDNESS),
         lambda target, _: target != "censored",
         f"trial_pressure, squared_pressure or best where the surface yields, at {_HARDNESS} = {{1}} [Pa]",
     ),
-    _Rule(
+    Rule(
         ("targets", _HARDNESS),
         lambda targets, _: "figure_field" not in targets,
         f"figure_field ranks the pressures of a node, and those at {_HARDNESS} are equal: leave it out",
     ),
-    _Rule(
+    Rule(
         ("strip.penetration_percentiles", "friction.mean_at_median"),
         lambda percentiles, _: 50 in percentiles,
         "50 among them: friction.mean_at_median sets the shear strength there",
     ),
-    _Rule(
+    Rule(
         ("strip.training_samples", "strip.length_m", "strip.cell_m", "expansion.degree"),
         lambda n, length, cell, d: n > 1 and n * training_columns(length / cell) > terms(FUNCTIONALS, d),
         f"at least 2, and enough that every {TRAINING_SPACING}th column gives more samples than "
         f"C({FUNCTIONALS} + {{3}}, {{3}})",
     ),
-    _Rule(
+    Rule(
         ("expansion.target", "strip.training_samples"),
         lambda target, _: target != "censored",
         "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     ),
-    *(_Rule(pair, lambda n, most: most == AUTO or n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
-    _Rule(accuracy.STRIPS[::-1], lambda e, s: AUTO in (e, s) or e >= 2 * s, "at least twice strip.samples = {1}"),
-    _Rule(
-        ("ensemble.discarded_periods", "ensemble.duration_periods"),
-        lambda discarded, duration: discarded < duration,
-        "less than ensemble.duration_periods = {1}",
-    ),
-    _Rule(
-        ("oscillator.excitation_frequency_rad_per_s", _FORCE),
-        lambda frequency, force: frequency > 0 or force == 0,
-        f"a number > 0 [rad/s] where {_FORCE} is not 0",
-    ),
-    _Rule(
-        ("ensemble.count_by_period", _FORCE),
-        lambda by_period, force: not by_period or force == 0,
-        f"false where {_FORCE} is not 0, because no cycle repeats the last there",
-    ),
-    _Rule(
-        ("targets", _FORCE),
-        lambda targets, force: not FREE.intersection(targets) or force == 0,
-        f"{', '.join(sorted(FREE))} are for the free oscillator, and {_FORCE} is not 0",
-    ),
+    *(Rule(pair, lambda n, most: most == AUTO or n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
+    Rule(accuracy.STRIPS[::-1], lambda e, s: AUTO in (e, s) or e >= 2 * s, "at least twice strip.samples = {1}"),
+    *motion_rules.RULES,
     *(
-        _Rule(
-            (_STATIC, mean, _LAW),
-            lambda static, mean, law: law == "table" or static >= mean,
-            f"at least {mean} = {{1}}; below it friction turns negative at high speed, or stick holds less than slip",
-        )
-        for mean in ("friction.mean_at_median", "load.mean_friction", f"{friction.STATISTICS}.mean")
-    ),
-    _Rule(
-        (_STATIC, f"{_TABLE}.values"),
-        lambda static, values: static >= values[0],
-        f"at least the first of {_TABLE}.values = {{1}}, or stick holds less than slip",
-    ),
-    _Rule(
-        (f"{_TABLE}.values", f"{_TABLE}.speeds_m_per_s"),
-        lambda values, speeds: len(values) == len(speeds),
-        f"one value for each of {_TABLE}.speeds_m_per_s = {{1}}",
-    ),
-    _Rule(
-        (f"{_TABLE}.speeds_m_per_s",),
-        lambda speeds: speeds[0] == 0 and strictly_increasing(speeds),
-        "strictly increasing speeds from 0 on",
-    ),
-    _Rule(
-        (_MARGINAL, friction.STATISTICS),
-        lambda marginal, _: marginal != "empirical",
-        f"beta or paper where {friction.STATISTICS} replaces the windows",
-    ),
-    _Rule(
-        ("oscillator.windows_in_parallel", _MARGINAL),
-        lambda windows, marginal: windows == 1 or marginal != "empirical",
-        f"1 where {_MARGINAL} is {{1}}",
-    ),
-    _Rule(
-        (_DEPTH, "strip.penetration_percentiles"),
-        lambda depth, levels: depth == 50 or levels[0] <= depth <= levels[-1],
-        "between the first and the last of strip.penetration_percentiles = {1}",
-    ),
-    _Rule(
-        (_DEPTH, _MARGINAL),
-        lambda depth, marginal: depth == 50 or marginal != "empirical",
-        f"50 where {_MARGINAL} is {{1}}: quantiles of the windows are kept at 50 alone",
-    ),
-    _Rule(
-        (_DEPTH, friction.STATISTICS),
-        lambda depth, _: depth == 50,
-        f"one of {_DEPTH} and {friction.STATISTICS}, which replaces the windows",
-    ),
-    _Rule(
-        (
-            *(_LENGTH, _PROCESS, "oscillator.belt_velocity_m_per_s", "oscillator.natural_frequency_rad_per_s"),
-            *("ensemble.duration_periods", "ensemble.nodes_per_correlation_length"),
-        ),
-        _path_fits,
-        f"long enough for at most {MOST_NUMBERS} nodes (0.8 GB of memory) over the belt's way in a run, "
-        f"or {_PROCESS}: recursion",
-    ),
-    *(
-        _Rule(
+        Rule(
             (batches.size, total),
             lambda size, count: count == AUTO or count <= MOST_JOBS * size,
             f"enough that {total} = {{1}} takes at most {MOST_JOBS} jobs",

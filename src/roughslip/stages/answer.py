@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
@@ -12,18 +12,20 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
-from roughslip.errors import IllPosedError
+from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.recursion import Recursion, recursion
-from roughslip.oscillator.cycles import NO_SCATTER, reattachment_statistics
+from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import cycle_period, equilibrium
-from roughslip.oscillator.motion import MotionOptions, Trajectory, simulate, trajectory
+from roughslip.oscillator.limits import cycle_period, slip_loop
+from roughslip.oscillator.motion import Motion, MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.path import KeptPath
-from roughslip.oscillator.survival import LONG_SLIP, is_cycling, sliding_intervals
+from roughslip.oscillator.states import States, run_until_known, time_scales
+from roughslip.oscillator.survival import Spells, mean_lifetime, spells
 from roughslip.probability.level_search import LevelSearch
 from roughslip.report.answer import summary
 from roughslip.scene.declarations import Stage
+from roughslip.scene.expansion import AUTO
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -52,15 +54,32 @@ LEAST_DAMPING, MOST_DAMPING = 1e-3, 10.0  # where the search begins without damp
 LEVELS = {"0.05": 0.05, "0.95": 0.95}
 KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; what is beyond is drawn again for each run
 SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
+MOST_SAMPLES = 1e6  # of a run
 CLEAR = 0.5  # width of the band of chance over the distance to the limit, up to which the mean curve alone decides
 SIDES = {"below": False, "above": True}
+
+
+LONGEST_RUN = 400.0  # natural periods that a run lasts by itself
+STARTS = {"from_rest": False, "from_sliding": True}
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run of the scene's own oscillator: its motion, its first departure, its states, and whether it stick-slips at
+    the time at which it is looked at."""
+
+    motion: Motion
+    first: float
+    states: States
+    cycles: bool
 
 
 @dataclass(frozen=True)
 class Runs:
     """Runs of a scene on the same friction paths, each looked at at a time of its own in the second half.
 
-    times : (n,) [natural periods] spread evenly over the second half, so that their mean is the share of it
+    count : n
+    length_m : [m] correlation length of the friction
     """
 
     scene: Scene
@@ -68,7 +87,8 @@ class Runs:
     own: System
     paths: Recursion
     options: MotionOptions
-    times: np.ndarray
+    count: int
+    length_m: float
     kept: dict[int, KeptPath] = field(default_factory=dict)
 
     def path(self, number: int) -> KeptPath:
@@ -78,30 +98,39 @@ class Runs:
             self.kept[number] = KeptPath(self.paths.realisation(seed), KEPT_NODES if number < KEPT_PATHS else 0)
         return self.kept[number]
 
-    def cycles(self, belt: Oscillator, law: FrictionLaw, numbers: range, from_sliding: bool = False) -> np.ndarray:
-        """(runs,) whether the mass stick-slips at the time of each run; it begins at rest on the belt or in sliding."""
-        found = []
-        start: dict[str, Any] = {}
-        if from_sliding:
-            start = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
-        for number in numbers:
-            time = float(self.times[number])
-            path = self.path(number)
-            motion = simulate(belt, law, path, self.paths.spacing, time + LONG_SLIP, self.options, **start)
-            found.append(is_cycling(motion, time))
-        return np.array(found, dtype=bool)
+    def scales(self, belt: Oscillator, law: FrictionLaw) -> dict[str, float]:
+        """Natural periods that a run has to last, by each of its time scales."""
+        return time_scales(belt, law, self.length_m)
+
+    def periods(self, belt: Oscillator, law: FrictionLaw) -> float:
+        """Natural periods of a run after its first departure."""
+        asked = self.scene.answer.duration_periods
+        return min(max(self.scales(belt, law).values()), LONGEST_RUN) if asked == AUTO else float(asked)
+
+    def one(self, belt: Oscillator, law: FrictionLaw, number: int, periods: float, from_sliding: bool) -> Run:
+        """A run up to its time in the second half; times are spread evenly, so that their mean is the share of it."""
+        time = 0.5 * periods * (1.0 + (number + 0.5) / self.count)
+        path, spacing = self.path(number), self.paths.spacing
+        motion, first, states = run_until_known(belt, law, path, spacing, time, self.options, from_sliding)
+        return Run(motion, first, states, states.is_stick_slip(first + time))
 
     def of_value(self, name: str, value: float, numbers: range) -> np.ndarray:
-        """The same with one parameter at another value."""
+        """(runs,) whether the mass stick-slips, from rest on the belt, with one parameter at another value."""
         changed = variation.changed(self.scene, self.numbers, {name: value})
-        return self.cycles(changed.belt, changed.law, numbers)
+        periods = self.periods(changed.belt, changed.law)
+        return np.array(
+            [self.one(changed.belt, changed.law, one, periods, False).cycles for one in numbers], dtype=bool
+        )
 
-    def trajectories(self) -> Iterator[Trajectory]:
-        """Yields all runs of the scene's own oscillator, to the end of the longest."""
-        belt, law, periods = self.own.belt, self.own.law, float(self.times.max()) + LONG_SLIP
-        for number in range(self.times.size):
-            path = self.path(number)
-            yield trajectory(belt, law, path, self.paths.spacing, periods, self.options, 0.0, SAMPLES)
+    def cycles_of(self, number: int, run: Run) -> np.ndarray:
+        """The whole cycles of a run of the scene's own oscillator, as `whole_cycles` gives them."""
+        belt, law, path = self.own.belt, self.own.law, self.path(number)
+        if run.motion.cycles < 2:
+            return np.empty((0, 2))
+        periods = run.motion.duration / (2 * np.pi)
+        samples = min(SAMPLES, max(int(MOST_SAMPLES / periods), 1))
+        drawn = trajectory(belt, law, path, self.paths.spacing, periods, self.options, 0.0, samples)
+        return whole_cycles(drawn, run.states)
 
 
 def quantity(value: float | None, interval: tuple[float | None, float | None] | None, unit: str) -> dict[str, Any]:
@@ -115,16 +144,13 @@ def probability(cycles: np.ndarray) -> dict[str, Any]:
     return quantity(float(np.mean(cycles)), (float(low), float(high)), "1")
 
 
-def whole_cycles(drawn: Trajectory, begin: float) -> np.ndarray:
+def whole_cycles(drawn: Trajectory, states: States) -> np.ndarray:
     """(cycles, 2) half the distance of the extremes of the displacement [m] and duration [tau] of each cycle.
-
-    begin : [natural periods] from which on they are taken
 
     A cycle lasts from one reattachment after backward motion to the next, without steady sliding between.
     """
-    motion = drawn.motion
-    ends = motion.time[motion.backwards & (motion.time >= 2 * np.pi * begin)]
-    slid = 2 * np.pi * sliding_intervals(motion)[:, 0]
+    ends = drawn.motion.time[drawn.motion.backwards]
+    slid = 2 * np.pi * states.sliding[:, 0]
     rows = []
     for start, finish in pairwise(ends):
         if not np.any((start <= slid) & (slid < finish)):
@@ -145,7 +171,8 @@ def cycle_statistics(cycles: Sequence[np.ndarray], omega: float, generator: np.r
         try:
             moments = reattachment_statistics(values, run, generator)
         except IllPosedError:  # too few runs with a cycle, or no scatter
-            alike = run.size > 0 and np.ptp(values) <= NO_SCATTER * abs(values[0])
+            enough = np.unique(run).size >= FEWEST_REALISATIONS
+            alike = enough and np.ptp(values) <= NO_SCATTER * abs(values[0])
             found[name] = quantity(float(values[0]) if alike else None, None, unit)
             found[f"{name}_scatter"] = quantity(0.0 if alike else None, None, unit)
             continue
@@ -172,7 +199,12 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[dict[str, An
                 continue
             high = search.count(start) > level * search.paths
             number = quantity(crossing.value, (crossing.low, crossing.high), parameter.unit)
-            found[side][label] = {**number, "change": "falls below" if high else "rises above"}
+            there = variation.changed(runs.scene, runs.numbers, {name: crossing.value})
+            found[side][label] = {
+                **number,
+                "change": "falls below" if high else "rises above",
+                "outside_measured_speeds": variation.leaves_known_speeds(there),
+            }
         found[side]["without_scatter"] = quantity(without_scatter(runs, name, start, ends[side]), None, parameter.unit)
     return found | {"searched": quantity(None, search.searched, parameter.unit)}, search.trials
 
@@ -234,10 +266,47 @@ def deciding(own: System, share: float, damping: Mapping[str, Any]) -> dict[str,
     }
 
 
+def lifetime(parts: Sequence[Spells]) -> dict[str, Any]:
+    """Mean lifetime of a state in natural periods, with its lower bound, from the spells of all runs."""
+    all_spells = Spells(np.concatenate([one.duration for one in parts]), np.concatenate([one.ended for one in parts]))
+    try:
+        ends = [None if np.isinf(one) else float(one) for one in mean_lifetime(all_spells)]
+    except IllPosedError:  # no run showed it
+        return quantity(None, None, "1")
+    return quantity(ends[0], (ends[1], ends[2]), "1")
+
+
+def memory_of_the_start(
+    runs: Runs, periods: float, cycles: Mapping[str, np.ndarray], of: Mapping[str, list[Run]]
+) -> dict[str, Any]:
+    """Whether runs from rest and from sliding differ, how long both states live, and which run would decide.
+
+    Both starts have the same friction paths. Of the runs in which they differ, as many should stick-slip from one start
+    as from the other, where the start is forgotten.
+    """
+    rest, sliding = cycles["from_rest"], cycles["from_sliding"]
+    more, less = np.count_nonzero(rest & ~sliding), np.count_nonzero(sliding & ~rest)
+    differ = bool(abs(more - less) > 2.0 * np.sqrt(more + less))
+    scale, needed = max(runs.scales(runs.own.belt, runs.own.law).items(), key=lambda one: one[1])
+    return {
+        "starts_differ": differ,
+        "decided": not differ or periods >= needed * (1.0 - 1e-9),
+        "needs": {"scale": scale, **quantity(needed if np.isfinite(needed) else None, None, "1")},
+        "stick_slip_lifetime": lifetime([spells(one.states)[0] for one in of["from_rest"]]),
+        "sliding_lifetime": lifetime([spells(one.states)[1] for one in of["from_sliding"]]),
+    }
+
+
 def not_given(own: System) -> str | None:
     """Why the question has no answer in this scene."""
     if own.belt.excitation_force_n > 0.0:
         return "the mass is excited, and stick-slip and steady sliding are told apart only on the free oscillator"
+    if own.belt.belt_velocity_m_per_s == 0.0:
+        return "the belt is at rest"
+    try:
+        slip_loop(own.belt, own.law)
+    except ConvergenceError as error:
+        return str(error)
     return None
 
 
@@ -253,19 +322,24 @@ def work(job: Job) -> None:
             {"given": False, "reason": reason, "summary": [f"Stick-slip: no answer, because {reason}."]},
         )
         return
-    count, periods = scene.answer.realisations, scene.answer.duration_periods
-    times = 0.5 * periods * (1.0 + (np.arange(count) + 0.5) / count)
+    count = scene.answer.realisations
     process = variation.process(scene, own, job.arguments.friction)
     paths = recursion(process, process.correlation_length_m / NODES)
-    runs = Runs(scene, numbers, own, paths, mass_on_belt.motion_options(scene), times)
+    length = process.correlation_length_m
+    if scene.oscillator.friction_follows == "time":
+        length *= own.belt.belt_velocity_m_per_s
+    runs = Runs(scene, numbers, own, paths, mass_on_belt.motion_options(scene), count, length)
     with job.usage.core():
-        at_start, cycles = np.empty(count, dtype=bool), []
-        for number, drawn in enumerate(runs.trajectories()):
-            at_start[number] = is_cycling(drawn.motion, float(times[number]))
-            cycles.append(whole_cycles(drawn, 0.5 * periods))
+        periods = runs.periods(own.belt, own.law)
+        of = {
+            name: [runs.one(own.belt, own.law, number, periods, from_sliding) for number in range(count)]
+            for name, from_sliding in STARTS.items()
+        }
+        cycles = {name: np.array([one.cycles for one in found], dtype=bool) for name, found in of.items()}
+        at_start = cycles["from_rest"]
         generator = np.random.default_rng([scene.seed, geometry.STREAM_ANSWER])
-        cycle = cycle_statistics(cycles, own.belt.natural_frequency_rad_per_s, generator)
-        from_sliding = runs.cycles(own.belt, own.law, range(count), from_sliding=True)
+        drawn = [runs.cycles_of(number, run) for number, run in enumerate(of["from_rest"])]
+        cycle = cycle_statistics(drawn, own.belt.natural_frequency_rad_per_s, generator)
         limits, trials = {}, 2 * count
         for done, name in enumerate(VARIED, start=1):
             limits[name], more = limits_of(name, runs, at_start)
@@ -279,13 +353,15 @@ def work(job: Job) -> None:
         "runs": count,
         "periods": quantity(periods, None, "1"),
         "probability": probability(at_start),
-        "probability_from_sliding": probability(from_sliding),
+        "probability_from_sliding": probability(cycles["from_sliding"]),
+        **memory_of_the_start(runs, periods, cycles, of),
         **cycle,
         "limits": limits,
         "smallest_change": smallest_change(limits, share > 0.5),
         "decides": deciding(own, share, limits["damping"]),
         "friction_mean": quantity(numbers.mean, None, "1"),
         "friction_deviation": quantity(numbers.standard_deviation, None, "1"),
+        "outside_measured_speeds": variation.leaves_known_speeds(own),
         "windows": quantity(own.windows, None, "1"),
     }
     store.write_json(job.arguments.output, found | {"summary": summary(found)})

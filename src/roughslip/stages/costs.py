@@ -23,15 +23,15 @@ def total(
     """A row a stage, in the order of their names, and a last row for the whole scene.
 
     not_needed : stages that did not run, and why; they stand in the last row
-    warnings : on the scene itself; the last row holds them, then those of the stages, each with the stage's name
+    warnings : on the scene itself; the last row holds them behind accuracies that are missed, of which the end of a
+        run must not be silent, and then those of the stages, each with the stage's name
 
     Seconds and counts add up over the jobs; peak memory is that of the largest job. `core_share` is the share of the
     CPU time spent solving, fitting and integrating; the rest is start-up, imports, compilation and files.
     """
     stages = sorted({record["stage"] for record in records})
     rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
-    found = [*warnings, *(f"{row['stage']}: {text}" for row in rows for text in row["warnings"])]
-    found += missed(rows)
+    found = [*missed(rows), *warnings, *(f"{row['stage']}: {text}" for row in rows for text in row["warnings"])]
     return [*rows, _sum("all", records) | {"warnings": found, "not_needed": dict(sorted(not_needed.items()))}]
 
 
@@ -42,7 +42,7 @@ def missed(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         number = name.removesuffix("_asked")
         if number != name and (value := counts.get(f"{number}_reached", 0.0)) > asked:
             yield (
-                f"accuracy.{number} of {asked:g} was asked and {value:.3g} is reached, as the pilot shows less scatter "
+                f"accuracy.{number} of {asked:g} was asked and {value:.4g} is reached, as the pilot shows less scatter "
                 "than there is: give the numbers of samples, or ask for less"
             )
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.special import stdtrit
 
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
@@ -23,18 +24,39 @@ STAGE = Stage(
 )
 
 HISTOGRAM_BINS = 48
-CLOSING_PERIODS = 10  # some five cycles
+CLOSING_PERIODS = 10.0
 
 
-def cycling_share(last_cycle: np.ndarray, duration_periods: float) -> tuple[float, float, float]:
-    """Share of the runs that still cycle in the closing periods, with its 95 % interval.
+def closing_periods(period: float) -> float:
+    """Natural periods at the end of a run in which one that cycles shows a cycle. period : in tau, NaN without one."""
+    return float(np.nanmax([CLOSING_PERIODS, 2 * period / (2 * np.pi)]))
+
+
+def cycling_share(last_cycle: np.ndarray, duration_periods: float, closing: float) -> tuple[float, float, float]:
+    """Share of the runs with a cycle in the closing periods, with its 95 % interval.
 
     last_cycle : (runs,) natural periods until the last cycle, 0 for a run without one
+    closing : [natural periods] CLOSING_PERIODS, or two cycles where these take longer
     """
     runs = len(last_cycle)
-    cycling = int(np.count_nonzero(last_cycle > max(duration_periods - CLOSING_PERIODS, 0.0)))
+    cycling = int(np.count_nonzero(last_cycle > max(duration_periods - closing, 0.0)))
     low, high = wilson_interval(cycling, runs)
     return cycling / runs, float(low), float(high)
+
+
+def share_of_time(stick_slip: np.ndarray) -> np.ndarray:
+    """(3, dampings) mean share of the time in stick-slip with Student's 95 % interval, cut at 0 and 1.
+
+    stick_slip : (runs, dampings) of each run, NaN where it reaches no state; all NaN where fewer than two runs do
+    """
+    known = np.count_nonzero(~np.isnan(stick_slip), axis=0)
+    is_known = known > 1
+    found = np.full((3, stick_slip.shape[1]), np.nan)
+    columns, runs = stick_slip[:, is_known], known[is_known]
+    mean = np.nanmean(columns, axis=0)
+    half = stdtrit(runs - 1, 0.975) * np.nanstd(columns, axis=0, ddof=1) / np.sqrt(runs)
+    found[:, is_known] = mean, np.maximum(mean - half, 0.0), np.minimum(mean + half, 1.0)
+    return found
 
 
 NORMALITY = {
@@ -86,8 +108,10 @@ def work(job: Job) -> None:
             f"friction would be negative in {np.count_nonzero(cut)} of {cut.size} runs and is cut to zero there: its "
             "mean is then higher and its scatter smaller than asked. See oscillator.negative_friction"
         )
-    still = np.array([cycling_share(column, duration) for column in last_cycle.T]).T
-    share = cycling_share(store.join(batches, "nominal_last_cycle"), duration)
+    closing = closing_periods(float(plain["period"]))
+    still = np.array([cycling_share(column, duration, closing) for column in last_cycle.T]).T
+    share = cycling_share(store.join(batches, "nominal_last_cycle"), duration, closing)
+    stick_slip = share_of_time(store.join(batches, "stick_slip"))
     of_damping = {
         "damping_ratio": (plain["damping_ratio"], "damping ratio D"),
         "deterministic_cycles": (plain["cycles"], "cycles M_d without scatter"),
@@ -110,9 +134,11 @@ def work(job: Job) -> None:
         variables |= store.with_interval(
             f"reattachment_{name}", (), getattr(statistics, name, [np.nan] * 3), unit, title
         )
-    title = f"share of runs with a cycle in the last {CLOSING_PERIODS} natural periods"
+    title = f"share of runs with a cycle in the last {closing:g} natural periods"
     variables |= store.with_interval("still_cycling", ("damping",), still, "1", title)
     variables |= store.with_interval("cycling_share", (), share, "1", f"{title}, at the scene's damping")
+    title = "share of the time in stick-slip, of all that is stick-slip or sliding"
+    variables |= store.with_interval("stick_slip_share", ("damping",), stick_slip, "1", title)
     density = events / max(events.sum(), 1) / np.diff(edges)
     variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
     variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")

@@ -12,10 +12,11 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.oscillator.counts import counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import counts_by_period, cycle_period, existence_limit, hopf_damping, limit_cycle
-from roughslip.oscillator.motion import MotionOptions, ensemble_counts, trajectory
+from roughslip.oscillator.limits import cycle_period, departure_point, existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
@@ -34,7 +35,6 @@ STAGE = Stage(
 
 PARAMETERS = ("mass_kg", "belt_velocity_m_per_s")
 MISSED = 2.0  # factor between the windows of a scene and those of its load, above which it warns
-LONGEST = 5.0  # natural periods of a cycle: then a run that cycles shows one in its closing ten
 
 LIMITS = {
     "hopf_damping": ("1", "damping ratio below which steady sliding is unstable"),
@@ -85,6 +85,12 @@ def work(job: Job) -> None:
         periods = ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, options)
         ranges = range_variables(belt, law, dampings, scene.oscillator.stiffness_n_per_m)
+    loading = departure_point(belt, law) / belt.V / (2 * np.pi) if belt.V > 0 else math.inf
+    if belt.q == 0.0 and loading >= duration:
+        job.usage.warn(
+            f"the mass first leaves the belt after {loading:.4g} natural periods, and the runs of figure 5 last "
+            f"{duration:g}: they show neither stick-slip nor sliding. Raise ensemble.duration_periods"
+        )
     kept = drawn.time >= 2 * np.pi * ensemble.discarded_periods
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
     sticks = 0 if ensemble.count_by_period else np.sum(counts.cycles + counts.micro_slips)
@@ -148,7 +154,7 @@ def range_variables(
 
     def cycle(oscillator: Oscillator) -> Hashable:
         period = cycle_period(oscillator, law)
-        return None if period is None or LONGEST < period < math.inf else period < math.inf
+        return None if period is None else period < math.inf
 
     def unstable(oscillator: Oscillator) -> Hashable:
         return oscillator.damping_ratio < hopf_damping(oscillator, law)

@@ -18,7 +18,7 @@ from scipy.special import stdtrit
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.limits import MOST_RUNS
-from roughslip.oscillator.motion import ensemble_counts
+from roughslip.oscillator.counts import ensemble_counts
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability.estimate import variance_margin
 from roughslip.scene.declarations import Stage

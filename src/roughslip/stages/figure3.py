@@ -15,7 +15,7 @@ STAGE = Stage(
     target="figure3",
     caption="Figure 3. Friction coefficient of the test surface against penetration: as in the paper (a) mean and "
     "(b) standard deviation, and (c) their ratio. Combined: solved contact with the expansion as control variate, and "
-    "the curve through it is mu_fit.",
+    "the curve through it is the mean friction coefficient that the oscillator takes.",
     memory_mb=320,
 )
 

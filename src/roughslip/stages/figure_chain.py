@@ -28,21 +28,33 @@ STAGE = Stage(
 )
 
 SOLVED, SHOWN = 128, 96  # cells on an edge of the square
+PIECES = 200  # of the surface, among which one with contact is looked for
 PATHS = 4
 LENGTHS = 10  # correlation lengths of a path that are drawn
 
 
 def surface_and_pressure(job: Job, percentile: float) -> dict[str, store.Variable]:
-    """The middle of a square of the surface, on the cells of the strips, and the pressure on it."""
+    """The middle of a square of the surface, on the cells of the strips, and the pressure on it.
+
+    Of the first PIECES squares, the first that has contact in its middle; of none, the one with the highest summit.
+    """
     scene, cell = job.scene, job.scene.strip.cell_m
     grid, model = Grid(SOLVED, SOLVED, cell, cell), surface_model.surface_model(scene, job.arguments.scan)
-    heights = model.heights(model.sampler(grid)(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, 0])))
+    sample = model.sampler(grid)
+    middle = slice((SOLVED - SHOWN) // 2, (SOLVED + SHOWN) // 2)  # the ends of a contact carry more pressure
     plane = float(model.plane_height(np.array([percentile]))[0])
+    heights, summit = np.empty((0, 0)), -np.inf
+    for piece in range(PIECES):
+        seed = [scene.seed, geometry.STREAM_STRIP, piece]
+        drawn = model.heights(sample(np.random.default_rng(seed)))
+        if (highest := float(drawn[middle, middle].max())) > summit:
+            heights, summit = drawn, highest
+        if summit > plane:
+            break
     tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
     with job.usage.core():
         solution = solve(elastic.influence(scene, grid), heights - plane, tolerance, hardness_pa=hardness)
     job.usage.count(solves=1)
-    middle = slice((SOLVED - SHOWN) // 2, (SOLVED + SHOWN) // 2)  # the ends of a contact carry more pressure
     place = cell * (np.arange(SHOWN) + 0.5)
     return {
         "x": store.Variable(("x",), place, "m", "place along the path"),

@@ -12,7 +12,7 @@ from roughslip.friction.combination import Combined, Others, Rows, combine, mesh
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
 from roughslip.friction.over_penetration import combined_estimates
-from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
+from roughslip.friction.statistics import estimate_of, ratio_of_sums, strip_weights, window_statistics
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
@@ -94,7 +94,7 @@ def work(job: Job) -> None:
         median = int(np.flatnonzero(percentiles == 50.0)[0])
         mean = scene.friction.mean_at_median
         best = [combined_at(unit, level, weights, factors) for level in range(len(percentiles))]
-        shear = Estimate.from_rows(mean / np.exp(best[median].rows["mean"]))
+        shear = estimate_of("mean", mean / np.exp(best[median].rows["mean"]), strips)
         best = [one.calibrated(mean, best[median]) for one in best]
         lags = scene.strip.window_spacing_m * np.arange(unit["solved"][0].shape[2])
         combined = combined_estimates(best, lags, scene.strip.window_m)
@@ -110,8 +110,8 @@ def work(job: Job) -> None:
                 table.setdefault(name, []).append(estimate)
             job.usage.progress(level + 1, len(percentiles))
         for name in friction_table.BY_SOURCE:
-            rows = (shear.value * np.exp(one.control[name]) for one in best)
-            table[name] += [Estimate.from_rows(one) for one in rows]
+            rows = ((shear.value * np.exp(one.control[name]), one.strips[1]) for one in best)
+            table[name] += [estimate_of(name, *one) for one in rows]
         loads = load_table.load_table(job, batches["solved"], (table, combined), shear, weights["solved"])
         light = load_table.light_table(job, batches["solved"], (table, combined), shear, weights["solved"])
         law = (

@@ -13,17 +13,15 @@ from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.grazing import grazing_response
-from roughslip.oscillator.limits import equilibrium, hopf_damping
-from roughslip.oscillator.motion import Motion, simulate
+from roughslip.oscillator.limits import hopf_damping
+from roughslip.oscillator.motion import Motion
 from roughslip.oscillator.path import KeptPath
+from roughslip.oscillator.states import States, run_until_known
 from roughslip.oscillator.survival import (
-    LONG_SLIP,
     Spells,
-    cycling_share,
     damping_band,
     first_slip,
     mean_lifetime,
-    sliding_intervals,
     spells,
     surviving_share,
 )
@@ -56,6 +54,9 @@ TITLES = {
 }
 
 
+Run = tuple[Motion, float, States]
+
+
 @dataclass(frozen=True)
 class Runs:
     """What the runs at one scatter and damping showed.
@@ -83,20 +84,30 @@ def joined(parts: Sequence[Spells]) -> Spells:
     return Spells(np.concatenate([part.duration for part in parts]), np.concatenate([part.ended for part in parts]))
 
 
-def summed_up(from_rest: Sequence[Motion], from_sliding: Sequence[Motion]) -> Runs:
-    """Runs of the same friction paths from rest on the belt and from steady sliding."""
-    begun = [spells(motion)[0] for motion in from_rest]
-    waiting = joined([first_slip(motion) for motion in from_sliding])
-    periods = from_rest[0].duration / (2 * np.pi)
-    horizon = periods - LONG_SLIP
+def first_spell(departure: float, states: States) -> Spells:
+    """The spell of stick-slip that a run begins with at its first departure; of no duration where it slides at once."""
+    cycling = spells(states)[0]
+    if states.stick_slip.size and states.stick_slip[0, 0] == departure:
+        return Spells(cycling.duration[:1], cycling.ended[:1])
+    return Spells(np.zeros(1), np.ones(1, dtype=bool))
+
+
+def summed_up(from_rest: Sequence[Run], from_sliding: Sequence[Run], periods: float) -> Runs:
+    """Runs of the same friction paths from rest on the belt and from steady sliding, each as `run_until_known` has it.
+
+    periods : natural periods after the first departure
+    """
+    both = (from_rest, from_sliding)
+    waiting = joined([first_slip(motion) for motion, _, _ in from_sliding])
+    share = [[states.share(first + 0.5 * periods, first + periods) for _, first, states in runs] for runs in both]
     return Runs(
-        survived=np.array([not np.any(sliding_intervals(motion)[:, 0] < horizon) for motion in from_rest]),
-        shares=np.array([[cycling_share(one, 0.5 * periods) for one in runs] for runs in (from_rest, from_sliding)]),
+        survived=np.array([not np.any(states.sliding[:, 0] < first + periods) for _, first, states in from_rest]),
+        shares=np.nan_to_num(np.array(share)),  # micro-slips alone are no stick-slip
         kicked=waiting.ended,
-        cycling=joined([*begun, *(spells(motion)[0] for motion in from_sliding)]),
+        cycling=joined([spells(states)[0] for runs in both for _, _, states in runs]),
         waiting=waiting,
-        first=joined([Spells(cycling.duration[:1], cycling.ended[:1]) for cycling in begun]),
-        sticks=sum(motion.cycles + motion.micro_slips for motion in (*from_rest, *from_sliding)),
+        first=joined([first_spell(first, states) for _, first, states in from_rest]),
+        sticks=sum(motion.cycles + motion.micro_slips for runs in both for motion, _, _ in runs),
     )
 
 
@@ -115,7 +126,6 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
     asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     options = mass_on_belt.motion_options(scene)
-    in_slip: dict[str, Any] = {"start_position_m": equilibrium(belt, law), "start_velocity_m": 0.0}
     periods, found = asked.duration_periods, []
     together = mass_on_belt.independent_windows(scene, job.arguments.friction) ** 0.5  # the process divides by it
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
@@ -127,9 +137,11 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
         of_scatter = []
         for ratio in row:
             damped = replace(belt, damping_ratio=float(ratio))
-            from_rest = [simulate(damped, law, path, paths.spacing, periods, options) for path in kept]
-            from_sliding = [simulate(damped, law, path, paths.spacing, periods, options, **in_slip) for path in kept]
-            of_scatter.append(summed_up(from_rest, from_sliding))
+            from_rest, from_sliding = (
+                [run_until_known(damped, law, path, paths.spacing, periods, options, sliding) for path in kept]
+                for sliding in (False, True)
+            )
+            of_scatter.append(summed_up(from_rest, from_sliding, periods))
         found.append(of_scatter)
         job.usage.progress(number + 1, len(deviations))
     return found
@@ -150,7 +162,7 @@ def point_variables(results: list[list[Runs]], dampings: np.ndarray, horizon: fl
     for reason in reasons:  # beyond the limit of existence no run shows the motion
         print(f"lifetimes: {reason}; stored as NaN", file=sys.stderr)
     point = ("scatter", "point")
-    variables = {"survival_time": store.Variable(("time",), times, "1", "natural periods since rest on the belt")}
+    variables = {"survival_time": store.Variable(("time",), times, "1", "natural periods since the first departure")}
     for name, title in TITLES.items():
         values = np.moveaxis(np.reshape(columns[name], (*dampings.shape, *np.shape(columns[name][0]))), -1, 0)
         variables |= store.with_interval(name, (*point, "time") if values.ndim == 4 else point, values, "1", title)
@@ -164,7 +176,7 @@ def work(job: Job) -> None:
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     factors = np.array(asked.scatter_factors, dtype=np.float64)
     deviation = numbers.standard_deviation / mass_on_belt.independent_windows(scene, job.arguments.friction) ** 0.5
-    deviations, horizon = deviation * factors, asked.duration_periods - LONG_SLIP
+    deviations, horizon = deviation * factors, asked.duration_periods
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     with job.usage.core():
         response = grazing_response(belt, law, scene.oscillator.stochastic_static_limit)

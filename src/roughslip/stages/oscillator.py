@@ -3,7 +3,8 @@
 import numpy as np
 
 from roughslip import store
-from roughslip.oscillator.motion import ensemble_counts, simulate, trajectory
+from roughslip.oscillator.counts import ensemble_counts
+from roughslip.oscillator.motion import simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt, shares
@@ -45,7 +46,8 @@ def work(job: Job) -> None:
     dampings = damping_ratios(scene, numbers, arguments.friction)
     count = len(taken)
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
-    last_cycle, nominal_last_cycle = np.empty((count, len(dampings))), np.empty(count)
+    last_cycle, stick_slip = np.empty((2, count, len(dampings)))
+    nominal_last_cycle = np.empty(count)
     cuts = np.empty((count, len(dampings)), dtype=np.int64)
     reattachments, owners, drawn, options = [], [], [], mass_on_belt.motion_options(scene)
     length = mass_on_belt.path_length(belt, periods, options.friction_follows)
@@ -56,7 +58,7 @@ def work(job: Job) -> None:
             path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
             counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options)
             cycles[row], micro_slips[row], cuts[row] = counts.cycles, counts.micro_slips, counts.cuts
-            last_cycle[row] = counts.last_cycle
+            last_cycle[row], stick_slip[row] = counts.last_cycle, counts.stick_slip
             steps, evaluations = steps + counts.steps, evaluations + counts.evaluations
             nominal = simulate(belt, law, path, paths.spacing, periods, options)
             places = nominal.reattachments(discarded)
@@ -87,6 +89,7 @@ def work(job: Job) -> None:
         "micro_slips": store.Variable(run, micro_slips, "1", "reattachments without a cycle"),
         "negative_friction": store.Variable(run, cuts, "1", cut),
         "last_cycle": store.Variable(run, last_cycle, "1", "natural periods until the last cycle, 0 for none"),
+        "stick_slip": store.Variable(run, stick_slip, "1", "share of the time in either state that is stick-slip"),
         "nominal_last_cycle": store.Variable(run[:1], nominal_last_cycle, "1", "the same at the scene's own damping"),
         "reattachment": store.Variable(event, np.concatenate(reattachments), "m", "X at the start of stick"),
         "reattachment_realisation": store.Variable(event, np.concatenate(owners), "1", "its realisation"),

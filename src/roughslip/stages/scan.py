@@ -6,13 +6,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from roughslip import store
-from roughslip.scan.autocorrelation import Autocorrelation
+from roughslip.scan import outliers
+from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
+from roughslip.scan.high_pass import high_pass
 from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import remove_form
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import surface_model
+from roughslip.stages.from_scene import sampled_fit, surface_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.surface.covariance import Covariance
@@ -20,7 +22,8 @@ from roughslip.surface.models import KINDS
 
 STAGE = Stage(
     name="scan",
-    reads="roughness.scan",
+    reads="targets roughness.scan",
+    reads_if_given="strip.length_m strip.margin_m strip.width_m strip.cell_m strip.expansion_spacing_m",
     inputs={"scan": "grinding roughness.scan.file"},
     result="surface/scan.nc",
     runs_if="roughness.scan",
@@ -28,6 +31,7 @@ STAGE = Stage(
     memory_doubles={"scan_points": 40},
 )
 
+WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
 FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which a warning says so
 
 
@@ -37,37 +41,56 @@ def work(job: Job) -> None:
     sides = wanted.spacing_x_m, wanted.spacing_y_m
     spacing = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
     scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit), wanted.form)
-    kind, covariance, fits = wanted.covariance, None, 0
+    print(f"scan: {scan.read}", file=sys.stderr, flush=True)
+    if scan.cut > WIDE_RIM:
+        job.usage.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")
+    found_outliers = outliers.outliers(scan)
+    treatment = wanted.outliers or "keep"
+    job.usage.warn(*outliers.warnings(scan, found_outliers, treatment))
+    if treatment == "missing" and found_outliers.any():
+        scan = outliers.without(scan, found_outliers, wanted.form)
+    if wanted.cutoff_m is not None:
+        scan = high_pass(scan, wanted.cutoff_m)
+    endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
+    kind, covariance, fits, correct = wanted.covariance, None, 0, bool(wanted.correct_correlation)
     with job.usage.core():
-        found = scan_statistics(scan)
+        found = scan_statistics(scan, sub_areas_for(scan, endless))
         rms = float(found.rms_height.value)
+        marginal = fitted_marginal(wanted.marginal, scan, rms)
         if kind != "measured":
             kinds = KINDS if kind == "best" else (kind,)
-            (best, *others), refused = fitted_covariances(kinds, scan, found)
-            covariance, fits = best.covariance, 1 + len(others)
+            fitted, refused = fitted_covariances(kinds, scan, found)
+            on = sampled_fit.meshes(job.scene, scan.grid)
+            best, left = sampled_fit.best_sampled(fitted, marginal, correct, on, endless)
+            covariance, fits = best.covariance, len(fitted) - len(left)
+            job.usage.warn(*(f"a better model, {one}: {covariance.kind} is taken, or try measured" for one in left))
             for reason in refused:
                 print(f"scan: not fitted: {reason}", file=sys.stderr)
-            job.usage.warn(*(f"{covariance.kind} {what}: try measured" for what in misses(best, found.autocorrelation)))
-        marginal = fitted_marginal(wanted.marginal, scan, rms)
+            job.usage.warn(
+                *(f"{covariance.kind} {what}: try measured" for what in misses(best, found.autocorrelation, endless))
+            )
     if not found.sub_areas.sufficient:
         lengths = f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths"
         job.usage.warn(f"{lengths}: intervals of the scan are too narrow, scan a larger area")
     job.usage.count(points=scan.heights.size)
-    correct = bool(wanted.correct_correlation)
-    variables, attributes = surface_model.stored_model(covariance, marginal, correct, rms)
+    variables, attributes = surface_model.stored_model(covariance, marginal, correct, rms, endless)
     variables |= scan_table.of_scan(scan, found)
     words = model_in_words(covariance, fits)
+    if wanted.endless_lay is not None:
+        words += f", endless lay along {wanted.endless_lay}"
+    if wanted.cutoff_m is not None:
+        words += f", without waves above {1e6 * wanted.cutoff_m:.3g} µm"
     variables["model"] = store.Variable(("model",), np.array([words]), "1", "model of the autocorrelation")
     store.write(job.arguments.output, variables, job.key, attributes)
 
 
-def misses(fit: CovarianceFit, found: Autocorrelation) -> Iterator[str]:
-    """What of the scan a model does not have."""
+def misses(fit: CovarianceFit, found: Autocorrelation, endless: int | None = None) -> Iterator[str]:
+    """What of the scan a model does not have; lengths along an endless lay, an axis, do not count."""
     for what, misfit in (("autocorrelation", fit.misfit), ("spectrum", fit.spectrum_misfit)):
         if misfit > FAR:
             yield f"misses the {what} by {misfit:.1f} standard errors"
     for axis, length, own in zip("xy", fit.covariance.axis_lengths_m, (found.length_x, found.length_y), strict=True):
-        if not own.low <= length <= own.high:
+        if "xy".index(axis) != endless and not own.low <= length <= own.high:
             yield f"misses the 1/e length along {axis}, {own.low:.3g} to {own.high:.3g} m, with {length:.3g} m"
 
 

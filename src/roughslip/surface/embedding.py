@@ -83,7 +83,7 @@ def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
             return Embedding(grid, torus, np.sqrt(np.maximum(eigenvalues, 0.0)), clipped)
     raise IllPosedError(
         f"no torus up to {torus[0]} x {torus[1]} nodes embeds the covariance: smallest eigenvalue {worst:.1e} of the "
-        f"largest; use a shorter correlation length or larger cells"
+        f"largest; use a shorter correlation length or larger cells; of a scan, take another roughness.scan.covariance"
     )
 
 
@@ -129,7 +129,7 @@ def _embed_spectrum(covariance: SelfAffine, grid: Grid) -> Embedding:
             return Embedding(grid, torus, np.sqrt(share * eigenvalues), 0.0, images)
     raise IllPosedError(
         f"on tori up to {torus[0]} x {torus[1]} nodes periodic images change correlations by {images:.1e} of their "
-        f"fall; use a shorter roll-off wavelength or larger cells"
+        f"fall; use a shorter roll-off wavelength or larger cells; of a scan, take another roughness.scan.covariance"
     )
 
 

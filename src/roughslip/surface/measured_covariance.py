@@ -84,7 +84,7 @@ def measured_covariance(
     if not change <= LARGEST_CHANGE:
         raise IllPosedError(
             f"the covariance near to the table of correlations differs by up to {change:.2g} from it: "
-            f"take fewer lags or a larger scan"
+            f"take fewer lags or a larger scan; of a scene, roughness.scan.covariance: best"
         )
     coefficients = scipy.ndimage.spline_filter(np.pad(positive, MARGIN), order=3, mode="mirror")
     return MeasuredCovariance(rms_height_m, lag_x_m, lag_y_m, positive, change, coefficients)

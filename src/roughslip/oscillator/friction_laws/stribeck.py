@@ -10,6 +10,8 @@ import numpy as np
 from roughslip.oscillator.friction_law import FrictionLaw, check_static
 from roughslip.validation import gate
 
+NO_POLE = 0.5  # steps that end at the belt try speeds below 0, down to which the quotient may have its pole
+
 
 class StribeckParameters(NamedTuple):
     """mu_D(v) = fit / (1 + decay v) + rest - fit + quadratic v^2; static, rest and least as in `FrictionLaw`."""
@@ -65,7 +67,9 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
 
     @staticmethod
     def friction(speed: Any, law: StribeckParameters) -> Any:
-        return law.fit / (1.0 + law.decay * speed) + (law.rest - law.fit + law.quadratic * speed * speed)
+        return law.fit / np.maximum(1.0 + law.decay * speed, NO_POLE) + (
+            law.rest - law.fit + law.quadratic * speed * speed
+        )
 
     @staticmethod
     def slope_of_friction(speed: Any, law: StribeckParameters) -> Any:
@@ -79,4 +83,4 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
     def excess_force(normal: Any, speed: Any, more: Any, held: Any, law: StribeckParameters) -> Any:
         """normal (mu_D + more) - held, with the quotient last, when everything else is known."""
         others = normal * (law.rest - law.fit + more + law.quadratic * (speed * speed)) - held
-        return normal * law.fit / (1.0 + law.decay * speed) + others
+        return normal * law.fit / np.maximum(1.0 + law.decay * speed, NO_POLE) + others

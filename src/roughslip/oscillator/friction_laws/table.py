@@ -15,6 +15,8 @@ from roughslip.oscillator.friction_law import OPTIONS, FrictionLaw
 from roughslip.validation import gate
 
 INTERPOLATIONS = ("monotone_cubic", "linear")
+NEAREST = 1e-9  # of their speed: knots nearer than that ask for steps that rounding loses
+SMOOTHED = 1e-4  # of the last speed: friction that grows from nothing within less is stick made smooth
 
 
 class TableParameters(NamedTuple):
@@ -72,7 +74,7 @@ def _row_ends(row: int, table: np.ndarray) -> tuple[float, float]:
 class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     """mu_D as measured at some speeds.
 
-    speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two
+    speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two; no nearer than 1e-9 of their speed
     values : (knots,) [-] mu_D at the speeds; constant beyond the last speed
     static : [-] limit of stick, at least the first value; the first value where not given
     interpolation : monotone_cubic, with a continuous slope and no extremes of its own (F. N. Fritsch & R. E. Carlson,
@@ -93,6 +95,17 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
             raise ParameterError(f"TableLaw.speeds_m_per_s must increase strictly from 0, not {speeds}")
         if min(values) < 0.0:
             raise ParameterError(f"TableLaw.values must not be negative, not {min(values)}")
+        near = np.flatnonzero(np.diff(speeds) < NEAREST * np.array(speeds[1:]))
+        if near.size:
+            raise ParameterError(
+                f"TableLaw.speeds_m_per_s {speeds[near[0]]} and {speeds[near[0] + 1]} are nearer than {NEAREST:g} of "
+                "their speed, which no step resolves: space them further, as hardly changes the motion"
+            )
+        if values[0] < 0.5 * values[1] and speeds[1] < SMOOTHED * speeds[-1]:
+            raise ParameterError(
+                f"TableLaw.values rise from {values[0]} to {values[1]} within {speeds[1]} m/s: stick needs no such "
+                f"approximation here, and steps as short; start the table at 0 m/s with {values[1]} and give `static`"
+            )
         if self.interpolation not in INTERPOLATIONS:
             raise ParameterError(
                 f"TableLaw.interpolation must be {' or '.join(INTERPOLATIONS)}, not {self.interpolation!r}"
@@ -103,6 +116,11 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
             object.__setattr__(self, "static", values[0])
         if not (math.isfinite(self.static) and self.static >= values[0]):
             raise ParameterError(f"TableLaw.static must be at least the first value, {values[0]}, not {self.static}")
+
+    @property
+    def fastest_known(self) -> float:
+        """The last speed of the table [m/s]."""
+        return self.speeds_m_per_s[-1]
 
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> TableLaw:

@@ -7,9 +7,8 @@ import numpy as np
 
 from roughslip.errors import InputError
 from roughslip.friction.recursion import recursion
-from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import KeptPath
-from roughslip.oscillator.survival import cycling_share
+from roughslip.oscillator.states import run_until_known
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.ranges import KEYS, Ranges
 from roughslip.scene.types import Scene
@@ -51,14 +50,14 @@ def spaced(first: float, last: float, points: int) -> np.ndarray:
 
 
 class PointRuns:
-    """Shares of stick-slip in the second half of runs from rest on the belt.
+    """Shares of stick-slip in the second half of runs from rest on the belt, counted from the first departure.
 
     One generator per realisation serves every point, so that neighbours err together. Results do not depend on the
     order of the points.
 
     scene : with sections `oscillator`, `numerics`, `ensemble.marginal` and `ensemble.interpolation`
     numbers, statistics : friction of the scene, and its file if any
-    periods : natural periods of a run
+    periods : natural periods of a run after its first departure
     stream : of the random numbers
     runs, steps, sticks, paths : counts of what was done
     """
@@ -87,8 +86,11 @@ class PointRuns:
                 self._kept[number] = KeptPath(self._recursion.realisation([*self._seed, number]))
                 self.paths += 1
             path, spacing = self._kept[number], self._recursion.spacing
-            motion = simulate(system.belt, system.law, path, spacing, self._periods, self._options)
-            found[row] = cycling_share(motion, 0.5 * self._periods)
+            motion, first, states = run_until_known(
+                system.belt, system.law, path, spacing, self._periods, self._options
+            )
+            share = states.share(first + 0.5 * self._periods, first + self._periods)
+            found[row] = np.nan_to_num(share)  # micro-slips alone are no stick-slip
             self.runs, self.steps = self.runs + 1, self.steps + motion.steps
             self.sticks += motion.cycles + motion.micro_slips
         return found

@@ -1,7 +1,7 @@
 """The model of the surface of a scene, and that of a scan, as stage `scan` leaves it on disk, and back."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from roughslip.stages.from_scene import geometry
 from roughslip.surface import model as surface
 from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance
+from roughslip.surface.endless_lay import EndlessLay
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on
 from roughslip.surface.model import FractalModel, GaussianModel, SurfaceModel
 from roughslip.surface.models import MODELS, covariance_of
@@ -64,15 +65,29 @@ def scan_warnings(model: SurfaceModel, cells: dict[str, float], window_m: float 
     return list(plausibility.warnings(model.covariance, model.lengths_m, "roughness.scan", cells, window_m))
 
 
+def with_lay(model: GaussianModel, endless: int | None, length_m: float) -> GaussianModel:
+    """The model of a profile with an infinitely long lay along an axis, or the model itself without one.
+
+    length_m : [m] along the lay, in place of infinity: the edge of the scan
+    """
+    if endless is None:
+        return model
+    x, y = model.lengths_m
+    lengths = (x, length_m) if endless else (length_m, y)
+    return replace(model, covariance=EndlessLay(model.covariance, endless), lengths_m=lengths)
+
+
 def stored_model(
     covariance: Covariance | None,
     marginal: FamilyDistribution | EmpiricalDistribution | None,
     correct_correlation: bool,
     rms_height_m: float,
+    endless: int | None = None,
 ) -> tuple[dict[str, store.Variable], dict[str, str]]:
     """Variables and the attribute `model` that `restored_model` reads; those of `scan_table` stand in the same file.
 
     covariance : None for the measured autocorrelation
+    endless : axis of a lay that is taken as infinitely long, of which the covariance is that of the profile across
     """
     variables = {}
     law: dict[str, Any] | None = None
@@ -88,6 +103,7 @@ def stored_model(
         "rms_height_m": rms_height_m,
         "marginal": law,
         "correct_correlation": correct_correlation,
+        "endless_lay": endless,
     }
     return variables, {"model": json.dumps(model, sort_keys=True)}
 
@@ -101,11 +117,16 @@ def restored_model(result: store.Result) -> GaussianModel:
         marginal = EmpiricalDistribution(result["marginal_score"], result["marginal_height"], law["tail_share"])
     elif law is not None:
         marginal = FamilyDistribution(**{**law, "shapes": tuple(law["shapes"])})
-    correct = model["correct_correlation"]
+    correct, endless = model["correct_correlation"], model["endless_lay"]
+    edge = 1.0 if endless is None else float(result["points"][endless] * result["spacing"][endless])
     if model["covariance"] is not None:
         field = covariance_of(**model["covariance"])
-        return surface.gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
+        profile = surface.gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
+        return with_lay(profile, endless, edge)
     steps = (float(np.diff(result["lag_x"][:2])[0]), float(np.diff(result["lag_y"][:2])[0]))
     lengths = float(result["length_x"]), float(result["length_y"])
     table, rms = result["correlation"], model["rms_height_m"]
-    return surface.measured_model(table, steps, rms, lengths, marginal, correct_correlation=correct)
+    if endless is not None:  # the lags of the profile alone
+        table = np.take(table, [table.shape[endless] // 2], axis=endless)
+    profile = surface.measured_model(table, steps, rms, lengths, marginal, correct_correlation=correct)
+    return with_lay(profile, endless, edge)

@@ -17,6 +17,7 @@ from roughslip.errors import ParameterError
 from roughslip.friction.process import FrictionProcess
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.limits import slip_loop
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -67,6 +68,12 @@ def system(scene: Scene, numbers: FrictionNumbers) -> System:
     """What the scene states. It reads the section `oscillator`."""
     law = mass_on_belt.law(scene, numbers.mean)
     return System(mass_on_belt.oscillator(scene), law, numbers, scene.oscillator.windows_in_parallel)
+
+
+def leaves_known_speeds(system: System) -> bool:
+    """Whether sliding, steady or in the stick-slip cycle, is faster than the friction law was measured."""
+    known = system.law.fastest_known
+    return not math.isinf(known) and slip_loop(system.belt, system.law).fastest > known
 
 
 def changeable(scene: Scene) -> list[str]:

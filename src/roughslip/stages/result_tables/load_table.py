@@ -15,7 +15,7 @@ from roughslip.friction.pad import (
     pad_scatter,
     percentile_of_pressure,
 )
-from roughslip.friction.statistics import resampled
+from roughslip.friction.statistics import estimate_of, resampled
 from roughslip.probability import Estimate
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene.surface_model import fractal_law, gaussian_model, surface_model
@@ -87,8 +87,12 @@ def load_table(
             of_load = np.sqrt(between_pads(variance, np.maximum(windows, 1.0)))
             found |= {"load_windows": windows, "load_std": (own_std * of_window)[:, 0] * of_load}
         for name, rows in found.items():
-            table.setdefault(name, []).append(Estimate.from_rows(rows))
+            table.setdefault(name, []).append(estimate_of(_kind(name), rows, weights.shape[1]))
     return table
+
+
+def _kind(name: str) -> str:
+    return "std" if name.endswith("std") else "mean"
 
 
 def of_all(name: str, level: int, statistics: tuple[Table, Table]) -> np.ndarray:
@@ -138,7 +142,7 @@ def light_table(
             "light_pad_std": scale[:, None] * np.sqrt(variance),
         }
         for name, rows in found.items():
-            table.setdefault(name, []).append(Estimate.from_rows(rows))
+            table.setdefault(name, []).append(estimate_of(_kind(name), rows, weights.shape[1]))
     return table
 
 

@@ -46,9 +46,13 @@ def of_scan(scan: Topography, found: ScanStatistics) -> dict[str, Variable]:
         "points": Variable(axis, np.array(scan.grid.shape), "1", "points of the scan along x and y"),
         "spacing": Variable(axis, np.array([scan.dx, scan.dy]), "m", "distances of neighbouring points"),
         "missing": Variable((), float(scan.missing.mean()), "1", "share of the points that have no height"),
+        "read": Variable(("reading",), np.array([scan.read]), "1", "what was read of the file, cut and missing"),
         "sub_areas": Variable(axis, np.array(parts.counts), "1", "sub-areas along x and y"),
         "extent": Variable(axis, np.array(parts.extent), "m", "reach of the autocorrelation above 1/e"),
         "widening": Variable((), parts.widening, "1", "factor of standard errors for what sub-areas share"),
+        "endless": Variable(
+            (), -1 if parts.endless is None else parts.endless, "1", "axis of an endless lay; -1 without"
+        ),
         "sufficient": Variable((), int(parts.sufficient), "1", "1 where the sub-areas are long enough for intervals"),
         "lag_x": Variable(("lag_x",), correlation.lag_x, "m", "lag along x"),
         "lag_y": Variable(("lag_y",), correlation.lag_y, "m", "lag along y"),
@@ -67,9 +71,9 @@ def of_scan(scan: Topography, found: ScanStatistics) -> dict[str, Variable]:
 def sub_areas_of(result: Result, scan: Topography) -> SubAreas:
     """The sub-areas of the scan, for a twin of its mesh."""
     counts, extent = result["sub_areas"], result["extent"]
-    return SubAreas(
-        scan.grid, (int(counts[0]), int(counts[1])), (float(extent[0]), float(extent[1])), float(result["widening"])
-    )
+    endless = None if result["endless"] < 0 else int(result["endless"])
+    numbers, extents = (int(counts[0]), int(counts[1])), (float(extent[0]), float(extent[1]))
+    return SubAreas(scan.grid, numbers, extents, float(result["widening"]), endless)
 
 
 def of_twins(twins: Sequence[tuple[Topography, ScanStatistics]], edges: np.ndarray) -> dict[str, Variable]:

@@ -1,0 +1,103 @@
+"""What readers of scans share: units, the choice of an array, and what the file or else the scene gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from roughslip.errors import InputError
+
+METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "μm": 1e-6, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
+KEYS = {
+    "unit of heights": "roughness.scan.height_unit",
+    "spacing": "roughness.scan.spacing_x_m and roughness.scan.spacing_y_m",
+}
+"""What a scene states where the file does not give it."""
+
+NAMES = ("heights", "height", "topography", "z")  # of the array of heights among several, in any case of letters
+MOST_LISTED = 8
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a file holds.
+
+    heights : (nx, ny) [m], nan where there is none
+    spacing : (dx, dy) [m]
+    words : the array or channel, its unit and how it is written
+    """
+
+    heights: np.ndarray
+    spacing: tuple[float, float]
+    words: str
+
+
+def settled(
+    path: Path,
+    found: tuple[str | None, tuple[float, float] | None],
+    stated: tuple[str | None, tuple[float, float] | None],
+    hint: str = "",
+) -> tuple[str, tuple[float, float]]:
+    """Unit of heights and spacing [m]: each of the file or of the scene, of one of them alone.
+
+    hint : goes with what is missing. Raises InputError with all that is missing or twice there.
+    """
+    rows = list(zip(KEYS.items(), found, stated, strict=True))
+    wrong = [
+        f"the file gives its {what}, {own}; remove {key} = {said}" for (what, key), own, said in rows if own and said
+    ]
+    absent = [item for item, own, said in rows if not own and not said]
+    if absent:
+        keys = ", ".join(key for _, key in absent)
+        wrong.append(f"the file does not give its {' and its '.join(what for what, _ in absent)}; set {keys}{hint}")
+    unit, spacing = found[0] or stated[0], found[1] or stated[1]
+    if wrong or unit is None or spacing is None:
+        raise InputError(f"{path}: {'; '.join(wrong)}")
+    return unit, spacing
+
+
+def metres(path: Path, unit: str) -> float:
+    """One of that unit [m]."""
+    if unit not in METRES:
+        raise no_length(path, unit)
+    return METRES[unit]
+
+
+def no_length(path: Path, unit: str) -> InputError:
+    """The error for values in such a unit."""
+    return InputError(
+        f"{path}: values in {unit!r}, which is not a unit of length: allowed are {', '.join(METRES)}; "
+        "export heights as a length"
+    )
+
+
+def array_of_heights(path: Path, arrays: Mapping[str, tuple[int, ...]]) -> str:
+    """The name of the array of heights: the only map, or the only one whose name is one of NAMES.
+
+    arrays : shapes by name; what has no two dimensions of at least two numbers is no map
+    """
+    maps = {name: shape for name, shape in arrays.items() if len(shape) == 2 and min(shape) > 1}
+    if not maps:
+        raise InputError(f"{path}: holds no array of numbers with two dimensions; it has {_list(arrays) or 'no array'}")
+    chosen = by_name(maps) if len(maps) > 1 else list(maps)
+    if len(chosen) != 1:
+        listed = _list({name: maps[name] for name in chosen or maps})
+        raise InputError(
+            f"{path}: {listed} can be the heights; export the heights alone, or name one of them alone "
+            f"{', '.join(NAMES[:-1])} or {NAMES[-1]}"
+        )
+    return chosen[0]
+
+
+def by_name(names: Iterable[str]) -> list[str]:
+    """Those that are one of NAMES; a name in a group counts by its last part."""
+    return [name for name in names if name.rpartition("/")[2].strip().lower() in NAMES]
+
+
+def _list(arrays: Mapping[str, tuple[int, ...]]) -> str:
+    names = [f"'{name}' ({' x '.join(map(str, shape))})" for name, shape in arrays.items()]
+    more = [f"{len(names) - MOST_LISTED} more"] if len(names) > MOST_LISTED else []
+    return ", ".join([*names[:MOST_LISTED], *more])

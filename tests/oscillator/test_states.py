@@ -1,0 +1,256 @@
+"""The two states: spells by hand, the same word on the cycle from all functions, numbers that no duration changes."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.friction.process import FrictionProcess
+from roughslip.friction.recursion import recursion
+from roughslip.oscillator.counts import counts_by_period, ensemble_counts
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
+from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
+from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.friction_laws.table import TableLaw
+from roughslip.oscillator.limits import departure_point, existence_limit, limit_cycle, slip_loop
+from roughslip.oscillator.motion import Motion, MotionOptions, simulate
+from roughslip.oscillator.path import KeptPath
+from roughslip.oscillator.slip_flow import next_peak, slip_flow, stiff_return
+from roughslip.oscillator.states import longest_slip, run_until_known, states_of, time_scales
+from roughslip.probability import BetaDistribution
+from tests.oscillator.motions import LAW, STUDY
+
+TURN = 2.0 * math.pi
+LONG = 3.0  # natural periods
+# Friction falls from 0.4 at rest to 0.1 at 1 cm/s and rises again: a slip of twelve natural periods at 5 mm/s
+LUBRICATED = TableLaw((0.0, 0.01, 0.1, 1.0), (0.4, 0.1, 0.4, 1.0), interpolation="linear")
+SLOW = Oscillator(1.0, 316.0, 0.17, 0.005, 2500.0)
+
+
+def motion(periods, *events, micro=()):
+    """A run of so many natural periods with events (kind, natural period); reattachments at `micro` end micro-slips."""
+    kinds, times = (
+        (np.array(column) for column in zip(*events, strict=True)) if events else (np.empty(0, int), np.empty(0))
+    )
+    backwards = (kinds == REATTACHMENT) & ~np.isin(times, micro)
+    nothing = np.zeros(len(kinds))
+    return Motion(kinds, TURN * times, nothing, nothing, backwards, TURN * periods, 0.0, 0.0, 0)
+
+
+# Two cycles, sliding from 3 to 10, a cycle that crosses the belt's velocity, sliding from 13 to the end
+RUN = motion(
+    20,
+    *((DEPARTURE, 0.5), (REATTACHMENT, 1.5), (DEPARTURE, 2), (REATTACHMENT, 3), (DEPARTURE, 3), (REATTACHMENT, 10)),
+    *((DEPARTURE, 11), (CROSSING, 11.2), (REATTACHMENT, 12), (DEPARTURE, 13)),
+)
+
+
+def test_spells_of_a_run_by_hand():
+    """The first loading, to 0.5, and the stick after sliding, from 10 to 11, belong to no state."""
+    states = states_of(RUN, LONG)
+    np.testing.assert_allclose(states.stick_slip, [[0.5, 3], [11, 13]])
+    np.testing.assert_allclose(states.sliding, [[3, 10], [13, 20]])
+    assert (list(states.stick_slip_ended), list(states.sliding_ended)) == ([True, True], [True, False])
+    assert states.share() == pytest.approx(4.5 / 18.5)
+    assert states.share(5, 12) == pytest.approx(1 / 6)
+    times = np.arange(0.005, 20, 0.01)
+    assert np.mean([states.is_stick_slip(time) for time in times]) == pytest.approx(4.5 / 20, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("run", "stick_slip", "sliding"),
+    [
+        (motion(10), [], []),  # sticks all along: the first loading
+        (motion(10, (DEPARTURE, 0.0)), [], [[0, 10]]),
+        (motion(10, (DEPARTURE, 9.0)), [], []),  # a slip that the end cuts off early
+        (motion(10, (DEPARTURE, 1), (REATTACHMENT, 2)), [[1, 2]], []),  # a last stick without a departure
+        (motion(10, (DEPARTURE, 1), (REATTACHMENT, 2), (DEPARTURE, 8)), [[1, 2]], []),
+        (motion(10, (DEPARTURE, 1), (REATTACHMENT, 2), (DEPARTURE, 3), micro=(2,)), [], [[3, 10]]),
+        (
+            motion(
+                10, (DEPARTURE, 1), (REATTACHMENT, 2), (DEPARTURE, 3), (REATTACHMENT, 4), (DEPARTURE, 5), micro=(2,)
+            ),
+            [[1, 5]],  # micro-slips count among cycles, not by themselves
+            [[5, 10]],
+        ),
+    ],
+)
+def test_what_belongs_to_neither_state(run, stick_slip, sliding):
+    states = states_of(run, LONG)
+    np.testing.assert_allclose(states.stick_slip, np.reshape(stick_slip, (-1, 2)))
+    np.testing.assert_allclose(states.sliding, np.reshape(sliding, (-1, 2)))
+
+
+def test_a_slip_of_many_periods_is_a_cycle():
+    """Radau on the equation of slip, in units of F and V, sticks again at 0.10017 F after 78.343."""
+    force, velocity, omega = SLOW.F, SLOW.V, SLOW.natural_frequency_rad_per_s
+
+    def slip(_, y):
+        friction = np.interp(omega * velocity * (1 - y[1]), LUBRICATED.speeds_m_per_s, LUBRICATED.values)
+        return [y[1] * velocity / force, (-2 * 0.17 * velocity * y[1] - force * y[0] + force * friction) / velocity]
+
+    def sticks(_, y):
+        return y[1] - 1 + 1e-9
+
+    sticks.terminal, sticks.direction = True, 1
+    start = [0.4 - 2 * 0.17 * velocity / force, 1 - 1e-6]
+    radau = solve_ivp(slip, (0, 5000), start, method="Radau", events=sticks, rtol=1e-9, atol=1e-12)
+    cycle = limit_cycle(SLOW, LUBRICATED)
+    assert cycle.slip_duration == pytest.approx(radau.t[-1], rel=1e-5)
+    assert cycle.reattachment == pytest.approx(radau.y[0, -1] * force, rel=1e-5)
+    assert cycle.period == pytest.approx(cycle.slip_duration + (cycle.departure - cycle.reattachment) / velocity)
+    assert (
+        counts_by_period(SLOW, LUBRICATED, 300.0, [0.17]).cycles[0]
+        == simulate(SLOW, LUBRICATED, duration_periods=300.0).cycles
+        == 3
+    )
+    assert longest_slip(SLOW, LUBRICATED) == pytest.approx(3 * cycle.slip_duration / TURN)
+
+
+def test_a_relaxation_oscillation_is_followed_by_an_implicit_method():
+    """At 1e-4 kg slip is too stiff for an explicit method; where both methods hold, at 1e-2 kg, they agree."""
+    loop = {mass: slip_loop(replace(STUDY, mass_kg=mass), LAW).cycle for mass in (1e-2, 1e-4)}
+    heavy = replace(STUDY, mass_kg=1e-2)
+    plain = simulate(heavy, LAW, None, 0.0, 60.0, MotionOptions(1e-9), start_position_m=departure_point(heavy, LAW))
+    assert loop[1e-2].slip_duration == pytest.approx(plain.time[1], rel=1e-6)
+    # slow motion scales as F / V, so that both durations are as the masses; the jumps between add their own time
+    assert loop[1e-4].slip_duration / loop[1e-2].slip_duration == pytest.approx(100, rel=0.03)
+    with pytest.raises(ConvergenceError, match="too stiff to follow"):
+        slip_loop(replace(STUDY, mass_kg=1e-6), LAW)
+
+
+@pytest.mark.parametrize("damping", [0.05, 0.2, 0.3, 0.4])
+def test_both_methods_say_the_same_of_the_study(damping):
+    flow = slip_flow(replace(STUDY, damping_ratio=damping), LAW)
+    start = (STUDY.F * LAW.static - flow.steady) / STUDY.V - 2 * damping
+    assert (stiff_return(flow, start) is not None) == (next_peak(flow, start, 1.0)[0] > 1.0)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-9, 1e-3, 0.1, 0.99, 2.0])
+def test_coulomb_s_law_without_a_step_has_no_cycle(damping):
+    """Slip is a damped oscillation that starts with w = 1 and never comes back to more."""
+    belt, law = replace(STUDY, damping_ratio=damping), CoulombLaw(0.2, 0.2)
+    assert slip_loop(belt, law).cycle is None
+    with pytest.raises(IllPosedError, match="no stick-slip cycle"):
+        limit_cycle(belt, law)
+    with pytest.raises(IllPosedError, match="even without damping"):
+        existence_limit(belt, law)
+
+
+def test_the_first_loading_is_no_state():
+    """mu N / (k v0) = 0.7 s, 31.5 natural periods: a damped mass on a slow belt never sticks again."""
+    belt = Oscillator(25.0, math.sqrt(2e6 / 25.0), 0.03, 1e-4, 400.0)
+    _, first, states = run_until_known(belt, StribeckLaw(0.35, 0.4), None, 0.0, 20.0)
+    assert first == pytest.approx(departure_point(belt, StribeckLaw(0.35, 0.4)) / belt.V / TURN, rel=1e-9)
+    assert first > 30.0
+    assert states.stick_slip.size == 0
+    np.testing.assert_allclose(states.sliding[:, 0], [first])
+
+
+def test_a_run_goes_on_until_its_state_is_known():
+    """On the slow belt a cycle lasts 88 natural periods, nearly all of them stick. The state after 15 shows in the
+    departure 75 periods later."""
+    asked = 15.0
+    run, first, states = run_until_known(SLOW, LUBRICATED, None, 0.0, asked)
+    assert states.is_stick_slip(first + asked)
+    assert run.duration / TURN > first + limit_cycle(SLOW, LUBRICATED).period / TURN
+
+
+def test_time_scales_by_hand():
+    belt = replace(STUDY, damping_ratio=0.01)
+    scales = time_scales(belt, LAW, 3e-4)
+    assert scales["decays of a free vibration"] == pytest.approx(4 / (TURN * 0.01))
+    assert scales["correlation lengths of friction"] == pytest.approx(3e-4 * 316 / (TURN * 0.948))
+    assert scales["cycles"] == pytest.approx(10 * limit_cycle(belt, LAW).period / TURN, rel=1e-6)
+    assert math.isinf(time_scales(replace(belt, damping_ratio=0.0), LAW, 3e-4)["decays of a free vibration"])
+
+
+def random_case(number):
+    """An oscillator and a law, the belt at 1e-3 to 3 static deflections a radian."""
+    rng = np.random.default_rng([7, number])
+    static, omega = rng.uniform(0.1, 0.6), 10 ** rng.uniform(1, 3)
+    stiffness, force = 10 ** rng.uniform(4, 6), 10 ** rng.uniform(1, 3)
+    velocity = 10 ** rng.uniform(-3, math.log10(3)) * force / stiffness * omega
+    damping = 0.0 if number % 10 == 9 else 10 ** rng.uniform(-2.5, 0.2)
+    kinetic, kind = static * rng.uniform(0.3, 1.0), number % 4
+    if number % 8 == 1:
+        damping = max(damping, 0.01)  # Coulomb's law without a step: without damping every loop grazes the belt
+    belt = Oscillator(stiffness / omega**2, omega, damping, velocity, force)
+    if kind == 0:
+        law = StribeckLaw(kinetic, static, decay_s_per_m=1 / (velocity * 10 ** rng.uniform(-1, 1)))
+    elif kind == 1:
+        law = CoulombLaw(static if number % 8 == 1 else kinetic, static)
+    else:  # lubricated: falls and rises; exponential: falls
+        speeds = velocity * np.array([0.0, 0.5, 2.0, 8.0, 40.0]) * 10 ** rng.uniform(-0.5, 0.5)
+        values = (
+            [static, 0.6 * static, kinetic, static, 2.0 * static]
+            if kind == 2
+            else [kinetic + (static - kinetic) * math.exp(-v / velocity) for v in speeds]
+        )
+        law = TableLaw(tuple(speeds), tuple(values), interpolation="linear" if kind == 2 else "monotone_cubic")
+    return belt, law
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("batch", range(6))
+def test_all_functions_say_the_same_of_random_oscillators(batch):
+    """The cycle, its limit in damping, the counts by its period and long runs from rest, of 300 cases. A limit within
+    1e-6 of the damping is a draw."""
+    for number in range(50 * batch, 50 * batch + 50):
+        belt, law = random_case(number)
+        loop = slip_loop(belt, law)
+        exists = loop.cycle is not None
+        try:
+            limit = existence_limit(belt, law)
+        except IllPosedError:
+            limit = 0.0
+        except ConvergenceError:  # at every damping tried
+            limit = math.inf
+        if abs(limit - belt.damping_ratio) > 1e-6 * max(limit, 1e-3):
+            assert (limit > belt.damping_ratio) == exists, number
+        loading = max(departure_point(belt, law), 0.0) / belt.V / TURN
+        duration = loading + 12 * (loop.cycle.period / TURN if exists else max(loop.periods, 1.0))
+        counts = counts_by_period(belt, law, duration, [belt.damping_ratio])
+        whole = ensemble_counts(belt, law, None, 0.0, duration, [belt.damping_ratio])
+        assert counts.cycles[0] == whole.cycles[0] == (whole.cycles[0] if exists else 0), number
+        assert (counts.cycles[0] >= 11) == exists, number
+        np.testing.assert_equal(counts.stick_slip, whole.stick_slip)
+        shares = []
+        for periods in (20.0, 200.0):
+            _, first, states = run_until_known(belt, law, None, 0.0, periods)
+            shares.append(states.share(first + 0.5 * periods, first + periods))
+        assert shares == [float(exists)] * 2, number
+
+
+@pytest.mark.slow
+def test_a_share_does_not_depend_on_the_duration_where_the_starts_agree():
+    """Shares of 40 runs over T and 10 T, Beta friction, where runs from rest and from sliding agree over T: within four
+    standard errors of each other, family-wise over the twelve cases of both laws."""
+    agreed = 0
+    for number in range(24):
+        belt, law = random_case(number)
+        if slip_loop(belt, law).cycle is None and number % 3:
+            continue
+        deviation, length = 0.02 * law.static, 2.0 * belt.V
+        process = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, deviation), length)
+        paths = recursion(process, length / 4)
+        kept = [KeptPath(paths.realisation([3, number, run])) for run in range(24)]
+        found = {}
+        for periods in (40.0, 400.0):
+            for sliding in (False, True):
+                runs = [
+                    run_until_known(belt, law, path, paths.spacing, periods, MotionOptions(1e-6), sliding)
+                    for path in kept
+                ]
+                shares = np.nan_to_num([s.share(first + 0.5 * periods, first + periods) for _, first, s in runs])
+                found[periods, sliding] = float(shares.mean()), float(shares.std(ddof=1)) / math.sqrt(len(kept))
+        (rest, error), (slid, other) = found[40.0, False], found[40.0, True]
+        if abs(rest - slid) <= 0.05:
+            agreed += 1
+            later, later_error = found[400.0, False]
+            assert abs(later - rest) <= 0.05 + 4 * math.hypot(error, other, later_error), number
+    assert agreed >= 5

@@ -101,11 +101,8 @@ def test_step_limit_is_an_error(monkeypatch):
 def test_what_a_curve_too_steep_for_steps_should_be_is_said():
     """The largest slope of the curve counts, and what it should be follows from the slope that steps resolve."""
     fine = TableLaw((0.0, 0.5, 0.5 + 1e-7, 1.0), (0.4, 0.4, 0.2, 0.2), interpolation="linear")
-    regularised = TableLaw((0.0, 1e-5, 1.0), (0.0, 0.4, 0.3), static=0.4, interpolation="linear")
     assert "from 0.4 to 0.2 between the knots 0.5 and 0.5000001 m/s" in fine.steeper_than(1e3)
     assert "at least 0.0002 m/s apart" in fine.steeper_than(1e3)
-    assert "begin the table with 0.4 at rest and give 0.4 as the static" in regularised.steeper_than(1e3)
-    assert "static" not in fine.steeper_than(1e3)
     assert fine.steeper_than(3e6) == StribeckLaw(0.3).steeper_than(1e3) == ""
     assert "slope of friction at rest, -3e+04 s/m" in StribeckLaw(0.3, decay_s_per_m=1e5).steeper_than(1e3)
 

@@ -152,12 +152,9 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         if abs(slopes[row]) <= most:
             return ""
         (low, high), (first, last) = self.speeds_m_per_s[row : row + 2], self.values[row : row + 2]
-        instead = f"at least {abs(last - first) / most:.2g} m/s apart"
-        if row == 0 and last > first:
-            instead += f", or begin the table with {last:g} at rest and give {last:g} as the static coefficient"
         return (
             f"friction goes from {first:g} to {last:g} between the knots {low:.9g} and {high:.9g} m/s of the table, "
-            f"nearer than the integrator resolves: put them {instead}"
+            f"nearer than the integrator resolves: put them at least {abs(last - first) / most:.2g} m/s apart"
         )
 
     @staticmethod

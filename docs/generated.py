@@ -23,7 +23,7 @@ from roughslip.scene.loader import describe_allowed, load
 from roughslip.scene.plan import stages_of_several_scenes
 from roughslip.scene.schema import scene_schema
 from roughslip.scene.types import Scene, get
-from roughslip.verdicts.statements import RULES, STATEMENTS
+from roughslip.verdicts.rules import STATEMENTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PLACE = re.compile(r"^<!-- generated: (\w+) ?(\S*) -->$", re.MULTILINE)
@@ -191,11 +191,15 @@ def _words(node: ast.expr) -> tuple[str, ...]:
 
 
 def verdict_rules() -> str:
-    """Every statement with the paper's words and the rule that judges it."""
-    rows = (
-        f"`{name}`\n: **{statement}.** In the paper: {paper}.\n\n  *Reproduced if* {RULES[name]}.\n"
-        for name, (statement, paper) in STATEMENTS.items()
-    )
+    """Every statement with the paper's words and its readings: what is taken, where it comes from, and the rule."""
+    rows = []
+    for one in STATEMENTS:
+        rows.append(f"`{one.id}`\n: **{one.text}.** In the paper: {one.paper}.\n")
+        for reading in one.readings:
+            natural = f" *Natural*: {reading.natural}." if reading.natural else ""
+            rows.append(
+                f"  - `{reading.id}`: {reading.taken}.{natural} From {reading.place}. *Reproduced if* {reading.rule}.\n"
+            )
     return "\n".join(rows)
 
 

@@ -89,6 +89,7 @@ def test_errors_of_gaps_are_the_largest_on_each_side():
     rng = np.random.default_rng(3)
     for cap in (math.inf, 0.7):
         pressure, gap = np.clip(rng.uniform(-1.0, 1.0, (9, 7)), 0.0, cap), rng.standard_normal((9, 7))
+        gap[pressure == cap], gap[pressure == 0] = -9.0, gap[pressure == 0] + 9.0  # neither counts
         up, down = -gap[pressure < cap].min(), gap[pressure > 0].max()
         assert gap_errors(pressure, gap, cap) == (up, down)
     assert gap_errors(np.zeros((3, 3)), np.ones((3, 3)), math.inf) == (0.0, 0.0)

@@ -69,13 +69,21 @@ def square(*, count=200, scale=1e8):
     pressure = scale * np.geomspace(1e-3, 8.0, count)
     curve = 1 - np.exp(-pressure / scale)
     rows = np.array([curve, curve, curve**0.8, curve**0.1, curve**1.1])
+    given = np.array([curve**1.1, curve**0.8])
     shares = [0.16, 0.158, 0.158, 0.158, 0.165]
     return {
         "method": np.array(list(METHODS)),
         "pressure": pressure,
         "distance_in_contact": np.array([0.0, 0.02, 0.14, 0.76, 0.013]),
-        **{name: np.clip(values, 0, 1) for name, values in with_interval("cumulative", rows, 0.03).items()},
+        **{
+            name: np.clip(values, 0, 1)
+            for one, curves in (("cumulative", rows), ("design_cumulative", curve**0.9), ("given_cumulative", given))
+            for name, values in with_interval(one, curves, 0.03).items()
+        },
         **with_interval("contact_probability", shares, 0.01),
+        "variant": np.array(list(METHODS)[2:4]),
+        "first_variable": np.exp(-((np.linspace(-4, 6, 50) - 1.5) ** 2)) / np.sqrt(np.pi),
+        "first_variable_edge": np.linspace(-4, 6, 51),
     }
 
 
@@ -86,7 +94,7 @@ def refused():
         result[name] = np.where(
             np.array([0, 0, 1, 1, 0]).reshape(-1, *[1] * (result[name].ndim - 1)), np.nan, result[name]
         )
-    return result
+    return result | {name: np.nan * result[name] for name in result if name.startswith("given_")}
 
 
 def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e-6, lightest=0.0):
@@ -126,6 +134,12 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         **with_interval("white_length", 320e-6, 40e-6),
         **with_interval("beta_misfit", 0.02 * np.ones(len(percentile)), 0.01),
         **with_interval("family_distance", np.array([[0.06], [0.03], [0.029]]) * np.ones(len(percentile)), 0.01),
+        "largest_lag": lag[1:40],
+        "triangle_log_line": np.linspace(580e-6, 240e-6, 39),
+        **with_interval("log_line", np.linspace(560e-6, 230e-6, 39), 10e-6),
+        "beta_distance_standardised": 0.03 + 0.0002 * percentile,
+        "standard_edge": np.linspace(-4.0, 6.0, 41),
+        "standard_histogram": np.exp(-(np.linspace(-4, 6, 40) ** 2) / 2) / 2.5 * np.ones((len(percentile), 1)),
         **with_interval("combined_skewness", skewness, 0.2),
         **with_interval("combined_kurtosis", skewness**2, 0.4),
     }

@@ -10,8 +10,8 @@ import seaborn
 from scipy import stats
 
 from roughslip.figures.comparison import COMPARED, MOST, comparison, drawn
+from roughslip.figures.figure2 import CONTACT, METHODS, figure2, figure2_traps
 from roughslip.figures.figure2 import DRAWN as DRAWN_2
-from roughslip.figures.figure2 import METHODS, figure2
 from roughslip.figures.figure3 import DRAWN as DRAWN_3
 from roughslip.figures.figure3 import FAMILIES, figure3, figure3_law
 from roughslip.figures.figure5 import DRAWN as DRAWN_5
@@ -47,7 +47,8 @@ from tests.figures.drawn import (
 )
 
 FIGURES = {
-    "figure2": (figure2, DRAWN_2, square()),
+    "figure2": (figure2, DRAWN_2["figure2"], square()),
+    "figure2_traps": (figure2_traps, DRAWN_2["figure2_traps"], square()),
     "figure3": (figure3, DRAWN_3["figure3"], friction()),
     "figure3_law": (figure3_law, DRAWN_3["figure3_law"], friction()),
     "figure5": (figure5, DRAWN_5, oscillator()),
@@ -71,6 +72,7 @@ CASES = {
         "few in contact": square(count=6) | {"cumulative": np.tile(np.arange(1, 7) / 8, (5, 1))},
         "refused": refused(),
     },
+    "figure2_traps": {"full": square(), "GPa": square(scale=2e9), "refused": refused()},
     "figure3": {"eleven levels": friction(), "one level": friction([50]), "light": friction(lightest=7.0)},
     "figure3_law": {
         "eleven levels": friction(),
@@ -162,26 +164,42 @@ def test_the_style_is_that_of_seaborn_but_for_its_font():
             assert value == pytest.approx(theme[name]), name
 
 
-def test_figure2_draws_the_stored_numbers():
+def test_figure2_draws_the_paper_s_four_curves_given_contact():
+    """Monte Carlo, the samples of one design, and the fits to it at surfaces in contact, as the paper has them."""
     result = square()
     linear, logarithmic, probability = figure2(result).axes
-    for row, (label, _) in enumerate(METHODS.values()):
-        for axes in (linear, logarithmic):
+    curves = [result["cumulative"][0], result["design_cumulative"], *result["given_cumulative"]]
+    labels = [label for label, _ in METHODS.values()][:4]
+    for axes in (linear, logarithmic):
+        assert [one.get_label() for one in axes.lines] == labels
+        for label, curve in zip(labels, curves, strict=True):
             x, y = line(axes, label)
             np.testing.assert_allclose(x, 1e-6 * result["pressure"])
-            np.testing.assert_array_equal(y, result["cumulative"][row])
-        interval, value = probability.lines[2 * row : 2 * row + 2]
-        np.testing.assert_allclose(value.get_data(), [[100 * result["contact_probability"][row]], [-row]])
+            np.testing.assert_array_equal(y, curve)
+    for number, method in enumerate(CONTACT):
+        row = list(METHODS).index(method)
+        interval, value = probability.lines[2 * number : 2 * number + 2]
+        np.testing.assert_allclose(value.get_data(), [[100 * result["contact_probability"][row]], [-number]])
         ends = [100 * result[f"contact_probability_{end}"][row] for end in ("low", "high")]
         np.testing.assert_allclose(interval.get_xdata(), ends)
-    texts = [text.get_text() for text in probability.texts]
-    assert texts == ["distance 0.020", "distance 0.140", "distance 0.760", "distance 0.013"]
-    texts = [text.get_text() for text in figure2(refused()).axes[2].texts]
-    assert texts == ["distance 0.020", "fit refused", "fit refused", "distance 0.013"]
     assert linear.get_xlabel().endswith("[MPa]")
     assert figure2(square(scale=2e9)).axes[0].get_xlabel().endswith("[GPa]")
     looks = [look for _, look in METHODS.values()]  # methods differ in style too, for print in grey
     assert len({(look["linestyle"], look.get("linewidth")) for look in looks}) == len(looks)
+
+
+def test_figure2_traps_draws_all_surfaces_and_where_the_fit_has_samples():
+    result = square()
+    linear, _, variable = figure2_traps(result).axes
+    for row, (label, _) in enumerate(METHODS.values()):
+        np.testing.assert_array_equal(line(linear, label)[1], result["cumulative"][row])
+    texts = [text.get_text() for text in linear.texts]
+    assert texts == ["distance 0.020", "distance 0.140", "distance 0.760", "distance 0.013"]
+    texts = [text.get_text() for text in figure2_traps(refused()).axes[0].texts]
+    assert texts == ["distance 0.020", "fit refused", "fit refused", "distance 0.013"]
+    x, density = line(variable, "all surfaces: drawn")
+    assert np.sum(density[1:] * np.diff(x)) == pytest.approx(1.0, abs=1e-3)  # the standard normal
+    np.testing.assert_array_equal(variable.patches[0].get_data().values, result["first_variable"])
 
 
 def test_figure3_draws_the_stored_numbers():
@@ -199,7 +217,13 @@ def test_figure3_draws_the_stored_numbers():
 
 def test_figure3_law_draws_the_stored_numbers():
     result = friction(lightest=7.0)
-    correlation, lengths, marginal, distances, skewness, kurtosis = figure3_law(result).axes
+    correlation, lengths, lags, marginal, nearest, distances, skewness, kurtosis = figure3_law(result).axes
+    np.testing.assert_array_equal(line(lags, "median penetration")[1], 1e6 * result["log_line"])
+    np.testing.assert_array_equal(line(lags, "triangle of the window")[1], 1e6 * result["triangle_log_line"])
+    filled, outlined = nearest.patches
+    assert filled.get_label() == "at 10 %, distance 0.032"  # at 5 % the skewness is 7.3
+    np.testing.assert_array_equal(filled.get_data().values, result["standard_histogram"][1])
+    np.testing.assert_array_equal(outlined.get_data().values, result["standard_histogram"][5])
     x, y = line(correlation, "median penetration")
     np.testing.assert_allclose(x, 1e6 * result["lag"])
     np.testing.assert_array_equal(y, result["combined_autocorrelation"][5])
@@ -229,7 +253,7 @@ def test_figure3_law_draws_the_stored_numbers():
         assert axes.get_yscale() == "symlog"
     assert correlation.get_title(loc="left").endswith("$p$ = 0.12")
     assert distances.get_title(loc="left").endswith("$p$ = 0.0025")
-    assert figure3_law(friction()).axes[4].get_yscale() == "linear"
+    assert figure3_law(friction()).axes[6].get_yscale() == "linear"
 
 
 def test_figure5_draws_the_stored_numbers():

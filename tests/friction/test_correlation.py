@@ -12,7 +12,9 @@ from roughslip.friction.correlation import (
     autocorrelation,
     correlation_fit,
     exponential_length,
+    log_line,
     one_over_e_length,
+    triangle_log_line,
     triangular,
     white_autocorrelation,
     window_lengths,
@@ -181,3 +183,32 @@ def test_blocks_stand_for_their_columns():
     coarse = white_autocorrelation(20, 40, 10, 1, 31, 50, np.random.default_rng(4))
     fine = white_autocorrelation(20, 160, 40, 4, 31, 50, np.random.default_rng(4))
     np.testing.assert_array_equal(coarse.value, fine.value)
+
+
+@pytest.mark.parametrize(
+    ("share", "length"), [(0.5, 440e-6), (0.7, 366e-6), (0.8, 324e-6), (0.9, 275e-6), (0.95, 246e-6)]
+)
+def test_a_straight_line_through_the_logarithm_of_a_triangle_depends_on_its_largest_lag(share, length):
+    """Closed form of a window of 600 µm, by quadrature of the least squares, and on lags 0.06 µm apart."""
+    x = np.linspace(0.0, share, 200_001)
+    slope = np.trapezoid((x - share / 2) * np.log1p(-x), x) / (share**3 / 12)
+    assert triangle_log_line(share) == pytest.approx(-1 / slope, rel=1e-8)
+    assert 600e-6 * triangle_log_line(share) == pytest.approx(length, abs=0.5e-6)
+    lags = np.linspace(0.0, 600e-6, 10_001)
+    found, straight = log_line(lags, triangular(lags, 600e-6)[None], share * 600e-6)
+    assert found[0] == pytest.approx(length, rel=2e-3)
+    assert 0.8 < straight[0] < 0.995
+
+
+def test_a_straight_line_finds_an_exponential_and_ends_before_the_curve_falls_to_zero():
+    lags = 15e-6 * np.arange(41)
+    curve = np.exp(-lags / 250e-6)
+    cut = np.where(np.arange(41) < 20, curve, -0.1)
+    late = np.where(np.arange(41) < 25, cut, 0.5)  # noise beyond the first crossing does not count
+    lengths, straight = log_line(lags, np.stack([curve, cut, late]), 540e-6)
+    np.testing.assert_allclose(lengths, 250e-6, rtol=1e-12)
+    np.testing.assert_allclose(straight, 1.0, atol=1e-12)
+    flat, alone = np.ones(41), np.where(np.arange(41) < 1, 1.0, -0.2)
+    lengths, straight = log_line(lags, np.stack([flat, alone]), 540e-6)
+    np.testing.assert_allclose(lengths, [100 * lags[-1], lags[1] / 20])
+    np.testing.assert_array_equal(straight, 0.0)

@@ -9,6 +9,7 @@ from scipy import special, stats
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.marginal import (
     FAMILIES,
+    SET_WINDOWS,
     SHAPES,
     _gamma,
     _lognormal,
@@ -16,6 +17,7 @@ from roughslip.friction.marginal import (
     fit_beta,
     fit_candidates,
     scaled_beta,
+    set_beta,
     standard_quantiles,
 )
 from roughslip.friction.marginal import PROBABILITIES as AT
@@ -240,3 +242,27 @@ def test_a_family_finds_its_own_members(family, family_member, skewness):
     assert found[family].distance.value <= min(found[other].distance.value for other in FAMILIES) + 0.004
     if skewness:
         assert found["normal"].distance.low > 0.05
+
+
+def test_shapes_of_sets_are_larger_the_more_windows_a_set_has(monkeypatch):
+    """The extremes of n uniform numbers miss 1 / (n + 1) of the range on either side, those of normal ones grow with n.
+
+    Uniform: scaled they are near Beta(1, 1), less 7 / n for the two that lie on the ends.
+    Normal: (range / std)^2 / 4 is about 2 a + 1, and the range of
+    100 is 5.0 standard deviations, of 1000 it is 6.5.
+    """
+    rng = np.random.default_rng(4)
+    valid = np.ones((200, 100), dtype=bool)
+    for shape in set_beta(0.3 + 0.1 * rng.random((200, 100)), valid, np.random.default_rng(1)):
+        assert shape.low < shape.value < shape.high
+        assert shape.value == pytest.approx(1.0 - 7 / SET_WINDOWS, abs=0.02)
+    mu = 0.3 + 0.01 * rng.standard_normal((200, 100))
+    found = []
+    for windows_of_a_set, range_of_it in ((100, 5.015), (1000, 6.483)):
+        monkeypatch.setattr("roughslip.friction.marginal.SET_WINDOWS", windows_of_a_set)
+        for shape in set_beta(mu, valid, np.random.default_rng(1)):
+            assert 2 * shape.value + 1 == pytest.approx(range_of_it**2 / 4, rel=0.12)
+            found.append(float(shape.value))
+    assert min(found[2:]) > max(found[:2])
+    with pytest.raises(IllPosedError, match="no scatter in a set"):
+        set_beta(np.full((2, 3), 0.3), np.ones((2, 3), dtype=bool), rng)

@@ -10,10 +10,10 @@ from itertools import pairwise
 import pytest
 
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
-from roughslip.report.sections import ASKED, MARKS, NUMBERS, SECTIONS, answers, in_brackets
+from roughslip.report.sections import ASKED, MARKS, NUMBERS, SECTIONS, answers, hardness, in_brackets
 from roughslip.report.sensitivity_table import legend, sensitivity_bars, sensitivity_line
 from roughslip.scene.plan import captions
-from roughslip.verdicts.statements import STATEMENTS
+from roughslip.verdicts.rules import STATEMENTS
 from tests.verdicts.claimed import judge, square, with_interval
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
@@ -50,8 +50,12 @@ class Page(HTMLParser):
         return [attrs for name, attrs in self.elements if name == tag]
 
 
+JUDGED = ("ours", "interval", "shown", "turns", "verdict", "note", "rule", "statement", "paper", "at_half", "at_twice")
+
+
 def claim(**changes):
-    return {
+    """A claim with its natural reading and another one, which is contradicted."""
+    found = {
         "id": "fig3-mean-decreases",
         "statement": "The mean decreases",
         "paper": "decreases",
@@ -60,9 +64,18 @@ def claim(**changes):
         "shown": "-0.0891 (-0.0942 to -0.0839)",
         "turns": "an interval 0.0839 higher, which reaches 0",
         "verdict": "reproduced",
+        "at_half": None,
+        "at_twice": None,
         "note": "change of the mean",
         "rule": "the interval lies below zero",
+        "tried": 2,
     } | changes
+    texts = {"taken": changes.get("taken", "from first to last"), "place": "section 4"}
+    natural = {name: found[name] for name in JUDGED} | texts | {"id": "over-all", "natural": True, "why": "the range"}
+    other = {"id": "every-step", "verdict": "contradicted", "at_half": "contradicted", "at_twice": "undecided"}
+    headlines = {"contradicted": "contradicted under every reading tried"}
+    found.setdefault("headline", headlines.get(found["verdict"], found["verdict"]))
+    return found | {"readings": [natural, natural | other | {"natural": False, "why": ""}]}
 
 
 def cost(**changes):
@@ -156,7 +169,7 @@ def test_the_answer_of_the_study_is_at_most_five_sentences_from_its_verdicts():
 
 
 def test_every_statement_and_figure_has_its_texts():
-    assert set(NUMBERS) == set(STATEMENTS)
+    assert set(NUMBERS) == {one.id for one in STATEMENTS}
     assert set(SECTIONS) == set(captions())
     assert all(text.rstrip(".").count(". ") <= 2 for text in captions().values())  # with "Figure 2." two sentences
 
@@ -205,7 +218,23 @@ def test_numbers_verdicts_and_what_has_none():
     assert "None" not in text
     for verdict, count in (("reproduced", 2), ("not-tested", 1)):
         assert [attrs.get("class") for attrs in content.all("a")].count(verdict) == count
-    assert text.count(MARKS["not tested"]) == 3  # in the matrix, in its key and with the figure
+    assert text.count(MARKS["not tested"]) == 4  # in the matrix, in its key, with the figure and its natural reading
+
+
+def test_the_natural_reading_is_shown_and_the_others_are_folded():
+    """Each with its rule and how hard its verdict is; next to the headline how many of how many hold."""
+    content = parsed(scene(name="paper", claims=[claim(at_half="undecided", at_twice="reproduced")]))
+    text = " ".join(" ".join(content.text).split())
+    assert "Natural reading, from first to last :" in text
+    assert "Natural: the range." in text
+    assert "It would be undecided at half the threshold." in text
+    assert "Other readings tried: 1" in text
+    assert "It would be undecided at twice the threshold." in text
+    assert "over all (1 of 2)" in text
+    assert "2 verdicts on readings are decided by 95 % intervals" in text
+    assert hardness(claim(at_half="reproduced", at_twice="reproduced")) == (
+        "It stands at half and at twice the threshold"
+    )
 
 
 def test_statements_of_the_paper_are_folded_away_where_the_scene_is_none_of_its_readings():
@@ -221,7 +250,8 @@ def test_statements_of_the_paper_are_folded_away_where_the_scene_is_none_of_its_
 
 
 def test_the_verdict_on_a_number_at_its_threshold_says_so_in_its_cell():
-    arrays = square() | with_interval("distance_between_variants", 0.101, 0.05, 0.15)
+    arrays = square() | with_interval("given_between", 0.101, 0.05, 0.15)
+    arrays |= with_interval("distance_between_variants", 0.5, 0.4, 0.6)
     found = judge(square_=arrays)["fig2-variants-agree"]
     text = page([scene(claims=[claim(), found])], {})
     cells = re.findall('class="verdict [a-z]+"><span aria-hidden="true">.</span> (.*?)</span>', text)

@@ -16,7 +16,16 @@ OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
 SOLVED_SQUARES = {"square_pilot", "contact_square", "adaptive_training", "field_square"}
 SOLVED_STRIPS = {"strip_pilot", "contact_strip"}
-FIGURES = {"figure2", "figure3", "figure3_law", "figure5", "figure_scan", "figure_field", "figure_map"} | {
+FIGURES = {
+    "figure2",
+    "figure2_traps",
+    "figure3",
+    "figure3_law",
+    "figure5",
+    "figure_scan",
+    "figure_field",
+    "figure_map",
+} | {
     *("figure_chain", "figure_design"),
     "figure_lifetimes",
 }
@@ -82,7 +91,8 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
     scene = mine(f"extends: paper\nroughness: {{scan: {SCAN}}}")
     for target in ("figure2", "figure3", "figure5", "figure_scan"):
         assert stages_needed(scene | {"targets": [target]}) >= SCANNED
-        sheets = ["figure3", "figure3_law"] if target == "figure3" else [target]
+        second = {"figure2": ["figure2_traps"], "figure3": ["figure3_law"]}
+        sheets = [target, *second.get(target, ())]
         chain = ["figure_chain"] if target == "figure5" else []
         assert figures(scene | {"targets": [target]}) == list(dict.fromkeys([*chain, "figure_scan", *sheets]))
     assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS

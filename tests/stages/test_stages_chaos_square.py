@@ -310,6 +310,46 @@ def test_distributions_are_those_of_a_cut_normal(found, designs, variables):
     assert found["captured_variance"] == pytest.approx(1.0)
 
 
+def in_contact_directly(variables, count=400_000):
+    """Variables of a direct sample of surfaces given contact: three in ten of normal draws."""
+    u = np.random.default_rng(21).standard_normal((count, len(variables)))
+    return u[MEAN + SCATTER * u @ RESPONSE > 0]
+
+
+def test_variants_given_contact_are_those_of_a_direct_sample_given_contact(found, designs, variables):
+    """Eq. (8) is exact here, so it is the cut normal; eq. (9) is what its fit by hand gives at the direct sample.
+
+    The solved surfaces err by 1.63 / sqrt(n), one in a hundred, the evenly drawn ones by no more.
+    """
+    xi, ratio = designs["latin_hypercube"], MEAN / SCATTER
+    pressure = trial_pressure(xi, variables[0])
+    indices = multi_indices(4, 2)
+    basis = hermite_basis((xi @ variables[0].T)[pressure > 0], indices)
+    coefficients = np.linalg.lstsq(basis, np.log(pressure[pressure > 0]), rcond=None)[0]
+    direct = np.exp(hermite_basis(in_contact_directly(variables[0]), indices) @ coefficients)
+    exact = (norm.cdf((found["pressure"] - MEAN) / SCATTER) - norm.cdf(-ratio)) / norm.cdf(ratio)
+    surfaces = int(found["given_surfaces"])
+    assert surfaces == pytest.approx(MONTE_CARLO * norm.cdf(ratio), abs=4 * math.sqrt(MONTE_CARLO * 0.25))
+    for row, truth in enumerate((exact, cumulative_given_contact(direct, found["pressure"]))):
+        np.testing.assert_allclose(found["given_cumulative"][row], truth, atol=1.63 / math.sqrt(surfaces))
+        np.testing.assert_allclose(
+            found["judged_cumulative"][row], truth, atol=1.63 / math.sqrt(DRAWS * norm.cdf(ratio))
+        )
+    assert np.all(found["judged_distance"] < found["judged_chance"])
+    np.testing.assert_array_equal(found["given_positive_share"], 1.0)
+    true = kolmogorov_distance(direct, np.maximum(MEAN + SCATTER * in_contact_directly(variables[0]) @ RESPONSE, 0))
+    assert found["given_distance_low"][1] <= true <= found["given_distance_high"][1]
+    assert found["given_distance"][0] < found["given_distance_high"][0] < 0.1  # of a design with 100 in contact
+    assert found["given_between_low"] <= true <= found["given_between_high"]
+    assert np.sum(found["first_variable"] * np.diff(found["first_variable_edge"])) == pytest.approx(1.0)
+
+
+def test_variants_drawn_over_all_surfaces_are_farther_than_given_contact(found):
+    """Eq. (9) has no end at zero: drawn over all surfaces it is in contact everywhere."""
+    assert found["fit_positive_share"][1] == 1.0
+    assert found["distance_in_contact"][3] > 2 * found["given_distance"][1]
+
+
 def test_draws_bear_less_by_what_cells_at_edges_bear_too_much(expanded, found):
     """Of the training nodes all bear AT_EDGES too much, so the expansion is in contact with Phi((m - AT_EDGES) / s).
 

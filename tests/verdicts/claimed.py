@@ -4,10 +4,12 @@ import json
 
 import numpy as np
 
-from roughslip.verdicts.rules import claims
-from roughslip.verdicts.statements import P_VALUES
+from roughslip.verdicts.rules import STATEMENTS, claims
 
+READINGS = [(statement.id, reading) for statement in STATEMENTS for reading in statement.readings]
+P_VALUES = {name: reading.p_value for name, reading in READINGS if reading.p_value}
 METHODS = ("monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip")
+LINES = ("log_line_50", "log_line_90")
 LEVELS = 3  # 10, 50, 90
 
 
@@ -27,6 +29,18 @@ def square():
         **with_interval("distance_in_contact", [0.02] * 5, [0.01] * 5, [0.03] * 5),
         **with_interval("tail_error", [0.1] * 5, [0.05] * 5, [0.2] * 5),
         **with_interval("distance_between_variants", 0.02, 0.01, 0.03),
+        "distance": np.array([0.0, 0.002, 0.03, 0.8, 0.003]),
+        **with_interval("contact_probability", [0.16] * 5, [0.158] * 5, [0.162] * 5),
+        "variant": np.array(METHODS[2:4]),
+        "given_surfaces": np.array(900),
+        "given_tail_from": np.array(0.01),
+        "given_positive_share": np.array([0.98, 1.0]),
+        "judged_distance": np.array([0.02, 0.02]),
+        "judged_chance": np.array([0.04, 0.04]),
+        **with_interval("given_distance", [0.03, 0.04], [0.02, 0.03], [0.04, 0.05]),
+        **with_interval("given_tail_error", [0.1, 0.1], [0.05, 0.05], [0.2, 0.2]),
+        **with_interval("given_tail_error_of_design", [0.1, 0.1], [0.05, 0.05], [0.2, 0.2]),
+        **with_interval("given_between", 0.05, 0.04, 0.06),
     }
 
 
@@ -40,22 +54,32 @@ def friction():
         ("combined_skewness", 0.56, 0.1),
         ("combined_kurtosis", 0.3, 0.1),
         ("beta_distance_standardised", 0.02, 0.02),
+        ("beta_distance_scaled", 0.02, 0.02),
+        ("combined_log_line_r2", 0.98, 0.01),
+        ("misfit_exponential", 0.03, 0.01),
+        ("set_beta_a", 2.1, 0.5),
+        ("set_beta_b", 5.0, 1.0),
+        *((f"combined_length_{name}", 250e-6, 20e-6) for name in ("one_over_e", "integral", *LINES)),
     ):
         ones = np.ones(LEVELS)
         table |= with_interval(name, value * ones, (value - half) * ones, (value + half) * ones)
-    for name in ("misfit_exponential", "misfit_triangle", "length_one_over_e", "length_integral"):
-        table[name] = np.full(LEVELS, 3e-4)
+    table["misfit_triangle"] = np.full(LEVELS, 3e-4)
+    table |= {"length_name": np.array(("least_squares", "one_over_e", "integral", *LINES))}
+    table |= {"triangle_length": np.full(5, 3e-4), "triangle_log_line_r2": np.array(0.88)}
+    table |= {"least_p_value": np.array(1 / 401)}
     for name in ("beta_a", "beta_b", "scaled_beta_a", "scaled_beta_b"):
         table[name] = np.full(LEVELS, 2.0)
     table["beta_at_bound"] = np.zeros(LEVELS, dtype=np.int8)
     for name in ("mean", "std", "variation"):
-        table[f"combined_{name}"] = np.array([0.3, 0.2, 0.1])
+        table |= with_interval(f"combined_{name}", [0.3, 0.2, 0.1], [0.29, 0.19, 0.09], [0.31, 0.21, 0.11])
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
         table |= with_interval(f"trend_combined_{name}_line", -0.2, -0.3, -0.1)
     table |= with_interval("load_windows", [4.0, 2.0, 1.0], [4.0, 2.0, 1.0], [4.0, 2.0, 1.0])
     table |= with_interval("load_std", [0.06, 0.04, 0.02], [0.055, 0.035, 0.015], [0.065, 0.045, 0.025])
-    table |= dict.fromkeys((variable for variable, _ in P_VALUES.values()), np.array(0.031))
-    return table | with_interval("trend_combined_length_least_squares_line", 0.0, -1e-5, 1e-5)
+    table |= dict.fromkeys((one.variable for one in P_VALUES.values()), np.array(0.031))
+    for name in ("least_squares", *LINES):
+        table |= with_interval(f"trend_combined_length_{name}_line", 0.0, -1e-5, 1e-5)
+    return table
 
 
 def oscillator():
@@ -66,11 +90,12 @@ def oscillator():
         "damping_ratio": np.array([0.05, 0.17, 0.32, 0.33, 0.4]),
         "deterministic_cycles": np.array([83, 91, 94, 0, 0]),
         "mean_cycles": np.array([83.0, 91.0, 60.0, 5.0, 0.5]),
+        "difference": np.array([0.0, 0.0, 34.0, -5.0, -0.5]),
         "difference_low": np.array([-1.0, -1.0, 30.0, -6.0, -0.7]),
         "difference_high": np.array([1.0, 1.0, 38.0, -4.0, -0.3]),
         **with_interval("still_cycling", [1, 1, 0.6, 0.3, 0], [0.98, 0.98, 0.5, 0.2, 0], [1, 1, 0.7, 0.4, 0.01]),
         **with_interval("cycling_share", 1.0, 0.98, 1.0),
-        **with_interval("reattachment_distance_to_normal", 0.03, 0.02, 0.04),
+        **with_interval("reattachment_distance_to_normal", 0.15, 0.12, 0.18),
         **with_interval("reattachment_skewness", 0.3, 0.2, 0.4),
         **with_interval("reattachment_kurtosis", 0.0, -0.1, 0.1),
         "friction_scatter": np.array(0.05),
@@ -83,7 +108,8 @@ def oscillator():
 def judge(*, square_=None, friction_=None, oscillator_=None):
     found = claims(square_, friction_, oscillator_)
     json.dumps(found, allow_nan=False)
-    return {claim["id"]: claim for claim in found}
+    readings = {f"{claim['id']}/{one['id']}": one for claim in found for one in claim["readings"]}
+    return {claim["id"]: claim for claim in found} | readings
 
 
 def everything():

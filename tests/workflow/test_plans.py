@@ -23,7 +23,7 @@ pytestmark = pytest.mark.filterwarnings("default")
 
 # One job a batched stage, three for the designs of the square.
 END = {"claims": 1, "costs": 1, "scene_report": 1}
-SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1}
+SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1, "figure2_traps": 1}
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 ALLOTTED = {**STRIP, "strip_pilot": 1, "strip_allocation": 1, "contact_strip": 8, "expansion_strip": 4}
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
@@ -84,10 +84,10 @@ CYCLES = {"cycles": 1, "figure5": 1, **CHAIN, **CLAIMS}
 AFTER_DAMPINGS = {"deterministic": 1, "oscillator": 1, **CYCLES}
 MAPPED = {"stick_slip_map": 1, "figure_map": 1}  # a scene that names no targets has the map with figure5
 AFTER_FRICTION = {"answer": 1, **MAPPED, **AFTER_DAMPINGS}
-AFTER_SQUARE = {"chaos_square": 1, "figure2": 1}
+AFTER_SQUARE = {"chaos_square": 1, "figure2": 1, "figure2_traps": 1}
 CONTACT = {"contact_square": 3, **AFTER_SQUARE, **STRIP, **FIGURE3, **AFTER_FRICTION}
 SURFACE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
-DRAWN = {"figure2": 1, **FIGURE3, "figure5": 1, **CHAIN, "figure_map": 1}
+DRAWN = {"figure2": 1, "figure2_traps": 1, **FIGURE3, "figure5": 1, **CHAIN, "figure_map": 1}
 SCENE = "config/scenes/tiny.yaml"
 MARGINAL = "roughness: {marginal: {family: beta, shapes: [2.1, 5]}}\nsquare:"
 ACTS = ("\n\n\n", "\n\n_EDITED = 1\n\n\n")

@@ -3,7 +3,7 @@
 # Out: figures as png|svg|nc, claims.json, costs.json, report.html.
 
 FIGURES = (
-    *("figure2", "figure3", "figure3_law", "figure5"),
+    *("figure2", "figure2_traps", "figure3", "figure3_law", "figure5"),
     *("figure_design", "figure_field", "figure_lifetimes", "figure_map", "figure_scan"),
 )
 

@@ -154,6 +154,23 @@ class LocalExpansion:
                 row[first + near] = member.draw(predicted[near], block[near, 0], self.target)
         return pressure if left_out else pressure[0]
 
+    def draw_with_variables(self, generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Random surfaces that the expansion finds in contact: their variables : (n, v) and pressures : (n,) [Pa].
+
+        count : surfaces drawn, of which n are in contact; draws as of `draw`
+        """
+        places = sobol_places(generator, count, 1 + self.indices.shape[1])
+        found = []
+        for block in np.array_split(places, -(-count // BLOCK)):
+            variables = ndtri(block[:, 1:])
+            predicted = hermite_basis(variables, self.indices) @ self.whole.coefficients
+            near = np.flatnonzero(predicted > self.lowest)
+            pressure = self.whole.draw(predicted[near], block[near, 0], self.target)
+            contact = pressure > 0
+            found.append((variables[near[contact]], pressure[contact]))
+        variables, pressures = zip(*found, strict=True)
+        return np.concatenate(variables), np.concatenate(pressures)
+
 
 def jackknife_deviations(values: np.ndarray) -> np.ndarray:
     """Change of a number by leaving out each group, scaled so that the squares sum to its variance.

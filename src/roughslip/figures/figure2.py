@@ -1,4 +1,4 @@
-"""Figure 2: distribution of the pressure at the centre of the square, by Monte Carlo and by expansions."""
+"""Figure 2: distribution of the pressure at the centre of the square; on a second sheet a trap of its expansions."""
 
 from __future__ import annotations
 
@@ -13,13 +13,23 @@ from roughslip.figures.style import (
     despine,
     draw_curve,
     heads,
+    legend_above,
     panels,
     pressure_unit,
     with_ends,
     with_interval_names,
 )
 
-DRAWN = ["method", "pressure", "distance_in_contact", *with_interval_names("cumulative", "contact_probability")]
+DRAWN = {
+    "figure2": [
+        *("method", "pressure", "variant"),
+        *with_interval_names("cumulative", "contact_probability", "design_cumulative", "given_cumulative"),
+    ],
+    "figure2_traps": [
+        *("method", "pressure", "distance_in_contact", "first_variable", "first_variable_edge"),
+        *with_interval_names("cumulative"),
+    ],
+}
 
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "monte_carlo": ("Monte Carlo (MCS)", {"color": "0.15", "linestyle": "-", "linewidth": 2.2}),
@@ -30,39 +40,75 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
 }
 """Label and look of each method of sampling or expansion; they differ in line style as well as in colour."""
 
+CONTACT = {"monte_carlo": "Monte Carlo", "latin_hypercube": "$K/K_t$, LHS", "roughslip": "PC, all samples"}
+LOWEST = 1e-3  # probability, of the logarithmic panels: a design has some 600 samples in contact
+
 
 def figure2(result: Arrays) -> Figure:
-    """The paper's panel is (a), the distribution given contact; then the same on logarithms, and who is in contact."""
+    """The paper's panel is (a), the distribution given contact; then low probabilities, and who is in contact.
+
+    Monte Carlo and the Latin hypercube samples of one design, and the expansions fitted to these at surfaces in contact
+    """
     figure, (linear, logarithmic, probability) = panels(3, 1, 4.0)
-    unit, name = pressure_unit(result["pressure"].max())
-    pressure = unit * result["pressure"]
-    methods = [str(method) for method in result["method"]]
-    for row, method in enumerate(methods):
-        label, look = METHODS[method]
-        for axes, floor in ((linear, 0.0), (logarithmic, 1e-9)):
-            value, *ends = with_ends(result, "cumulative", row)
-            shown = [np.where(value > floor, value, np.nan), *(np.maximum(end, floor) for end in ends)]
-            draw_curve(axes, pressure, shown, look | {"label": label}, alpha=0.15)
-        _contact(probability, result, row, look["color"], annotated=method != "monte_carlo")
-    linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="cumulative probability", ylim=(0, 1))
-    nearly_all = int(np.searchsorted(result["cumulative"][methods.index("monte_carlo")], 0.999))
-    linear.set_xlim(0, pressure[min(nearly_all, len(pressure) - 1)])
-    logarithmic.set(xscale="log", yscale="log", ylim=(1e-4, 1.2), xlabel=f"pressure at the centre [{name}]")
-    logarithmic.set(xlim=(pressure[0], pressure[-1]), ylabel="cumulative probability")
-    probability.set(xlabel="probability of contact [%]", ylim=(0.4 - len(methods), 0.7))
-    probability.set_yticks(-np.arange(len(methods)), [METHODS[method][0] for method in methods])
+    variants = [str(one) for one in result["variant"]]
+    curves = {"monte_carlo": with_ends(result, "cumulative", _methods(result).index("monte_carlo"))}
+    curves["latin_hypercube"] = with_ends(result, "design_cumulative")
+    curves |= {name: with_ends(result, "given_cumulative", row) for row, name in enumerate(variants)}
+    _distributions(linear, logarithmic, result, curves)
+    for row, (method, label) in enumerate(CONTACT.items()):
+        colour = METHODS[method][1]["color"]
+        share, low, high = with_ends(result, "contact_probability", _methods(result).index(method), 100.0)
+        probability.plot([low, high], [-row, -row], "|-", color=colour)
+        probability.plot(share, -row, "o", color=colour)
+        probability.annotate(label, (share, -row), xytext=(0, 8), textcoords="offset points", ha="center")
+    probability.set(xlabel="probability of contact [%]", ylim=(-2.5, 0.8), yticks=[])
     probability.margins(x=0.3)
-    figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(methods))
-    heads(figure.axes, "distribution given contact", "low probabilities", "contact, and distance to solves")
+    figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(curves))
+    heads(figure.axes, "distribution given contact", "low probabilities", "probability of contact")
     despine(*figure.axes)
     return figure
 
 
-def _contact(axes: Axes, result: Arrays, row: int, colour: str, annotated: bool) -> None:
-    share, low, high = with_ends(result, "contact_probability", row, 100.0)
-    axes.plot([low, high], [-row, -row], "|-", color=colour)
-    axes.plot(share, -row, "o", color=colour)
-    if annotated:
-        distance = float(result["distance_in_contact"][row])
+def figure2_traps(result: Arrays) -> Figure:
+    """The expansions at variables drawn over all surfaces, and why these are not the ones that were fitted."""
+    figure, (linear, logarithmic, variable) = panels(3, 1, 4.0)
+    methods = _methods(result)
+    curves = {name: with_ends(result, "cumulative", methods.index(name)) for name in methods}
+    _distributions(linear, logarithmic, result, curves)
+    for row, name in enumerate(name for name in methods if name != "monte_carlo"):
+        distance = float(result["distance_in_contact"][methods.index(name)])
         text = f"distance {distance:.3f}" if np.isfinite(distance) else "fit refused"
-        axes.annotate(text, (share, -row), xytext=(0, 7), textcoords="offset points", ha="center", fontsize="small")
+        place = {"xytext": (0.97, 0.05 + 0.09 * row), "textcoords": "axes fraction", "ha": "right"}
+        linear.annotate(text, (0, 0), color=METHODS[name][1]["color"], fontsize="small", **place)
+    edges = result["first_variable_edge"]
+    variable.stairs(result["first_variable"], edges, fill=True, color="C1", alpha=0.45, label="in contact: fitted")
+    x = np.linspace(edges[0], edges[-1], 400)
+    density = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
+    variable.plot(x, density, color="0.15", label="all surfaces: drawn")
+    variable.set(xlabel="first variable", ylabel="density", xlim=(edges[0], edges[-1]), ylim=(0, None))
+    legend_above(variable)
+    figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(curves))
+    heads(figure.axes, "drawn over all surfaces", "low probabilities", "where the fit has samples")
+    despine(*figure.axes)
+    return figure
+
+
+def _methods(result: Arrays) -> list[str]:
+    return [str(method) for method in result["method"]]
+
+
+def _distributions(linear: Axes, logarithmic: Axes, result: Arrays, curves: dict[str, list[np.ndarray]]) -> None:
+    """Distributions given contact by method, with their bands, on both axes."""
+    unit, name = pressure_unit(result["pressure"].max())
+    pressure = unit * result["pressure"]
+    for method, (value, *ends) in curves.items():
+        label, look = METHODS[method]
+        for axes, floor in ((linear, 0.0), (logarithmic, 1e-9)):
+            shown = [np.where(value > floor, value, np.nan), *(np.maximum(end, floor) for end in ends)]
+            draw_curve(axes, pressure, shown, look | {"label": label}, alpha=0.15)
+    solved = curves["monte_carlo"][0]
+    first, last = (min(int(np.searchsorted(solved, one)), len(pressure) - 1) for one in (LOWEST / 3, 0.999))
+    linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="cumulative probability", ylim=(0, 1))
+    linear.set_xlim(0, pressure[last])
+    logarithmic.set(xscale="log", yscale="log", ylim=(LOWEST, 1.2), xlabel=f"pressure at the centre [{name}]")
+    logarithmic.set(xlim=(pressure[first], pressure[-1]), ylabel="cumulative probability")

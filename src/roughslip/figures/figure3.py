@@ -29,7 +29,9 @@ DRAWN = {
     "figure3_law": [
         *("percentile", "lag", "triangle", "histogram", "histogram_edge", "mean", "std", "family"),
         *("beta_a", "beta_b", "beta_lower", "beta_upper", "beta_at_bound"),
-        *("p_equal_distribution", "p_equal_correlation"),
+        *("p_equal_distribution", "p_equal_correlation", "largest_lag", "triangle_log_line"),
+        *("beta_distance_standardised", "standard_histogram", "standard_edge"),
+        *with_interval_names("log_line"),
         *with_interval_names("combined_autocorrelation", "combined_length_least_squares"),
         *with_interval_names("white_autocorrelation", "white_length", "combined_skewness", "combined_kurtosis"),
         *with_interval_names("beta_misfit", "family_distance"),
@@ -43,6 +45,7 @@ SOLVED = 0  # row of the sources
 PAPER_LENGTH = 250e-6  # m
 PAPER_BETA, PAPER_LABEL = (2.1, 5.0), "paper, Beta(2.1, 5)"
 PAPER_MOMENTS = {"skewness": 0.560, "kurtosis": -0.171}  # of this Beta
+SAME_SKEWNESS = 0.5  # relative, as the rule of the verdict has it
 PENETRATION = "penetration [percentile of heights]"
 PANELS = {"mean": "mean of $\\mu$", "std": "standard deviation of $\\mu$", "variation": "standard deviation over mean"}
 
@@ -69,13 +72,15 @@ def figure3(result: Arrays) -> Figure:
 
 def figure3_law(result: Arrays) -> Figure:
     """Distribution and autocorrelation of mu, at the median and at all depths; what windows alone make of it."""
-    figure, grid = panels(3, 2, 4.2)
+    figure, grid = panels(4, 2, 4.6)
     _autocorrelation(grid[0, 0], result)
     _lengths(grid[0, 1], result)
-    _marginal(grid[0, 2], result)
-    _distances(grid[1, 0], result)
-    _moment(grid[1, 1], result, "skewness", "skewness")
-    _moment(grid[1, 2], result, "kurtosis", "excess kurtosis")
+    _largest_lags(grid[0, 2], result)
+    _marginal(grid[0, 3], result)
+    _nearest(grid[1, 0], result)
+    _distances(grid[1, 1], result)
+    _moment(grid[1, 2], result, "skewness", "skewness")
+    _moment(grid[1, 3], result, "kurtosis", "excess kurtosis")
     several = len(result["percentile"]) > 1
     distribution, correlation = (
         f", one for all: $p$ = {float(result[f'p_equal_{name}']):.2g}" if several else ""
@@ -83,7 +88,8 @@ def figure3_law(result: Arrays) -> Figure:
     )
     heads(
         grid.ravel(),
-        *(f"autocorrelation{correlation}", "exponential length", "marginal at median penetration"),
+        *(f"autocorrelation{correlation}", "exponential length", "straight line through its logarithm"),
+        *("marginal at median penetration", "where the paper's Beta lies nearest"),
         *(f"distance to families{distribution}", "skewness", "excess kurtosis"),
     )
     despine(*figure.axes)
@@ -125,6 +131,39 @@ def _lengths(axes: Axes, result: Arrays) -> None:
     legend_above(axes)
 
 
+def _largest_lags(axes: Axes, result: Arrays) -> None:
+    """Length of a straight line through the logarithm at median penetration, against the largest lag it takes."""
+    lag = 1e6 * result["largest_lag"]
+    own = with_ends(result, "log_line", factor=1e6)
+    draw_curve(axes, lag, own, {"color": "C0", "label": "median penetration"})
+    triangle = 1e6 * result["triangle_log_line"]
+    axes.plot(lag, triangle, color="0.4", lw=0.9, label="triangle of the window")
+    axes.axhline(1e6 * PAPER_LENGTH, color="C2", ls="-.", lw=1, label="paper, 250 µm")
+    axes.set(xlabel="largest lag [µm]", ylabel="length [µm]", ylim=(0, 1.2 * max(own[0].max(), triangle.max())))
+    legend_above(axes)
+
+
+def _nearest(axes: Axes, result: Arrays) -> None:
+    """Standardised densities at the median, and where the skewness is near the paper's, the nearest level."""
+    near = np.abs(result["combined_skewness"] / PAPER_MOMENTS["skewness"] - 1.0) <= SAME_SKEWNESS
+    distance = result["beta_distance_standardised"]
+    level = int(np.argmin(np.where(near, distance, 1.0 + distance)))
+    edges = result["standard_edge"]
+    label = f"at {result['percentile'][level]:g} %, distance {distance[level]:.3f}"
+    axes.stairs(result["standard_histogram"][level], edges, fill=True, color="C0", alpha=0.35, label=label)
+    axes.stairs(result["standard_histogram"][_median(result)], edges, color="0.15", lw=1.0, label="at the median")
+    axes.plot(*_paper_density(np.linspace(1e-4, 1 - 1e-4, 400)), "C2-.", label=PAPER_LABEL)
+    axes.set(xlabel="standardised friction coefficient", ylabel="density", xlim=(-3.0, 4.5), ylim=(0, None))
+    legend_above(axes)
+
+
+def _paper_density(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The paper's Beta, standardised: places and density at u in (0, 1)."""
+    a, b = PAPER_BETA
+    mean, std = a / (a + b), np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
+    return (u - mean) / std, _beta_density(u, a, b) * std
+
+
 def _marginal(axes: Axes, result: Arrays) -> None:
     """Densities of mu less its mean, over its standard deviation, so that the shapes compare."""
     median = _median(result)
@@ -136,9 +175,7 @@ def _marginal(axes: Axes, result: Arrays) -> None:
     label = "fitted Beta at bound" if result["beta_at_bound"][median] else f"fitted Beta({a:.3g}, {b:.3g})"
     fitted = (lower + (upper - lower) * u - mean) / std, _beta_density(u, a, b) * std / (upper - lower)
     axes.plot(*fitted, "k-", lw=1.2, label=label)
-    a, b = PAPER_BETA
-    paper_mean, paper_std = a / (a + b), np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
-    axes.plot((u - paper_mean) / paper_std, _beta_density(u, a, b) * paper_std, "C2-.", label=PAPER_LABEL)
+    axes.plot(*_paper_density(u), "C2-.", label=PAPER_LABEL)
     normal = ndtri(u)
     axes.plot(normal, np.exp(-(normal**2) / 2) / np.sqrt(2 * np.pi), color="C3", lw=1.2, ls=":", label="normal")
     axes.set(xlabel="standardised friction coefficient", ylabel="density", ylim=(0, None))

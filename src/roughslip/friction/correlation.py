@@ -22,6 +22,8 @@ from roughslip.validation import gate, reals
 
 LONGEST_WINDOWS = 3.0
 """The main fit takes lags up to this many windows."""
+LOG_LINE_WINDOWS = (0.5, 0.9)
+"""Largest lags, in windows, of the straight lines through the logarithm of the autocorrelation."""
 _SHORTEST_PER_SPACING = 1.0 / 20.0
 _LONGEST_PER_SPAN = 100.0
 _BISECTIONS = 50
@@ -35,19 +37,23 @@ class Lengths:
     half_window : least squares over lags to half a window
     one_over_e : first lag where r falls below 1/e, linear between lags; the longest lag if it does not
     integral : integral of r over all lags to three windows, trapezoidal
+    log_line_50, log_line_90 : straight line through log r to lags of half a window and of 0.9 of it, see `log_line`
     """
 
     least_squares: np.ndarray
     half_window: np.ndarray
     one_over_e: np.ndarray
     integral: np.ndarray
+    log_line_50: np.ndarray
+    log_line_90: np.ndarray
 
 
 @dataclass(frozen=True)
 class CorrelationFit:
     """What exponential fits the measured autocorrelation, and is it one?
 
-    least_squares, half_window, one_over_e, integral : () [m] as in `Lengths`
+    least_squares, half_window, one_over_e, integral, log_line_50, log_line_90 : () [m] as in `Lengths`
+    log_line_r2 : () share of the variance of log r that the line to 0.9 of the window explains
     window : the same of the triangle, the window's own part
     misfit_exponential, misfit_triangle : () rms distance over lags to three windows from exp(-s/least_squares), and
         from the triangle
@@ -61,6 +67,9 @@ class CorrelationFit:
     half_window: Estimate
     one_over_e: Estimate
     integral: Estimate
+    log_line_50: Estimate
+    log_line_90: Estimate
+    log_line_r2: Estimate
     window: Lengths
     misfit_exponential: Estimate
     misfit_triangle: Estimate
@@ -161,6 +170,43 @@ def one_over_e_length(lags: np.ndarray, curves: np.ndarray) -> np.ndarray:
     return np.where(falls, lags[k - 1] + share * (lags[k] - lags[k - 1]), lags[-1])
 
 
+def log_line(lags: np.ndarray, curves: np.ndarray, largest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Length and R^2 of the straight line, with an intercept, through the logarithm of the autocorrelation.
+
+    lags : (K,) [m] from 0, increasing
+    curves : (n, K) autocorrelations
+    largest : [m] lag up to which points are taken; the points of a curve end before it first falls to zero
+
+    Returns (L, R^2), each (n,). L [m] is one over the negative slope, within the range of `exponential_length`. A line
+    that does not fall has the largest length, a curve with one point the least, and an R^2 of 0.
+
+    Of the triangle 1 - s/T the length depends on c = largest / T alone, see `triangle_log_line`.
+    """
+    low, high = lags[1] * _SHORTEST_PER_SPACING, lags[-1] * _LONGEST_PER_SPAN
+    taken = lags <= largest * (1.0 + 1e-9)
+    s, r = lags[taken], curves[:, taken]
+    weight = np.cumprod(r > 0.0, axis=1).astype(float)
+    y = np.log(np.where(weight > 0.0, r, 1.0))
+    count = weight.sum(axis=1)
+    about = weight * (s - ((weight @ s) / count)[:, None])
+    rise = np.sum(about * y, axis=1)
+    spread = np.sum(about**2, axis=1)
+    square = np.sum(weight * (y - (np.sum(weight * y, axis=1) / count)[:, None]) ** 2, axis=1)
+    slope = np.divide(rise, spread, out=np.full(len(r), -1.0 / low), where=count > 1)
+    explained = np.divide(rise**2, spread * square, out=np.zeros(len(r)), where=(count > 1) & (square > 0.0))
+    return 1.0 / np.clip(-slope, 1.0 / high, 1.0 / low), explained
+
+
+def triangle_log_line(share: float) -> float:
+    """Length of `log_line` of the triangle 1 - s/T on all lags to share T, over T; share below 1.
+
+    With m0 and m1 the integrals of log(1 - x) and of x log(1 - x) from 0 to c, the slope is (m1 - c m0 / 2) / (c^3/12).
+    """
+    log = math.log1p(-share)
+    mean, first = -(1.0 - share) * log - share, (share**2 - 1.0) / 2.0 * log - share**2 / 4.0 - share / 2.0
+    return -(share**3) / 12.0 / (first - share * mean / 2.0)
+
+
 def window_lengths(lags: np.ndarray, window: float) -> Lengths:
     """The lengths that the window alone produces: those of its triangle at the given lags (K,) [m]."""
     lags, _ = _lags_to_three_windows(lags, window)
@@ -191,6 +237,9 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
         half_window=Estimate.from_rows(lengths.half_window),
         one_over_e=Estimate.from_rows(lengths.one_over_e),
         integral=Estimate.from_rows(lengths.integral),
+        log_line_50=Estimate.from_rows(lengths.log_line_50),
+        log_line_90=Estimate.from_rows(lengths.log_line_90),
+        log_line_r2=Estimate.from_rows(log_line(lags, curves, LOG_LINE_WINDOWS[-1] * window)[1]),
         window=window_lengths(lags, window),
         misfit_exponential=Estimate.of_distance(to_exponential, moved),
         misfit_triangle=Estimate.of_distance(to_triangle, moved),
@@ -218,7 +267,8 @@ def _lengths(lags: np.ndarray, curves: np.ndarray, window: float) -> tuple[Lengt
     least_squares, at_bound = exponential_length(lags, curves)
     half_window, _ = exponential_length(lags[:near], np.ascontiguousarray(curves[:, :near]))
     integral = np.trapezoid(curves, lags, axis=1)
-    return Lengths(least_squares, half_window, one_over_e_length(lags, curves), integral), at_bound
+    lines = (log_line(lags, curves, share * window)[0] for share in LOG_LINE_WINDOWS)
+    return Lengths(least_squares, half_window, one_over_e_length(lags, curves), integral, *lines), at_bound
 
 
 def white_autocorrelation(

@@ -29,6 +29,10 @@ from roughslip.validation import gate
 SHAPES = (0.3, 300.0)
 """Range of both shapes in the four-parameter fit: beyond 300 a Beta is a gamma or normal distribution to the eye."""
 
+SET_WINDOWS = 100
+"""Windows of a set that is scaled by its own extremes."""
+SETS = 400
+
 _NODES = 200
 PROBABILITIES = (np.arange(_NODES) + 0.5) / _NODES
 """Of the quantiles by which distributions are compared."""
@@ -160,6 +164,26 @@ def scaled_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Scale
     if (total <= 1e-12).any():
         raise IllPosedError("mu takes two values only: scaled to (0, 1) it has no Beta distribution; use more windows")
     return ScaledBeta(*(Estimate.from_rows(rows) for rows in (m * total, (1.0 - m) * total, lower, upper)))
+
+
+def set_beta(mu: np.ndarray, valid: np.ndarray, rng: np.random.Generator) -> tuple[Estimate, Estimate]:
+    """Shapes a, b of Beta distributions by the moments, of sets of SET_WINDOWS windows scaled by their own extremes.
+
+    mu, valid : (S, W) friction coefficient and bool
+
+    Returns for each shape the median of SETS sets, drawn from all windows, and their 5 to 95 %. The number of windows
+    of a set makes the shapes: with more windows the extremes lie farther apart.
+    """
+    drawn = rng.choice(mu[valid], (SETS, SET_WINDOWS))
+    lower, upper = drawn.min(axis=1, keepdims=True), drawn.max(axis=1, keepdims=True)
+    if not (upper > lower).all():
+        raise IllPosedError(f"mu has no scatter in a set of {SET_WINDOWS} windows; use more windows")
+    scaled = (drawn - lower) / (upper - lower)
+    m, v = scaled.mean(axis=1), scaled.var(axis=1)
+    total = m * (1.0 - m) / v - 1.0
+    shapes = (np.quantile(shape, (0.5, 0.05, 0.95)) for shape in (m * total, (1.0 - m) * total))
+    first, second = (Estimate(*map(np.array, ends)) for ends in shapes)
+    return first, second
 
 
 def distance_to_beta(

@@ -13,7 +13,10 @@ from roughslip.friction.penetration import Trend, trend
 from roughslip.friction.statistics import strip_weights
 from roughslip.probability import Estimate
 
-TRENDS = ("mean", "std", "variation", "length_least_squares")
+LENGTHS = ("least_squares", "one_over_e", "integral", "log_line_50", "log_line_90")
+"""Lengths of the autocorrelation from all strips, as `correlation.Lengths` has them."""
+
+TRENDS = ("mean", "std", "variation", "length_least_squares", "length_log_line_50", "length_log_line_90")
 """Statistics of which the change with penetration is given too."""
 
 JUDGED = ("length_least_squares", "misfit_difference", "skewness", "kurtosis")
@@ -25,7 +28,8 @@ def combined_estimates(combined: list[Combined], lags: np.ndarray, window: float
     found = [each.estimates() for each in combined]
     fits = [correlation_fit(lags, each["autocorrelation"], window) for each in found]
     return {name: [each[name] for each in found] for name in found[0]} | {
-        "length_least_squares": [fit.least_squares for fit in fits],
+        **{f"length_{name}": [getattr(fit, name) for fit in fits] for name in LENGTHS},
+        "log_line_r2": [fit.log_line_r2 for fit in fits],
         "misfit_difference": [fit.misfit_difference for fit in fits],
     }
 

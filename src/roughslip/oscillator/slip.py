@@ -315,6 +315,18 @@ def next_piece(
     return Status.GOES_ON, control, piece, here, y
 
 
+@compiled()
+def tried_again(
+    end: State, error: float, length: float, sigma: float, piece: Piece, path: Path, p: Coefficients, settings: Settings
+) -> tuple[float, float]:
+    """The error ratio of a step that ends at a bound, and the length of another try, 0 where it is accepted: friction
+    may rise steeply there, or the mass slipped beyond a node which the longer step did not see."""
+    if not (ratio := error_ratio(error, length, end, p, settings.tolerance)) <= 1.0:
+        return ratio, length * growth(ratio, settings.pair)
+    beyond = path_coordinate(end.tau, end.s, p) > piece.right
+    return ratio, 0.5 * length if beyond and node_side_matters(end, length, sigma, piece, path, p, settings) else 0.0
+
+
 @compiled(error_model="numpy")
 def slip(
     start: State, since: float, control: StepControl, backwards: bool, sigma: float, path: Path, p: Coefficients,
@@ -364,14 +376,10 @@ def slip(
                 y, end, error, h, first, here, sliding, pair, tolerance
             )
             steps += trials
-            ratio = error_ratio(error, length, end, p, settings.tolerance)
-            if not ratio <= 1.0:  # friction may rise steeply at the belt, which the longer step passed over
-                control = StepControl(length * growth(ratio, pair), control.grown, control.length, control.level)
+            ratio, shorter = tried_again(end, error, length, sigma, piece, path, p, settings)
+            if shorter > 0.0:
+                control = StepControl(shorter, control.grown, control.length, control.level)
                 continue
-            beyond = path_coordinate(end.tau, end.s, p) > piece.right
-            if beyond and node_side_matters(end, length, sigma, piece, path, p, settings):
-                control = StepControl(0.5 * length, control.grown, control.length, control.level)
-                continue  # it slipped beyond a node and, in the longer step, back again
             last, whole = last and length == h, whole and length == h
         sample_slip(y, end, here, sliding, pair, samples)  # 7
         backwards = backwards or turns_backwards(y, end)

@@ -15,7 +15,19 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from roughslip.report.answer import limit_rows
 from roughslip.report.drawing import element, thumbnail
-from roughslip.report.sections import MARKS, SECTIONS, answers, in_brackets, our_number, rows, section
+from roughslip.report.sections import (
+    HEADLINES,
+    MARKS,
+    SECTIONS,
+    answers,
+    by_chance,
+    hardness,
+    in_brackets,
+    our_number,
+    rows,
+    section,
+    under_which,
+)
 from roughslip.report.sensitivity_table import legend, sensitivity_bars, sensitivity_line
 
 READINGS = ("paper", "resolved")  # scenes that read the paper
@@ -123,7 +135,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "counts": _counts,
         "accuracies": _accuracies,
         "strips_for_verdicts": _strips_for_verdicts,
-        "verdicts": lambda claims: Counter(claim["verdict"] for claim in claims).most_common(),
+        "headlines": lambda claims: Counter(claim["headline"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,
         "sensitivity_legend": legend,
         "sensitivity_line": sensitivity_line,
@@ -131,6 +143,9 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "section": section,
         "in_brackets": in_brackets,
         "number": our_number,
+        "under_which": under_which,
+        "hardness": hardness,
+        "by_chance": by_chance,
         "rows": rows,
         "element": element,
         "thumbnail": thumbnail,
@@ -144,6 +159,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         sections=[name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown],
         answers=answers(readings),
         marks=MARKS,
+        headlines=HEADLINES,
         versions=versions,
         evidence=evidence or Evidence(),
     )

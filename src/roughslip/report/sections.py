@@ -12,6 +12,14 @@ from typing import Any
 
 Claim = Mapping[str, Any]
 MARKS = {"reproduced": "✓", "contradicted": "✗", "undecided": "?", "contradicts itself": "↯", "not tested": "–"}
+HEADLINES = {
+    "reproduced": "✓",
+    "holds under another reading": "≈",
+    "contradicted under every reading tried": "✗",
+    "undecided": "?",
+    "not tested": "–",
+}
+BY_CHANCE = 0.025  # of verdicts by one end of a 95 % interval
 
 
 @dataclass(frozen=True)
@@ -47,14 +55,19 @@ SECTIONS = {
         "Panel a, as in the paper: distribution functions of the pressure given contact, a line for each method. "
         "Beyond the paper, b has logarithmic axes, and c a dot for the probability of contact by each method.",
         "Monte Carlo, Latin hypercube and both polynomial chaos variants, eqs. (8) and (9), lie on one curve.",
-        "The paper fits its expansions to samples in contact alone. Given contact, their variables are no longer "
-        "Gaussian, and few samples remain for 165 terms. An expansion fitted to all samples has neither fault.",
+        "Eqs. (8) and (9) stand for the pressure when contact occurs, so they are evaluated at surfaces in contact. "
+        "Few samples in contact remain for 165 terms, and most of the error is at low probabilities.",
         {
             "fig2-mcs-lhs": "distance of the distributions",
             "fig2-pc-lhs": "distance of the distributions",
             "fig2-pc-tail": "largest ratio of the probabilities",
             "fig2-variants-agree": "distance of the distributions",
         },
+    ),
+    "figure2_traps": Section(
+        "Figure 2, drawn over all surfaces",
+        "Panels a and b: distribution functions of the pressure, the two expansions of the paper far from the sampled "
+        "curves. Panel c: a histogram of the first variable of surfaces in contact, to the right of a normal curve.",
     ),
     "figure_field": Section(
         "Pressure at every node",
@@ -77,8 +90,9 @@ SECTIONS = {
     ),
     "figure3_law": Section(
         "Distribution and correlation of friction",
-        "Six panels: autocorrelation against distance, fitted lengths against penetration, a histogram at median "
-        "penetration with fitted densities, distances to families of distributions, skewness, excess kurtosis.",
+        "Eight panels: autocorrelation against distance; fitted lengths against penetration, and against the largest "
+        "lag of a straight line; histograms with densities at the median and where the paper's Beta lies nearest; "
+        "distances to families of distributions; skewness; excess kurtosis.",
         "The friction coefficient is correlated exponentially over 250 µm, right skewed and leptokurtic. Scaled to "
         "(0, 1) it follows Beta(2.1, 5) at every penetration.",
         "Friction is an average over a window of 600 µm. The average alone makes a triangular autocorrelation of white "
@@ -99,14 +113,14 @@ SECTIONS = {
         "blue ones around it; a histogram of the point where the mass sticks again, with a normal curve; the cycles "
         "lost to the scatter against damping. Beyond the paper, d shows the cycles with scatter and without.",
         "With and without scatter the mass moves on a stick-slip limit cycle. Without scatter the cycle ceases at a "
-        "sharp limit of damping, and with scatter there is a range where it goes on.",
-        "How long a cycle survives beyond the limit follows from the scatter of friction. The paper gives neither that "
-        "scatter nor the mass. Less scatter, as of finer roughness, leaves less of the range.",
+        "sharp limit of damping, and with scatter there is a range where the mass can still move on it.",
+        "With scatter the mass changes between stick-slip and sliding, on both sides of the limit. How much of the "
+        "time it spends in stick-slip follows from the scatter of friction, which the paper does not give.",
         {
-            "fig5-limit-cycle": "runs that cycle to the end",
+            "fig5-limit-cycle": "runs with a cycle in the closing periods",
             "fig5-reattachment-nonnormal": "skewness of the point",
             "fig5-sharp-limit": "damping ratio of the limit",
-            "fig5-range-beyond-limit": "runs that cycle to the end beyond the limit",
+            "fig5-range-beyond-limit": "time in stick-slip beyond the limit, of that of the undisturbed cycle,",
             "own-fig5-under-load": "range over limit",
         },
     ),
@@ -130,10 +144,10 @@ NUMBERS = {name: text for one in SECTIONS.values() for name, text in one.numbers
 
 # The statements that answer the question of the study, in words that need no context.
 ASKED = {
-    "fig2-pc-lhs": "Polynomial chaos, fitted as in the paper, gives the distribution of the contact pressure",
+    "fig2-pc-lhs": "Polynomial chaos, fitted as in the paper, gives the distribution of the pressure given contact",
     "fig3-std-decreases": "Friction scatters less in deeper contact",
     "mu-correlation-250um": "Along the path friction is correlated over 250 µm",
-    "fig5-range-beyond-limit": "With scatter stick-slip goes on at a damping where it ends without",
+    "fig5-range-beyond-limit": "With scatter stick-slip still occurs at a damping where there is none without",
 }
 
 
@@ -162,20 +176,52 @@ def rows(readings: Mapping[str, Sequence[Claim]], ids: Iterable[str] | None = No
     return list(found.values())
 
 
+def under_which(claim: Claim) -> str:
+    """The first reading under which a statement holds, and how many do of those tried: `given contact (2 of 3)`."""
+    if not claim["tried"]:
+        return ""
+    holds = [one["id"].replace("-", " ") for one in claim["readings"] if one["verdict"] == "reproduced"]
+    return f"{holds[0] if holds else 'none'} ({len(holds)} of {claim['tried']})"
+
+
+def hardness(reading: Claim) -> str:
+    """Whether a verdict stands at half and at twice its threshold; empty for a rule without one."""
+    if not reading["at_half"]:
+        return ""
+    stands = [reading[name] == reading["verdict"] for name in ("at_half", "at_twice")]
+    if all(stands):
+        return "It stands at half and at twice the threshold"
+    parts = [
+        f"{reading[name]} at {text} the threshold"
+        for name, text in (("at_half", "half"), ("at_twice", "twice"))
+        if reading[name] != reading["verdict"]
+    ]
+    return f"It would be {' and '.join(parts)}"
+
+
+def by_chance(claims: Sequence[Claim]) -> str:
+    """How many of the verdicts of a scene would be wrong by chance."""
+    decided = sum(one["verdict"] in ("reproduced", "contradicted") for claim in claims for one in claim["readings"])
+    return (
+        f"{decided} verdicts on readings are decided by 95 % intervals: if every number lay on its threshold, about "
+        f"{BY_CHANCE * decided:.1f} of them would be wrong by chance"
+    )
+
+
 def answers(readings: Mapping[str, Sequence[Claim]]) -> list[str]:
     """The answer of the study in at most five sentences. readings : claims by scene"""
     if not readings:
         return []
     parts = []
     for scene, claims in readings.items():
-        verdicts = [claim["verdict"] for claim in claims if not claim["id"].startswith("own-")]
-        counts = [f"{verdicts.count(verdict)} {verdict}" for verdict in MARKS if verdict in verdicts]
+        found = [claim["headline"] for claim in claims if not claim["id"].startswith("own-")]
+        counts = [f"{found.count(headline)} {headline}" for headline in HEADLINES if headline in found]
         parts.append(f"{', '.join(counts)} in scene {scene}")
     sentences = [f"The paper's statements: {'; '.join(parts)}."]
     for name, lead in ASKED.items():
         for row in rows(readings, (name,)):
             tested = {scene: claim for scene, claim in row.items() if claim["shown"]}
-            verdicts = [f"{claim['verdict']} in {scene}" for scene, claim in tested.items()]
+            verdicts = [f"{claim['headline']} in {scene}" for scene, claim in tested.items()]
             numbers = [in_brackets(claim["shown"]) for claim in tested.values()]
             if tested:
                 sentences.append(f"{lead}: {', '.join(verdicts)} ({NUMBERS[name]} {' and '.join(numbers)}).")

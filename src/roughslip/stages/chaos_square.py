@@ -1,5 +1,7 @@
 """Stage chaos_square: distribution of the pressure at the centre, sampled and expanded (Figure 2)."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from roughslip import store
@@ -33,6 +35,7 @@ from roughslip.stages.result_tables.centre_distribution import (
     refused_rows,
     sampled_rows,
 )
+from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -58,7 +61,6 @@ STAGE = Stage(
 )
 
 PAPER = 8  # variables, at most, of eqs. (8) and (9)
-KNOWN = 20_000  # Monte Carlo samples drawn again for the expansions at samples known to be in contact
 FITS = {
     "condition_number": "condition number of the basis",
     "samples": "samples that entered the fit",
@@ -136,6 +138,26 @@ def fits_of(designs: list[dict[str, Expansion]], job: Job) -> list[dict[str, Fit
     return fitted
 
 
+def members_of(
+    methods: Iterable[str],
+    designs: list[dict[str, Expansion]],
+    fitted: list[dict[str, Fit]],
+    variables: np.ndarray,
+    signs: list[int],
+) -> dict[str, Members]:
+    """By method the fits to all designs at variables : (surfaces, v). signs : seed of the refits of a single design"""
+    return {
+        method: members([one[method] for one in designs], [one[method] for one in fitted], variables[:, :PAPER], signs)
+        for method in methods
+    }
+
+
+def known_in_contact(nodes: np.ndarray, directions: np.ndarray, seed: int) -> np.ndarray:
+    """Variables : (surfaces, v) of Monte Carlo samples, no part of any fit, that their solves found in contact."""
+    streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:, 0] > 0)[:KNOWN])
+    return np.array([directions @ monte_carlo(stream, directions.shape[1]) for stream in streams])
+
+
 def work(job: Job) -> None:
     """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with the solved samples."""
     batches, seed = store.read_all(job.arguments.contact), job.scene.seed
@@ -161,19 +183,24 @@ def work(job: Job) -> None:
             "monte_carlo": sampled_rows(pressure["monte_carlo"], len(nodes), reference),
             "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
         }
-        # variables of Monte Carlo samples, no part of any fit, that their solves found in contact
-        streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:KNOWN, 0] > 0))
-        known = np.array([directions @ monte_carlo(stream, directions.shape[1]) for stream in streams])
+        known = known_in_contact(nodes, directions, seed)
+        error, edges = edges_of(batches, chosen.samples.group, job)
+        drawn, borne = local.draw_with_variables(np.random.default_rng(drawing), asked.draws)
+        judged = drawn[edges.apply(borne) > 0][:KNOWN]
+        at_contact = {"roughslip": reference.distance(edges.apply(local.mean_pressure_at(known)))}
         moved: dict[str, np.ndarray] = {}
         repeated: dict[str, np.ndarray] = {}
-        at_contact: dict[str, float] = {}
         probability = rows["latin_hypercube"]["contact_probability"]
+        signs = [seed, geometry.STREAM_BOOTSTRAP]
+        at_known, at_judged = (members_of(fits, designs, fitted, one, signs) for one in (known, judged))
+        parts = Sampled(solved, [sampled[part] for part in designs_of(len(sampled))])
+        given = given_contact(at_known, at_judged, parts, known[:, 0])
         for method, fit in fits.items():
             one = found[method]
-            at_contact[method] = reference.distance(one.at(hermite_basis(known[:, :PAPER], indices), fit.coefficients))
+            at_contact[method] = reference.distance(at_known[method].pressures[0])
             pressure[method] = draw(one, fit.coefficients, asked.draws, drawing)
             if len(designs) == 1:
-                moved[method] = refits(one, fit, reference.levels, drawing, [seed, geometry.STREAM_BOOTSTRAP])
+                moved[method] = refits(one, fit, reference.levels, drawing, signs)
                 rows[method] = expanded_rows(pressure[method], moved[method], probability, solved)
                 continue
             repeated[method] = design_pressures(
@@ -182,8 +209,6 @@ def work(job: Job) -> None:
             rows[method] = designed_rows(repeated[method], probability, solved)
         for method in EXPANDED[:2]:
             rows.setdefault(method, refused_rows(reference.levels, probability))
-        error, edges = edges_of(batches, chosen.samples.group, job)
-        at_contact["roughslip"] = reference.distance(edges.apply(local.mean_pressure_at(known)))
         pressure["roughslip"], rows["roughslip"] = drawn_locally(local, edges, reference, solved, job)
         between: Row = (np.nan, np.nan, np.nan)
         if len(repeated) == 2:
@@ -199,7 +224,7 @@ def work(job: Job) -> None:
     results = table(rows, pressure, solved) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)
-    results |= choice(chosen, directions) | corrections(error)
+    results |= choice(chosen, directions) | corrections(error) | given
     results["captured_variance"] = surface.variable("captured_variance")
     store.write(job.arguments.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
 

@@ -14,10 +14,10 @@ STAGE = Stage(
     result="figure2.nc",
     target="figure2",
     caption="Figure 2. Pressure at the centre of the square, given contact: (a) as in the paper, (b) at low "
-    "probabilities, and (c) the probability of contact. All samples: our own expansion; bands are 95 % intervals of "
-    "sampling, and for an expansion of its fit.",
+    "probabilities, and (c) the probability of contact. Both expansions (PC) are fitted to one Latin hypercube design "
+    "(LHS) and evaluated at solved surfaces in contact that no fit has seen, with bands over all designs.",
     memory_mb=320,
 )
 
 if __name__ == "__main__":
-    execute(STAGE, partial(draw_and_save, draw=figure2, drawn=DRAWN))
+    execute(STAGE, partial(draw_and_save, draw=figure2, drawn=DRAWN["figure2"]))

@@ -10,7 +10,7 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.combination import Combined, Others, Rows, combine, mesh_factors
 from roughslip.friction.correlation import autocorrelation, correlation_fit
-from roughslip.friction.marginal import distance_to_beta, fit_beta, scaled_beta
+from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, scaled_beta, set_beta
 from roughslip.friction.over_penetration import combined_estimates
 from roughslip.friction.statistics import estimate_of, ratio_of_sums, strip_weights, window_statistics
 from roughslip.probability import Estimate
@@ -62,6 +62,8 @@ def describe(windows: Windows, area_force: Windows, shear: float, weights: np.nd
     for shape in ("a", "b", "lower", "upper"):
         estimates[f"beta_{shape}"], estimates[f"scaled_beta_{shape}"] = getattr(beta, shape), getattr(scaled, shape)
     estimates["beta_misfit"] = beta.distance
+    sets = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP, SET_WINDOWS])
+    estimates["set_beta_a"], estimates["set_beta_b"] = set_beta(*windows, sets)
     distance = distance_to_beta(*windows, weights)
     estimates["beta_distance_standardised"] = distance.standardised
     estimates["beta_distance_scaled"] = distance.scaled
@@ -118,7 +120,7 @@ def work(job: Job) -> None:
             friction_table.candidate_variables(mu, weights["solved"])
             | friction_table.p_value_variables(mu, combined, percentiles, weights["solved"])
             | friction_table.fit_variables(combined["mean"], percentiles)
-            | friction_table.white_variables(scene, strips, len(lags))
+            | friction_table.window_variables(scene, strips, lags, combined["autocorrelation"][median])
         )
     solved_windows, expanded = (windows_of[source][0] for source in SOURCES)
     job.usage.warn(*friction_table.missing_warnings(table["missing_share"], percentiles))
@@ -126,7 +128,7 @@ def work(job: Job) -> None:
     job.usage.count(windows=solved_windows[0].size, expanded_windows=expanded[0].size, **got)
     variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
     variables |= friction_table.error_variables(best) | load_table.load_variables(scene, loads, light)
-    variables |= friction_table.distribution(mu[0][median], mu[1][median])
+    variables |= friction_table.distribution(mu[0][median], mu[1][median]) | friction_table.histograms(mu)
     ends, title = [shear.value, shear.low, shear.high], "shear strength that gives the mean at the median"
     variables |= store.with_interval("shear_strength", (), ends, "Pa", title)
     corrected, of_nodes = (store.join(batches["solved"], f"area_{name}").T for name in ("corrected", "of_nodes"))

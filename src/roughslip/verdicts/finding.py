@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -26,6 +26,7 @@ class Finding:
     thresholds : of the rule for this number, at which that changes; infinite without one
     other, joined : a second number of the rule, and the verdict from what the rule says of both
     contradicts : whether another number of the paper is at odds with the statement
+    at : the same number judged with so many times the tolerance of its rule; None for a rule without one
     """
 
     ours: float
@@ -36,6 +37,21 @@ class Finding:
     other: Finding | None = None
     joined: Callable[[int, int], int] = min
     contradicts: bool = False
+    at: Callable[[float], Finding] | None = None
+
+    @property
+    def verdict(self) -> str:
+        """The verdict of the whole rule."""
+        return CONTRADICTS if self.contradicts else VERDICTS[self.holds(self.interval)]
+
+    def with_tolerance(self, factor: float) -> Finding | None:
+        """The finding with so many times the tolerance in both numbers of the rule; None where neither has one."""
+        if self.at is None and (self.other is None or self.other.at is None):
+            return None
+        own = self.at(factor) if self.at else self
+        if own.other is None and self.other is not None:
+            return replace(own, other=self.other.with_tolerance(factor) or self.other, joined=self.joined)
+        return own
 
     def holds(self, interval: Interval) -> int:
         """What the whole rule says if our number had this interval."""
@@ -66,7 +82,21 @@ def number(arrays: Arrays, name: str, *index: int) -> tuple[float, Interval]:
 
 
 def judged_inside(
-    stored: tuple[float, Interval], note: str = "", low: float = -np.inf, high: float = np.inf
+    stored: tuple[float, Interval],
+    note: str = "",
+    low: float = -np.inf,
+    high: float = np.inf,
+    centre: float | None = 0.0,
 ) -> Finding:
-    """The rule that wants the interval of one stored number between low and high."""
-    return Finding(*stored, note, partial(inside, low=low, high=high), (low, high))
+    """The rule that wants the interval of one stored number between low and high.
+
+    centre : from which the tolerance of the rule is measured; None for limits that are no tolerance
+    """
+    at = None
+    if centre is not None and any(np.isfinite(end) and end != centre for end in (low, high)):
+
+        def at(factor: float) -> Finding:
+            least, most = (centre + factor * (end - centre) for end in (low, high))
+            return judged_inside(stored, note, least, most, centre)
+
+    return Finding(*stored, note, partial(inside, low=low, high=high), (low, high), at=at)

@@ -47,7 +47,7 @@ LEAST_CONTACT = "friction.least_contact_fraction"
 ROOT_N = "interval over sqrt(n)"
 PROPORTION = "all lengths of roughness and strip in proportion"
 IN_METRES = "mu-correlation-250um"
-AT_MEDIAN = ("mu-correlation-exponential", IN_METRES, "mu-right-skewed", "mu-beta-2.1-5")  # alone
+AT_MEDIAN = ("mu-correlation-exponential", IN_METRES, "mu-right-skewed", "mu-leptokurtic", "mu-beta-2.1-5")  # alone
 ACCURACY = 1e-4  # relative, of the ends of a range
 FEWEST = 8  # samples or runs that a scene may have
 
@@ -126,7 +126,8 @@ def judged(again: Callable[[float], list[dict[str, Any]]]) -> Callable[[str], At
 
 def lengthened(friction: Arrays, factor: float) -> dict[str, np.ndarray]:
     """Friction statistics of a chain whose lengths are all so many times as long."""
-    return {name: factor * values if name == "lag" or "length" in name else values for name, values in friction.items()}
+    longer = {name for name in friction if name == "lag" or "length" in name} - {"length_name"}
+    return {name: factor * values if name in longer else values for name, values in friction.items()}
 
 
 def present(scene: Scene, keys: Sequence[str]) -> tuple[str, ...]:

@@ -6,9 +6,17 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.combination import Combined
-from roughslip.friction.correlation import LONGEST_WINDOWS, correlation_fit, triangular, white_autocorrelation
+from roughslip.friction.correlation import (
+    LOG_LINE_WINDOWS,
+    LONGEST_WINDOWS,
+    correlation_fit,
+    log_line,
+    triangular,
+    white_autocorrelation,
+    window_lengths,
+)
 from roughslip.friction.marginal import FAMILIES, SHAPES, fit_candidates, standardised_distribution
-from roughslip.friction.over_penetration import trend_estimates, trend_of
+from roughslip.friction.over_penetration import LENGTHS, trend_estimates, trend_of
 from roughslip.friction.penetration import p_value, p_value_of_equality, penetration_curve
 from roughslip.friction.statistics import PERCENTS
 from roughslip.probability import Estimate
@@ -22,6 +30,7 @@ FIT_POINTS = 91  # of mu_fit(d)
 STANDARD = np.linspace(-2.5, 3.5, 25)  # standardised mu at which the distributions of the levels are compared
 SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
+BINS = np.linspace(-4.0, 6.0, 41)  # of standardised mu
 QUANTILES = 1000
 BY_SOURCE = ("mean", "std")  # also given of the expansion alone
 LOAD = {  # further columns of summary.csv, of what stage friction stores of load
@@ -53,6 +62,9 @@ TITLES = {
     "length_half_window": "exponential length by least squares over lags to half a window",
     "length_one_over_e": "lag at which the autocorrelation falls to 1/e",
     "length_integral": "integral of the autocorrelation over lags to three windows",
+    "length_log_line_50": "length of a straight line through the logarithm to lags of half a window",
+    "length_log_line_90": "length of a straight line through the logarithm to lags of 0.9 of a window",
+    "log_line_r2": "share of the variance of the logarithm that the line to 0.9 of a window explains",
     "misfit_exponential": "rms distance of the autocorrelation from its exponential",
     "misfit_triangle": "rms distance of the autocorrelation from the window's own triangle",
     "misfit_difference": "mean square distance from the exponential less that from the triangle",
@@ -65,6 +77,8 @@ TITLES = {
     "scaled_beta_b": "second shape after scaling by the sample extremes",
     "scaled_beta_lower": "sample minimum",
     "scaled_beta_upper": "sample maximum",
+    "set_beta_a": "first shape after scaling sets of 100 windows by their extremes: median, 5 and 95 %",
+    "set_beta_b": "second shape after scaling sets of 100 windows by their extremes: median, 5 and 95 %",
     "beta_distance_standardised": "Kolmogorov distance to Beta(2.1, 5), both standardised",
     "beta_distance_scaled": "Kolmogorov distance to Beta(2.1, 5) after scaling by the sample extremes",
     "mesh_change_of_mean": "relative change of the combined mean by the extrapolation to cells of no size",
@@ -78,6 +92,7 @@ CONTROLLED = ", solved windows with the expansion as control"
 
 Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (levels, strips, windows)
 TESTS = {
+    "least_p_value": "least that these p-values can be, with so many replicates",
     "p_equal_distribution": "p-value of the standardised distribution being the same at every penetration",
     "p_equal_correlation": "p-value of the autocorrelation being the same at every penetration",
     "p_exponential_nearer": "two-sided p-value of exponential and triangle being as near, at median penetration",
@@ -179,6 +194,17 @@ def distribution(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]
     }
 
 
+def histograms(mu: Windows) -> dict[str, store.Variable]:
+    """Densities of the standardised windows of every penetration."""
+    standard = [(values[valid] - values[valid].mean()) / values[valid].std() for values, valid in zip(*mu, strict=True)]
+    density = [np.histogram(one, BINS)[0] / len(one) / np.diff(BINS) for one in standard]
+    title = "density of solved windows, less their mean, over their standard deviation"
+    return {
+        "standard_histogram": store.Variable(("level", "standard_bin"), np.array(density), "1", title),
+        "standard_edge": store.Variable(("standard_edge",), BINS, "1", "edges of its bins"),
+    }
+
+
 def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> str:
     """summary.csv: a row a penetration, after lines of comment that explain the columns."""
     columns = [f"combined_{name}" for name in ("mean", "std", "variation", "skewness", "kurtosis")]
@@ -227,7 +253,7 @@ def p_value_variables(
 ) -> dict[str, store.Variable]:
     """p-values of what the paper says of the friction coefficient; NaN where there is one penetration only."""
     levels, median = len(percentiles), int(np.flatnonzero(percentiles == 50.0)[0])
-    found = dict.fromkeys(TESTS, np.nan)
+    found: dict[str, float] = dict.fromkeys(TESTS, np.nan)
     if levels > 1:
         shares = [
             standardised_distribution(values, valid, weights, STANDARD) for values, valid in zip(*mu, strict=True)
@@ -241,6 +267,7 @@ def p_value_variables(
     found["p_exponential_nearer"] = p_value(combined["misfit_difference"][median])
     found["p_no_skewness"] = p_value(combined["skewness"][median])
     found["p_no_kurtosis"] = p_value(combined["kurtosis"][median])
+    found["least_p_value"] = 1.0 / (1 + len(combined["skewness"][median].replicates))
     return {name: store.Variable((), value, "1", TESTS[name]) for name, value in found.items()}
 
 
@@ -273,3 +300,31 @@ def white_variables(scene: Scene, strips: int, count: int) -> dict[str, store.Va
     variables = store.with_interval("white_autocorrelation", ("lag",), [curve.value, curve.low, curve.high], "1", title)
     title = f"exponential length of windows of white pressure, lags to {LONGEST_WINDOWS:g} windows; range of 95 %"
     return variables | store.with_interval("white_length", (), [length.value, length.low, length.high], "m", title)
+
+
+def window_variables(scene: Scene, strips: int, lags: np.ndarray, curve: Estimate) -> dict[str, store.Variable]:
+    """What windows alone make of white pressure. curve : autocorrelation at median penetration at the lags"""
+    return white_variables(scene, strips, len(lags)) | line_variables(curve, lags, scene.strip.window_m)
+
+
+def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str, store.Variable]:
+    """What the triangle of the window alone gives by each length, and a straight line against its largest lag.
+
+    curve : autocorrelation at median penetration
+    """
+    lengths, triangle = window_lengths(lags, window), triangular(lags, window)
+    largest = lags[(lags > 0.0) & (lags < window * (1.0 - 1e-9))]
+    lines = [Estimate.from_rows(log_line(lags, curve.rows, one)[0]) for one in largest]
+    own = [float(log_line(lags, triangle[None], one)[0][0]) for one in largest]
+    straight = float(log_line(lags, triangle[None], LOG_LINE_WINDOWS[-1] * window)[1][0])
+    names, title = np.array(LENGTHS), "length that the triangle of the window alone gives"
+    columns = [np.array([getattr(each, part) for each in lines]) for part in ("value", "low", "high")]
+    variables = {
+        "length_name": store.Variable(("length",), names, "1", "how a length follows from the autocorrelation"),
+        "triangle_length": store.Variable(("length",), [getattr(lengths, name) for name in LENGTHS], "m", title),
+        "triangle_log_line_r2": store.Variable((), straight, "1", "R2 of the straight line through its logarithm"),
+        "largest_lag": store.Variable(("largest_lag",), largest, "m", "largest lag of a straight line"),
+        "triangle_log_line": store.Variable(("largest_lag",), own, "m", "length by it of the triangle of the window"),
+    }
+    title = "length by it at median penetration"
+    return variables | store.with_interval("log_line", ("largest_lag",), columns, "m", title)

@@ -1,0 +1,185 @@
+"""The friction coefficient is “exponentially correlated with correlation length 250 µm”. Text, readings, rules."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+from roughslip.friction.correlation import LOG_LINE_WINDOWS
+from roughslip.verdicts.finding import Arrays, Finding, judged_inside, number
+from roughslip.verdicts.friction_rules import at_median, length_at_any_depth, median, paper_length
+from roughslip.verdicts.reading import PValue, Reading, Statement
+from roughslip.verdicts.thresholds import PAPER_LENGTH, SAME_LENGTH, STRAIGHT, VISIBLE
+from roughslip.verdicts.turning import Unit
+
+ONE_LEVEL = "the scene has one penetration only"
+MICROMETRES = Unit("m", 1e6, " µm")
+FOUND = "section 4: μ “was found to be exponentially correlated with correlation length 250 µm”; no fit is named"
+PRACTICE = "common practice: a straight line through the logarithm of the autocorrelation"
+SAME = f"within {SAME_LENGTH:.0%} of 250 µm"
+
+
+def window(friction: Arrays) -> float:
+    """Length of a window [m], at which its own triangle ends."""
+    return float(friction["lag"][1] / (1.0 - friction["triangle"][1]))
+
+
+def _nearer_than_the_window(friction: Arrays) -> Finding:
+    exponential, triangle = (friction[f"misfit_{name}"][median(friction)] for name in ("exponential", "triangle"))
+    note = f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
+    return replace(judged_inside(at_median(friction, "misfit_difference"), high=0.0), note=note)
+
+
+def _straight(friction: Arrays) -> Finding:
+    own = float(friction["triangle_log_line_r2"])
+    note = f"share of the variance of the logarithm that the line explains; that of the triangle alone is {own:.3f}"
+    return judged_inside(at_median(friction, "log_line_r2"), note, low=STRAIGHT, centre=1.0)
+
+
+def _close(friction: Arrays) -> Finding:
+    distance = number(friction, "misfit_exponential", median(friction))
+    return judged_inside(distance, "rms distance from the exponential to lags of three windows", high=VISIBLE)
+
+
+def _length(friction: Arrays, name: str, by: str) -> Finding:
+    own = 1e6 * float(friction["triangle_length"][[str(one) for one in friction["length_name"]].index(name)])
+    stored = at_median(friction, f"length_{name}")
+    shorter = 1e6 * window(friction) * PAPER_LENGTH / stored[0]
+    lengths = 1e6 * friction[f"combined_length_{name}"]
+    same = abs(1e-6 * own - PAPER_LENGTH) <= SAME_LENGTH * PAPER_LENGTH
+    passes = ", which passes the rule too: then it says nothing of friction" if same else ""
+    note = (
+        f"metres, {by}; {lengths.min():.0f} to {lengths.max():.0f} µm over all levels. The triangle of the window "
+        f"alone gives {own:.0f} µm{passes}. The length goes with the window, and one of {shorter:.0f} µm would give "
+        "the paper's"
+    )
+    return replace(paper_length(friction, f"length_{name}"), note=note)
+
+
+def _at_any_depth(friction: Arrays, name: str) -> Finding | str:
+    found = length_at_any_depth(friction, f"length_{name}")
+    if found is None:
+        return ONE_LEVEL
+    lengths = friction[f"combined_length_{name}"]
+    note = (
+        f"metres, change along a straight line through all levels; {1e6 * found.thresholds[1]:.0f} µm are allowed; the "
+        f"levels have {1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} µm"
+    )
+    return replace(found, note=note)
+
+
+def _of_line(share: float) -> str:
+    return f"{PRACTICE}, here to lags of {share:g} of the window"
+
+
+LAGS = {f"log_line_{100 * share:.0f}": share for share in LOG_LINE_WINDOWS}
+LEAST_SQUARES = "exponential by least squares to lags of three windows"
+WITHIN = f"at median penetration the interval of the length lies {SAME}"
+CHANGE = (
+    "the interval of the change from the first to the last level, along a straight line through all, lies within "
+    f"{SAME_LENGTH:.0%} of the mean length"
+)
+STATEMENTS = (
+    Statement(
+        "mu-correlation-exponential",
+        "The friction coefficient is exponentially correlated",
+        "exponential",
+        (
+            Reading(
+                "nearer-than-the-window",
+                "the fitted exponential against the triangle that the window alone would give",
+                FOUND,
+                "at median penetration the mean square distance to the fitted exponential is less than that to the "
+                "triangle of the window itself: the interval of their difference lies below zero",
+                _nearer_than_the_window,
+                natural="a correlation that any average over the window has is no property of friction",
+                p_value=PValue("p_exponential_nearer", "both being as near"),
+            ),
+            Reading(
+                "straight-logarithm",
+                f"how straight the logarithm is to lags of {LOG_LINE_WINDOWS[-1]:g} of the window",
+                PRACTICE,
+                f"at median penetration the interval of R² of that line lies above {STRAIGHT}",
+                _straight,
+            ),
+            Reading(
+                "close-to-the-eye",
+                "how far the curve is from its exponential",
+                FOUND,
+                f"at median penetration the interval of the rms distance to the exponential lies below {VISIBLE}",
+                _close,
+            ),
+        ),
+    ),
+    Statement(
+        "mu-correlation-250um",
+        "Its correlation length is 250 µm",
+        "250 µm",
+        (
+            Reading(
+                "least-squares",
+                LEAST_SQUARES,
+                FOUND,
+                WITHIN,
+                partial(_length, name="least_squares", by="least squares to lags of three windows"),
+                natural="it takes the whole curve, while a straight line needs a largest lag, which the text lacks",
+                unit=MICROMETRES,
+            ),
+            *(
+                Reading(
+                    name.replace("_", "-"),
+                    f"a straight line through the logarithm to lags of {share:g} of the window",
+                    f"{PRACTICE}; the largest lag is ours and sets the length",
+                    WITHIN,
+                    partial(_length, name=name, by=_of_line(share)),
+                    unit=MICROMETRES,
+                )
+                for name, share in LAGS.items()
+            ),
+            Reading(
+                "one-over-e",
+                "first lag at which the autocorrelation falls to 1/e",
+                "common practice: the correlation length of an exponential is where it falls to 1/e",
+                WITHIN,
+                partial(_length, name="one_over_e", by="first crossing of 1/e"),
+                unit=MICROMETRES,
+            ),
+            Reading(
+                "integral",
+                "integral of the autocorrelation to lags of three windows",
+                "common practice: the correlation length of an exponential is its integral",
+                WITHIN,
+                partial(_length, name="integral", by="integral of the autocorrelation"),
+                unit=MICROMETRES,
+            ),
+        ),
+    ),
+    Statement(
+        "mu-correlation-any-depth",
+        "The correlation length does not depend on the penetration",
+        "independent",
+        (
+            Reading(
+                "least-squares",
+                LEAST_SQUARES,
+                "section 4: “independent of the penetration depth”",
+                CHANGE,
+                partial(_at_any_depth, name="least_squares"),
+                natural="the length is the same as in the statement before",
+                unit=MICROMETRES,
+                p_value=PValue("p_equal_correlation", "one autocorrelation at all penetrations"),
+            ),
+            *(
+                Reading(
+                    name.replace("_", "-"),
+                    f"a straight line through the logarithm to lags of {share:g} of the window",
+                    PRACTICE,
+                    CHANGE,
+                    partial(_at_any_depth, name=name),
+                    unit=MICROMETRES,
+                )
+                for name, share in LAGS.items()
+            ),
+        ),
+    ),
+)

@@ -1,0 +1,283 @@
+"""The distribution of the friction coefficient: right skewed, leptokurtic, Beta(2.1, 5). Text, readings, rules."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from roughslip.friction.marginal import SET_WINDOWS
+from roughslip.verdicts.centre_pressure import shown
+from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
+from roughslip.verdicts.friction_correlation import ONE_LEVEL, window
+from roughslip.verdicts.friction_rules import FRICTION_RULES, at_median, farthest, follows_beta, like_beta, median
+from roughslip.verdicts.reading import PValue, Reading, Statement
+from roughslip.verdicts.thresholds import (
+    BETA_KURTOSIS,
+    BETA_SKEWNESS,
+    PAPER_BETA,
+    SAME_SHAPE,
+    SKEWNESS_RANGE,
+    VISIBLE,
+)
+
+SHAPE = "section 4: the distribution “is found to be right skewed and leptokurtic”"
+SCALED = "section 4: “when scaled to the interval (0,1) the friction coefficient follows a Beta(2.1,5)-distribution”"
+ANY_DEPTH = "section 4: “independent of the penetration”"
+FIGURE_2 = "Figure 2 states the median penetration, and no other is stated"
+LIKE_BETA = (
+    f"the interval of the Kolmogorov distance, both standardised, lies below {VISIBLE} and that of the skewness lies "
+    f"from {SKEWNESS_RANGE[0]:.2f} to {SKEWNESS_RANGE[1]:.2f}, around the {BETA_SKEWNESS:.2f} of Beta(2.1, 5)"
+)
+IN_SETS = (
+    "contradicted where a shape of the paper lies outside the 5 to 95 % of the shapes of such sets, reproduced where "
+    f"also both medians lie within {SAME_SHAPE:.0%} of the paper's, else undecided"
+)
+
+
+def _skewness(friction: Arrays) -> Finding:
+    skewness = friction["combined_skewness"]
+    note = f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}"
+    return replace(judged_inside(at_median(friction, "skewness"), low=0.0), note=note)
+
+
+def _at_every_level(friction: Arrays, name: str, title: str) -> Finding | str:
+    """The level whose lower end is least, judged with all others."""
+    value, low, high = (friction[f"combined_{name}{end}"] for end in ("", "_low", "_high"))
+    if len(value) == 1:
+        return ONE_LEVEL
+    worst = int(np.argmin(low))
+    others = min(inside((low[row], high[row]), low=0.0) for row in range(len(low)) if row != worst)
+    note = f"{title} at percentile {friction['percentile'][worst]:g}, of the least lower end"
+
+    def says(interval: Interval) -> int:
+        return min(inside(interval, low=0.0), others)
+
+    return Finding(float(value[worst]), (float(low[worst]), float(high[worst])), note, says, (0.0,))
+
+
+def _kurtosis(friction: Arrays, by_the_beta: bool) -> Finding:
+    found = judged_inside(at_median(friction, "kurtosis"), low=0.0)
+    note = f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}"
+    return replace(found, note=note, contradicts=by_the_beta and BETA_KURTOSIS < 0)
+
+
+def _beta(friction: Arrays) -> Finding:
+    middle, skewness = median(friction), at_median(friction, "skewness")
+    fitted, scaled = (
+        ", ".join(f"{friction[f'{name}_{shape}'][middle]:.3g}" for shape in "ab") for name in ("beta", "scaled_beta")
+    )
+    at_bound = friction["beta_at_bound"][middle]
+    undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
+    note = (
+        f"Kolmogorov distance; skewness {shown(skewness)}; fitted Beta({fitted}){undetermined}, after scaling by the "
+        f"sample extremes Beta({scaled}); {_window_of_the_beta(friction, skewness[0])}"
+    )
+    return replace(like_beta(friction, middle), note=note)
+
+
+def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
+    """Which window would have the skewness of the paper's Beta: that of a mean falls with the root of its window."""
+    if not skewness > 0:
+        return "no window would have the skewness of Beta(2.1, 5)"
+    length = 1e6 * window(friction) * (skewness / BETA_SKEWNESS) ** 2
+    return f"a window of {length:.0f} µm would have the skewness of Beta(2.1, 5), {BETA_SKEWNESS:.2f}"
+
+
+def nearest_level(friction: Arrays) -> int:
+    """Number of the level other than the median that follows the paper's Beta best, by verdict and by distance."""
+    levels = [level for level in range(len(friction["percentile"])) if level != median(friction)]
+    judged = {level: like_beta(friction, level) for level in levels}
+    return max(levels, key=lambda level: (judged[level].holds(judged[level].interval), -judged[level].ours))
+
+
+def _at_another_level(friction: Arrays) -> Finding | str:
+    if len(friction["percentile"]) == 1:
+        return ONE_LEVEL
+    level = nearest_level(friction)
+    tried = len(friction["percentile"]) - 1
+    skewness, kurtosis = (shown(number(friction, f"combined_{name}", level)) for name in ("skewness", "kurtosis"))
+    note = (
+        f"Kolmogorov distance at percentile {friction['percentile'][level]:g}, the nearest of {tried}; skewness "
+        f"{skewness}, excess kurtosis {kurtosis}"
+    )
+    return replace(like_beta(friction, level), note=note)
+
+
+def _by_extremes(friction: Arrays, every_level: bool) -> Finding | str:
+    levels = range(len(friction["percentile"])) if every_level else [median(friction)]
+    if every_level and len(levels) == 1:
+        return ONE_LEVEL
+    high = friction["beta_distance_scaled_high"]
+    level = max(levels, key=lambda one: high[one])
+    percentile = friction["percentile"][level]
+    note = f"Kolmogorov distance after scaling by the extremes of all windows, at percentile {percentile:g}"
+    others = [
+        inside((friction["beta_distance_scaled_low"][one], high[one]), high=VISIBLE) for one in levels if one != level
+    ]
+    value, (low, most) = number(friction, "beta_distance_scaled", level)
+    found = judged_inside((value, (low, min(most, 1.0))), note, high=VISIBLE)
+    return replace(found, joined=lambda *here: min(*here, *others, 1), at=None) if others else found
+
+
+def _in_sets(friction: Arrays, every_level: bool) -> Finding | str:
+    levels = range(len(friction["percentile"])) if every_level else [median(friction)]
+    if every_level and len(levels) == 1:
+        return ONE_LEVEL
+    says = {level: _shapes_say(friction, level) for level in levels}
+    level = min(levels, key=lambda one: says[one])
+    shapes = ", ".join(f"{friction[f'set_beta_{shape}'][level]:.2f}" for shape in "ab")
+    ends = number(friction, "set_beta_b", level)
+    note = (
+        f"second shape with the 5 to 95 % of sets of {SET_WINDOWS} windows at percentile "
+        f"{friction['percentile'][level]:g}; median shapes Beta({shapes}). The number of windows in a set makes the "
+        "shapes: more windows reach farther, and the shapes grow"
+    )
+    return Finding(*ends, note, lambda _: says[level])
+
+
+def _shapes_say(friction: Arrays, level: int) -> int:
+    within, near = True, True
+    for shape, paper in zip("ab", PAPER_BETA, strict=True):
+        value, (low, high) = number(friction, f"set_beta_{shape}", level)
+        within &= low <= paper <= high
+        near &= abs(value - paper) <= SAME_SHAPE * paper
+    return (1 if near else 0) if within else -1
+
+
+def _beta_at_any_depth(friction: Arrays) -> Finding | str:
+    found = FRICTION_RULES["mu-beta-any-depth"](friction)
+    if found is None:
+        return ONE_LEVEL
+    follows, skewness = follows_beta(friction), friction["combined_skewness"]
+    note = (
+        f"Kolmogorov distance at percentile {friction['percentile'][farthest(friction)]:g}, of the largest upper end; "
+        f"{follows.count(1)} of {len(follows)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"
+    )
+    return replace(found, note=note)
+
+
+STATEMENTS = (
+    Statement(
+        "mu-right-skewed",
+        "The friction coefficient is right skewed",
+        "skewness > 0",
+        (
+            Reading(
+                "at-the-median",
+                "skewness of the windows at median penetration",
+                SHAPE,
+                "the interval of the skewness at median penetration lies above zero",
+                _skewness,
+                natural=FIGURE_2,
+                p_value=PValue("p_no_skewness", "no skewness"),
+            ),
+            Reading(
+                "at-every-level",
+                "skewness of the windows at every penetration",
+                f"{SHAPE}, after the figure for all depths",
+                "the interval of the skewness at every level lies above zero",
+                partial(_at_every_level, name="skewness", title="skewness"),
+            ),
+        ),
+    ),
+    Statement(
+        "mu-leptokurtic",
+        "The friction coefficient is leptokurtic",
+        "excess kurtosis > 0",
+        (
+            Reading(
+                "own-kurtosis",
+                "excess kurtosis of the windows at median penetration",
+                SHAPE,
+                "the interval of the excess kurtosis at median penetration lies above zero",
+                partial(_kurtosis, by_the_beta=False),
+                natural="the sentence is of the friction coefficient itself; a fitted Beta says nothing exact of a "
+                "fourth moment",
+                p_value=PValue("p_no_kurtosis", "no excess kurtosis"),
+            ),
+            Reading(
+                "at-every-level",
+                "excess kurtosis of the windows at every penetration",
+                f"{SHAPE}, after the figure for all depths",
+                "the interval of the excess kurtosis at every level lies above zero",
+                partial(_at_every_level, name="kurtosis", title="excess kurtosis"),
+            ),
+            Reading(
+                "by-the-beta",
+                "excess kurtosis of the windows, if it is also that of the Beta they are said to follow",
+                f"{SHAPE}; {SCALED}",
+                "the statement contradicts itself if the paper's own Beta(2.1, 5) has negative excess kurtosis; else "
+                "the interval of the excess kurtosis at median penetration lies above zero",
+                partial(_kurtosis, by_the_beta=True),
+            ),
+        ),
+    ),
+    Statement(
+        "mu-beta-2.1-5",
+        "Scaled to (0, 1) the friction coefficient follows Beta(2.1, 5)",
+        "Beta(2.1, 5)",
+        (
+            Reading(
+                "at-the-median",
+                "shape of the distribution at median penetration; the ends of the scaling are free",
+                SCALED,
+                f"at median penetration {LIKE_BETA}",
+                _beta,
+                natural=FIGURE_2,
+            ),
+            Reading(
+                "at-another-penetration",
+                "the same at the penetration other than the median that lies nearest",
+                f"{SCALED}; the text names no penetration here",
+                f"at one of the other levels {LIKE_BETA}",
+                _at_another_level,
+            ),
+            Reading(
+                "scaled-by-all",
+                "scaled by the extremes of all windows, at median penetration",
+                f"{SCALED}; the extremes of a sample are its usual scale",
+                f"the interval of the Kolmogorov distance after that scaling lies below {VISIBLE}",
+                partial(_by_extremes, every_level=False),
+            ),
+            Reading(
+                "scaled-by-sets",
+                f"scaled by the extremes of sets of {SET_WINDOWS} windows, at median penetration",
+                f"{SCALED}; a study of its time has some hundred windows",
+                IN_SETS,
+                partial(_in_sets, every_level=False),
+            ),
+        ),
+    ),
+    Statement(
+        "mu-beta-any-depth",
+        "It follows Beta(2.1, 5) at every penetration",
+        "independent",
+        (
+            Reading(
+                "at-every-level",
+                "shape of the distribution at every penetration; the ends of the scaling are free",
+                ANY_DEPTH,
+                f"at every level {LIKE_BETA}",
+                _beta_at_any_depth,
+                natural="the sentence gives one distribution for all penetrations",
+                p_value=PValue("p_equal_distribution", "one standardised distribution at all penetrations"),
+            ),
+            Reading(
+                "scaled-by-all",
+                "scaled by the extremes of all windows, at every penetration",
+                ANY_DEPTH,
+                f"the interval of the Kolmogorov distance after that scaling lies below {VISIBLE} at every level",
+                partial(_by_extremes, every_level=True),
+            ),
+            Reading(
+                "scaled-by-sets",
+                f"scaled by the extremes of sets of {SET_WINDOWS} windows, at every penetration",
+                f"{ANY_DEPTH}; a study of its time has some hundred windows",
+                f"at every level: {IN_SETS}",
+                partial(_in_sets, every_level=True),
+            ),
+        ),
+    ),
+)

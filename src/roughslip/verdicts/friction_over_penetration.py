@@ -1,0 +1,77 @@
+"""Figure 3: mean, standard deviation and coefficient of variation of friction fall with penetration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from roughslip.verdicts.finding import Arrays, Finding, Interval, inside
+from roughslip.verdicts.friction_rules import FRICTION_RULES
+from roughslip.verdicts.reading import PValue, Reading, Statement
+
+ONE_LEVEL = "the scene has one penetration only"
+FALL = "section 4: mean, standard deviation and coefficient of variation “decrease with increasing penetration depth”"
+
+
+def _over_all_levels(friction: Arrays, name: str, key: str, title: str) -> Finding | str:
+    found, values = FRICTION_RULES[name](friction), friction[f"combined_{key}"]
+    note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
+    return ONE_LEVEL if found is None else replace(found, note=note)
+
+
+def _every_step(friction: Arrays, key: str, title: str) -> Finding | str:
+    """The errors of neighbouring levels are taken as independent; they rise and fall together, so this is wide."""
+    value, low, high = (friction[f"combined_{key}{end}"] for end in ("", "_low", "_high"))
+    if len(value) == 1:
+        return ONE_LEVEL
+    steps = np.diff(value)
+    below = np.hypot(value[1:] - low[1:], high[:-1] - value[:-1])
+    above = np.hypot(high[1:] - value[1:], value[:-1] - low[:-1])
+    ends = list(zip((steps - below).tolist(), (steps + above).tolist(), strict=True))
+    worst = int(np.argmax(steps + above))
+    others = min((inside(one, high=0.0) for row, one in enumerate(ends) if row != worst), default=1)
+    percentile = friction["percentile"]
+    note = (
+        f"largest change of the {title} in a step, from percentile {percentile[worst]:g} to {percentile[worst + 1]:g}"
+    )
+
+    def says(interval: Interval) -> int:
+        return min(inside(interval, high=0.0), others)
+
+    return Finding(float(steps[worst]), ends[worst], note, says, (0.0,))
+
+
+def _statement(name: str, key: str, title: str) -> Statement:
+    return Statement(
+        name,
+        f"The {title} decreases with penetration",
+        "decreases",
+        (
+            Reading(
+                "over-all-levels",
+                "change from the first to the last penetration, and along a straight line through all",
+                FALL,
+                "the intervals of the change along a straight line over penetration and of the last less the first "
+                "level both lie below zero",
+                partial(_over_all_levels, name=name, key=key, title=title),
+                natural="the sentence is of the whole range of penetrations",
+                p_value=PValue(f"p_no_change_of_{key}", "no change"),
+            ),
+            Reading(
+                "every-step",
+                "change from each penetration to the next",
+                f"{FALL}, at every one",
+                "the interval of every change from a level to the next lies below zero",
+                partial(_every_step, key=key, title=title),
+            ),
+        ),
+    )
+
+
+STATEMENTS = (
+    _statement("fig3-mean-decreases", "mean", "mean friction coefficient"),
+    _statement("fig3-std-decreases", "std", "standard deviation"),
+    _statement("fig3-cov-decreases", "variation", "coefficient of variation"),
+)

@@ -1,0 +1,129 @@
+"""Statements of the paper and their readings: what is taken how, where the text suggests it, and the rule that judges.
+
+Readings come from the text and from common practice, before their numbers. One is natural, with its reason. The
+headline of a statement follows from the verdicts of all its readings, and their number stands next to it: of many
+readings one may hold by chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from roughslip.verdicts.finding import CONTRADICTED, CONTRADICTS, NOT_TESTED, REPRODUCED, UNDECIDED, Arrays, Finding
+from roughslip.verdicts.turning import UNITLESS, Unit, in_unit, what_turns
+
+ANOTHER, UNDER_EVERY = "holds under another reading", "contradicted under every reading tried"
+HEADLINES = (REPRODUCED, ANOTHER, UNDER_EVERY, UNDECIDED, NOT_TESTED)
+NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"
+
+
+class PValue(NamedTuple):
+    """A stored p-value that a note reports: its variable, the hypothesis, and the variable of the least it can be."""
+
+    variable: str
+    hypothesis: str
+    least: str = "least_p_value"
+
+    def __call__(self, arrays: Arrays) -> str:
+        """`; no change: p at most 0.0025`, empty where it was not computed."""
+        p = float(arrays[self.variable])
+        if not np.isfinite(p):
+            return ""
+        at_floor = p <= float(arrays[self.least]) * (1 + 1e-9)
+        return f"; {self.hypothesis}: p {'at most' if at_floor else '='} {p:.2g}"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to take a statement.
+
+    id : of the reading, unique within its statement
+    taken : what is taken how
+    place : where in the paper or in common practice it comes from
+    rule : what the 95 % interval of our number must satisfy, in words
+    judge : our number with the rule, or the reason why there is none
+    natural : why it is the natural reading; empty for the others
+    unit : of our number; p_value : of the note
+    """
+
+    id: str
+    taken: str
+    place: str
+    rule: str
+    judge: Callable[[Arrays], Finding | str]
+    natural: str = ""
+    unit: Unit = UNITLESS
+    p_value: PValue | None = None
+
+
+@dataclass(frozen=True)
+class Statement:
+    """What the paper states, its number, and the readings; one of them is natural."""
+
+    id: str
+    text: str
+    paper: str
+    readings: tuple[Reading, ...]
+
+    @property
+    def natural(self) -> Reading:
+        """The natural reading."""
+        (found,) = (one for one in self.readings if one.natural)
+        return found
+
+    def claim(self, arrays: Arrays | None) -> dict[str, Any]:
+        """What claims.json holds of the statement: the natural reading, the headline and all readings.
+
+        arrays : results of the branch; None where the scene does not run it
+        """
+        found = {one.id: _judged(one, arrays) for one in self.readings}
+        own = self.natural
+        verdicts = [one["verdict"] for one in found.values()]
+        head = {"id": self.id, "statement": self.text, "paper": self.paper}
+        readings = [
+            {**head, "id": one.id, "taken": one.taken, "place": one.place, "rule": one.rule}
+            | {"natural": bool(one.natural), "why": one.natural, "unit": one.unit.name, **found[one.id]}
+            for one in self.readings
+        ]
+        judged = {"headline": headline(found[own.id]["verdict"], verdicts), "unit": own.unit.name, **found[own.id]}
+        tried = sum(verdict != NOT_TESTED for verdict in verdicts)
+        return {**head, **judged, "rule": own.rule, "tried": tried, "readings": readings}
+
+
+def headline(natural: str, verdicts: Sequence[str]) -> str:
+    """The headline of a statement from the verdict of its natural reading and those of all its readings."""
+    if natural == REPRODUCED:
+        return REPRODUCED
+    if REPRODUCED in verdicts:
+        return ANOTHER
+    tested = [verdict for verdict in verdicts if verdict != NOT_TESTED]
+    if not tested:
+        return NOT_TESTED
+    return UNDER_EVERY if set(tested) <= {CONTRADICTED, CONTRADICTS} else UNDECIDED
+
+
+NO_STAGE = "the scene does not run this stage"
+
+
+def _judged(reading: Reading, arrays: Arrays | None) -> dict[str, Any]:
+    """The verdict of a reading with its number, or the reason why there is none."""
+    found = NO_STAGE if arrays is None else reading.judge(arrays)
+    if arrays is None or isinstance(found, str) or not np.isfinite([found.ours, *found.interval]).all():
+        nothing: dict[str, Any] = dict.fromkeys(("ours", "interval", "shown", "turns", "at_half", "at_twice"))
+        return nothing | {"verdict": NOT_TESTED, "note": found if isinstance(found, str) else NO_NUMBER}
+    note = found.note + (reading.p_value(arrays) if reading.p_value else "")
+    shown, low, high = (in_unit(reading.unit, number) for number in (found.ours, *found.interval))
+    scaled = {name: found.with_tolerance(factor) for name, factor in (("at_half", 0.5), ("at_twice", 2.0))}
+    return {
+        "ours": found.ours,
+        "interval": found.interval,
+        "shown": f"{shown} ({low} to {high})",
+        "verdict": found.verdict,
+        "turns": what_turns(reading.unit, found),
+        **{name: one.verdict if one else None for name, one in scaled.items()},
+        "note": note,
+    }

@@ -6,7 +6,6 @@ import collections.abc
 import functools
 import inspect
 import itertools
-import math
 import operator
 import re
 import types
@@ -189,8 +188,7 @@ def _shaped(shape: _Shape, name: str, values: Any) -> np.ndarray:
     if not shape.real or found.dtype.kind == "b":
         return found
     found = np.asarray(found, np.float64)
-    flat = found.reshape(-1)
-    if not math.isfinite(flat @ flat) and not np.isfinite(found).all():  # the first is quick, and may overflow
+    if not np.isfinite(found).all():
         raise ParameterError(f"{name} must be finite")
     return found
 

@@ -28,7 +28,7 @@ BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 RESULTS = {
     *("CensoredFit", "FieldExpansion", "Fit", "LocalExpansion", "ModeShares", "StripExpansion", "ContactSolution"),
     *("NodePressures", "BetaFit", "CorrelationFit", "WindowStatistics", "Counts", "CycleCounts", "GrazingResponse"),
-    *("LimitCycle", "Motion", "Reattachment", "Spells", "Trajectory", "EmpiricalDistribution", "Estimate"),
+    *("LimitCycle", "Motion", "Reattachment", "Spells", "States", "Trajectory", "EmpiricalDistribution", "Estimate"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography", "Embedding", "KarhunenLoeve"),
     *("MeasuredCovariance", "Representation", "Covariance", "StationaryCovariance", "SurfaceModel", "Distribution"),
     "FrictionLaw",

@@ -5,10 +5,12 @@ from __future__ import annotations
 import collections.abc
 import functools
 import inspect
+import itertools
 import operator
 import re
 import types
 import typing
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -38,21 +40,30 @@ def gate(public: Public) -> Public:
     own = int(inner is not public)  # self
 
     @functools.cache
-    def checks() -> dict[str, Check]:
+    def checks() -> tuple[dict[str, Check], dict[str, tuple[str, ...]]]:
         own_hints = {name: hint for name, hint in inner.__annotations__.items() if name != "return"}
         hints = typing.get_type_hints(types.SimpleNamespace(__annotations__=own_hints), inner.__globals__)
         shapes = _shapes(public.__doc__ or "")
         names = [p.name for p in inspect.signature(inner).parameters.values() if p.kind != p.VAR_KEYWORD][own:]
-        return {name: _check(hints.get(name, Any), shapes.get(name)) for name in names}
+        letters = {name: shape.dimensions for name, shape in shapes.items() if name in names and shape.dimensions}
+        often = Counter(itertools.chain.from_iterable(letters.values()))
+        compared = {name: row for name, row in letters.items() if any(often[one] > 1 or one.isdigit() for one in row)}
+        return {name: _check(hints.get(name, Any), shapes.get(name)) for name in names}, compared
 
     @functools.wraps(inner)
     def checked(*args: Any, **keywords: Any) -> Any:
-        known = checks()
-        given = {**dict(zip(known, args[own:], strict=False)), **keywords}
-        passed = {name: known[name](name, value) if name in known else value for name, value in given.items()}
-        _agree(passed, _shapes(public.__doc__ or ""))
-        positional = [passed.pop(name) for name in list(known)[: len(args) - own]]
-        return inner(*args[:own], *positional, *args[own + len(known) :], **passed)
+        known, letters = checks()
+        given = list(args)
+        for place, (name, check) in enumerate(known.items(), own):
+            if place == len(given):
+                break
+            given[place] = check(name, given[place])
+        for name, value in keywords.items():
+            if name in known:
+                keywords[name] = known[name](name, value)
+        if letters:
+            _agree(dict(zip(known, given[own:], strict=False)) | keywords, letters)
+        return inner(*given, **keywords)
 
     if own:
         public.__init__ = checked  # type: ignore[method-assign]
@@ -83,17 +94,19 @@ def _shapes(docstring: str) -> dict[str, _Shape]:
     return found
 
 
-def _agree(given: dict[str, Any], shapes: dict[str, _Shape]) -> None:
+def _agree(given: dict[str, Any], letters: dict[str, tuple[str, ...]]) -> None:
     """Raise ParameterError where two arrays differ in a dimension of one letter, or one from its number."""
+    arrays = [(name, row, given[name]) for name, row in letters.items() if isinstance(given.get(name), np.ndarray)]
     sizes: dict[str, tuple[str, int]] = {}
-    for name, value in given.items():
-        if isinstance(value, np.ndarray) and value.size and name in shapes:
-            for letter, size in zip(shapes[name].dimensions or (), value.shape, strict=False):
-                if letter.isdigit() and int(letter) != size:
-                    raise ParameterError(f"{name} {value.shape} must have {letter} entries in a dimension, not {size}")
-                other, expected = sizes.setdefault(letter, (name, size)) if letter.isidentifier() else ("", size)
-                if size != expected:
-                    raise ParameterError(f"{name} has {size} {letter}, {other} has {expected}; they must be the same")
+    for name, row, value in arrays if len(arrays) > 1 else ():
+        if not value.size:
+            continue
+        for letter, size in zip(row, value.shape, strict=False):
+            if letter.isdigit() and int(letter) != size:
+                raise ParameterError(f"{name} {value.shape} must have {letter} entries in a dimension, not {size}")
+            other, expected = sizes.setdefault(letter, (name, size)) if letter.isidentifier() else ("", size)
+            if size != expected:
+                raise ParameterError(f"{name} has {size} {letter}, {other} has {expected}; they must be the same")
 
 
 def _check(hint: Any, shape: _Shape | None) -> Check:
@@ -172,7 +185,12 @@ def _shaped(shape: _Shape, name: str, values: Any) -> np.ndarray:
     if shape.dimensions is not None and found.ndim != len(shape.dimensions):
         wanted = ", ".join(shape.dimensions) + ("," if len(shape.dimensions) == 1 else "")
         raise ParameterError(f"{name} must have the dimensions ({wanted}), not the shape {found.shape}")
-    return finite(name, found) if shape.real and found.dtype.kind != "b" else found
+    if not shape.real or found.dtype.kind == "b":
+        return found
+    found = np.asarray(found, np.float64)
+    if not np.isfinite(found).all():
+        raise ParameterError(f"{name} must be finite")
+    return found
 
 
 def _instance(accepted: type | tuple[type, ...], wanted: str, name: str, value: Any) -> Any:
@@ -213,6 +231,8 @@ def array(name: str, values: object) -> np.ndarray:
 
     Raises ParameterError where they are none, or an entry is masked.
     """
+    if type(values) is np.ndarray and values.dtype == np.float64:  # at once: the other checks take microseconds
+        return values
     if any(np.ma.is_masked(one) for one in (values if isinstance(values, (list, tuple)) else (values,))):
         raise ParameterError(f"{name} has masked entries: give values for them, or leave them out")
     try:

@@ -211,7 +211,6 @@ def solve_load(
     return _checked(found.pressure, found.gap, plane, how, influence, interference, hardness_pa, tolerance)
 
 
-@gate
 def _sum_of_pressures(mean_pressure_pa: float, hardness_pa: float, influence: Influence) -> float:
     """Sum of the pressures of a load [Pa]; ParameterError for a load of no contact or of full contact."""
     if not mean_pressure_pa > 0:
@@ -251,6 +250,7 @@ def _lone_node(
     return _checked(pressure, gap, -displacement, how, influence, interference + displacement, hardness_pa, 1e-10)
 
 
+@gate
 def sweep(
     influence: Influence,
     heights: np.ndarray,

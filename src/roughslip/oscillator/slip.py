@@ -319,9 +319,9 @@ def next_piece(
 def tried_again(
     end: State, error: float, length: float, sigma: float, piece: Piece, path: Path, p: Coefficients, settings: Settings
 ) -> tuple[float, float]:
-    """The error ratio of a step that ends at a bound, and the length of another try, 0 where it is accepted: friction
-    may rise steeply there, or the mass slipped beyond a node which the longer step did not see."""
-    if not (ratio := error_ratio(error, length, end, p, settings.tolerance)) <= 1.0:
+    """Error ratio of a step that ends at a bound, or beyond a node not seen, and length of another try, 0 for none."""
+    ratio = error_ratio(error, length, end, p, settings.tolerance)
+    if not ratio <= 1.0:
         return ratio, length * growth(ratio, settings.pair)
     beyond = path_coordinate(end.tau, end.s, p) > piece.right
     return ratio, 0.5 * length if beyond and node_side_matters(end, length, sigma, piece, path, p, settings) else 0.0

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
+from scipy.ndimage import center_of_mass, label
 
 from roughslip.figures.style import (
     Arrays,
@@ -50,7 +51,7 @@ OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies f
 def figure_scan(result: Arrays) -> Figure:
     """Maps, density of heights, autocorrelation, spectrum and numbers of a scan and of its twins, if there are any.
 
-    Colours cover 2.5 Sq of the points that are no outliers, which are circled.
+    Colours cover 2.5 Sq of the points that are no outliers. A circle surrounds each outlier or spot of them.
     """
     figure, grid = panels(3, 2, 4.3)
     why, outlier = str(result["no_twins"][0]), result["map_outlier"].astype(bool)
@@ -60,12 +61,14 @@ def figure_scan(result: Arrays) -> Figure:
         image = draw_map(axes, result["map_x"], result["map_y"], heights, "viridis", (-scale, scale))
     figure.colorbar(image, ax=grid[0, 0 if why else 1], label="height [µm]", extend="both")
     if outlier.any():
-        i, j = np.nonzero(outlier)
+        spots, number = label(outlier, np.ones((3, 3)))
+        i, j = np.round(center_of_mass(outlier, spots, range(1, number + 1))).astype(int).T
         places = 1e6 * result["map_x"][i], 1e6 * result["map_y"][j]
-        grid[0, 0].plot(*places, "o", mfc="none", mec="C3", mew=0.8, ms=5, label="outliers")
+        grid[0, 0].plot(*places, "o", mfc="none", mec="C3", mew=0.8, ms=6, label="outliers")
     if why:
         grid[0, 1].set_axis_off()
-        grid[0, 1].text(0, 1, fill(f"None: {why}", 52), transform=grid[0, 1].transAxes, va="top", fontsize="x-small")
+        why = fill(f"{why[0].upper()}{why[1:]}", 52)
+        grid[0, 1].text(0, 1, why, transform=grid[0, 1].transAxes, va="top", fontsize="x-small")
     _density(grid[0, 2], result)
     _correlation(grid[1, 0], result)
     _spectrum(grid[1, 1], result)
@@ -73,7 +76,8 @@ def figure_scan(result: Arrays) -> Figure:
     numbers = "numbers" if result["sufficient"] else "numbers (scan small for intervals)"
     count = int(result["outliers"])
     scan = f"scan, {count} outlier{'s' if count > 1 else ''} circled" if count else "scan"
-    titles = (scan, "a sampled twin", "density of heights", "autocorrelation", "power spectrum", numbers)
+    twin = "no sampled twin" if why else "a sampled twin"
+    titles = (scan, twin, "density of heights", "autocorrelation", "power spectrum", numbers)
     heads(grid.ravel(), *titles)
     figure.suptitle(fill(f"Read: {result['read'][0]}", WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
     for axes in grid.ravel()[2:]:
@@ -153,8 +157,8 @@ def _numbers(axes: Axes, result: Arrays) -> None:
         away = np.clip(np.where(away > 0, away / (high - value), away / (value - low)), -OUTSIDE, OUTSIDE)
         axes.plot([-1, 1], [-row, -row], "|-", color=SCAN, lw=1.4, label="scan" if row == 0 else None)
         if twins is not None:
-            label = "twins" if row == 0 else None
-            axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label=label)
+            name_once = "twins" if row == 0 else None
+            axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label=name_once)
         inside = f"{np.sum(np.abs(away) <= 1)} of {len(away)}"
         if _contains_everything(name, float(value), float(low), float(high), float(result["skewness"])):
             inside = "cannot tell"

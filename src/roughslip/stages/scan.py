@@ -56,10 +56,13 @@ def work(job: Job) -> None:
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
     with job.usage.core():
         found = scan_statistics(scan, sub_areas_for(scan, endless))
+        helping = ["outliers", "marginal"]  # where the heights are the reason
         try:
-            variables, attributes, words = fitted_model(job, scan, found)
+            marginal = translated_marginal(wanted.marginal, scan, float(found.rms_height.value))
+            helping.append("covariance")
+            variables, attributes, words = fitted_model(job, scan, found, marginal)
         except (ConvergenceError, IllPosedError, ParameterError) as error:  # the scan is drawn without a model
-            reason = f"{error}. {surface_model.what_helps(wanted)}"
+            reason = f"{error}. {surface_model.what_helps(wanted, helping)}"
             print(f"scan: no model: {reason}", file=sys.stderr)
             variables, attributes, words = {}, {"no_model": reason}, "none"
     if not found.sub_areas.sufficient:
@@ -72,7 +75,10 @@ def work(job: Job) -> None:
 
 
 def fitted_model(
-    job: Job, scan: Topography, found: ScanStatistics
+    job: Job,
+    scan: Topography,
+    found: ScanStatistics,
+    marginal: FamilyDistribution | EmpiricalDistribution | None,
 ) -> tuple[dict[str, store.Variable], dict[str, str], str]:
     """The stored model of a scan, its variables and attributes, and what it is in words.
 
@@ -81,10 +87,6 @@ def fitted_model(
     wanted = job.scene.roughness.scan
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
     kind, covariance, fits, correct = wanted.covariance, None, 0, bool(wanted.correct_correlation)
-    rms = float(found.rms_height.value)
-    marginal = fitted_marginal(wanted.marginal, scan, rms)
-    if marginal is not None:
-        check_translation(marginal)
     if kind != "measured":
         kinds = KINDS if kind == "best" else (kind,)
         fitted, refused = fitted_covariances(kinds, scan, found)
@@ -102,13 +104,22 @@ def fitted_model(
         words += f", endless lay along {wanted.endless_lay}"
     if wanted.cutoff_m is not None:
         words += f", without waves above {1e6 * wanted.cutoff_m:.3g} µm"
-    return *surface_model.stored_model(covariance, marginal, correct, rms, endless), words
+    return *surface_model.stored_model(covariance, marginal, correct, float(found.rms_height.value), endless), words
 
 
-def check_translation(marginal: FamilyDistribution | EmpiricalDistribution) -> None:
-    """Refuse heights that no Gaussian field becomes; the advice of `translate` is for those who choose a family."""
+def translated_marginal(
+    family: str, scan: Topography, rms_height_m: float
+) -> FamilyDistribution | EmpiricalDistribution | None:
+    """The law of the heights, None for "gaussian".
+
+    Raises IllPosedError where a Gaussian field has no translation to it, without the advice of `translate`, which is
+    for those who choose the shapes of a family.
+    """
+    marginal = fitted_marginal(family, scan, rms_height_m)
     try:
-        translate(marginal)
+        if marginal is not None:
+            translate(marginal)
+        return marginal
     except IllPosedError as error:
         reason = str(error).partition("; use")[0]
         raise IllPosedError(f"heights of this distribution cannot be sampled: {reason}") from error

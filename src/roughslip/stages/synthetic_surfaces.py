@@ -42,7 +42,7 @@ def work(job: Job) -> None:
             sample = model.sampler(Grid(int(nx), int(ny), float(dx), float(dy)))
             model.heights(np.zeros(1))  # translated heights may have no series
         except (ConvergenceError, IllPosedError, ParameterError) as error:
-            none = str(error) if "roughness.scan." in str(error) else f"{error}. {surface_model.what_helps()}"
+            none = str(error) if "no_model" in scan.attributes else f"{error}. {surface_model.what_helps()}"
         for number in range(0 if none else TWINS):
             field = sample(np.random.default_rng([seed, geometry.STREAM_TWINS, number]))
             twin = topography(model.heights(field), float(dx), float(dy), f"twin {number}")

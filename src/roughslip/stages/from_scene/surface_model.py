@@ -1,6 +1,7 @@
 """The model of the surface of a scene, and that of a scan, as stage `scan` leaves it on disk, and back."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -111,9 +112,9 @@ def stored_model(
     return variables, {"model": json.dumps(model, sort_keys=True)}
 
 
-def what_helps(scan: Scan | None = None) -> str:
-    """The keys to try where no surface can be sampled like a scan. scan : its scene keys, whose values are left out"""
-    others = [f"roughness.scan.{key}: {value}" for key, value in HELPS.items() if getattr(scan, key, None) != value]
+def what_helps(scan: Scan | None = None, keys: Sequence[str] = tuple(HELPS)) -> str:
+    """What to try where no surface can be sampled like a scan. scan : its scene keys; keys : those that may help"""
+    others = [f"roughness.scan.{key}: {HELPS[key]}" for key in keys if getattr(scan, key, None) != HELPS[key]]
     return f"What may help: {' or '.join(others)}" if others else "What helps: a larger scan in roughness.scan.file"
 
 

@@ -190,6 +190,7 @@ def scan_result(*, sufficient=1, fractal=2.3):
         "map": heights, "twin_map": heights[::-1],
         "map_x": 1e-6 * np.arange(0.5, 64), "map_y": 1e-6 * np.arange(0.5, 48),
         "lag_x": lag_x, "lag_y": lag_y, "density_edge": edges, "wavenumber": wavenumber, "sufficient": sufficient,
+        "no_twins": np.array([""]), "outliers": np.array(0), "map_outlier": np.zeros((64, 48), dtype=int),
         "read": np.array(
             [
                 "channel 'Surface topography, levelled' of 3 with heights (Surface topography, levelled, Raw) in µm; "
@@ -209,6 +210,21 @@ def scan_result(*, sufficient=1, fractal=2.3):
     for name, value in values.items():
         result |= with_interval(name, value, abs(value) / 10) | sampled(name, value, abs(value) / 5)
     return result
+
+
+def scan_alone():
+    """The same without twins, as where its model cannot be sampled."""
+    result = {name: value for name, value in scan_result().items() if not name.startswith("twin_")}
+    why = "heights cannot be sampled. What may help: roughness.scan.marginal: gaussian"
+    return result | {"no_twins": np.array([why])}
+
+
+def with_outliers():
+    """Three of 30 Sq."""
+    result = scan_result()
+    marked = np.zeros((64, 48), dtype=int)
+    marked[[3, 10, 60], [4, 20, 2]] = 1
+    return result | {"map": result["map"] + 9e-6 * marked, "outliers": np.array(3), "map_outlier": marked}
 
 
 def field_result(nodes=8, modes=20, scale=1e8):

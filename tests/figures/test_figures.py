@@ -42,8 +42,10 @@ from tests.figures.drawn import (
     map_result,
     oscillator,
     refused,
+    scan_alone,
     scan_result,
     square,
+    with_outliers,
 )
 
 FIGURES = {
@@ -95,6 +97,8 @@ CASES = {
         "small": scan_result(sufficient=0),
         "smooth": scan_result(fractal=-0.4),
         "without": scan_result(fractal=np.nan),
+        "no twins": scan_alone(),
+        "outliers": with_outliers(),
     },
     "field": {"GPa": field_result(scale=5e9), "large": field_result(nodes=64, modes=300)},
     "map": {
@@ -315,6 +319,33 @@ def test_far_twins_stay_in_the_picture_and_no_dimension_is_made_up():
     numbers = figure_scan(result).axes[5]
     np.testing.assert_allclose(numbers.lines[3].get_xdata(), [0.0, OUTSIDE])
     assert "fractal dimension" not in [label.get_text() for label in numbers.get_yticklabels()]
+
+
+def test_a_scan_without_twins_is_drawn_alone_with_the_reason():
+    axes = figure_scan(scan_alone()).axes
+    assert "roughness.scan.marginal: gaussian" in axes[1].texts[0].get_text().replace("\n", " ")
+    assert [len(one.get_legend_handles_labels()[1]) for one in axes[2:6]] == [1, 2, 1, 1]  # the scan alone
+    assert axes[0].images[0].get_array().shape == (48, 64)
+
+
+def test_outliers_are_circled_and_colours_cover_the_bulk():
+    """Three spikes of 30 Sq in heights of 0.3 µm: Sq of all is 0.4 µm, and colours reach 2.5 times 0.3 µm."""
+    axes = figure_scan(with_outliers()).axes
+    assert axes[0].images[0].get_clim()[1] == pytest.approx(0.75, rel=0.03)
+    np.testing.assert_allclose(axes[0].lines[0].get_xydata(), [[3.5, 4.5], [10.5, 20.5], [60.5, 2.5]])
+    assert axes[0].get_title(loc="left") == "(a) scan, 3 outliers circled"
+    assert axes[1].get_title(loc="left") == "(b) a sampled twin"
+
+
+def test_an_interval_of_ten_times_the_value_cannot_tell():
+    """Of a positive number; a skewness of 0.01 with an interval of a tenth excludes much."""
+    result = scan_result()
+    result |= {"rms_height_low": np.array(1e-9), "rms_height_high": np.array(3.2e-6)}
+    result |= {"skewness": np.array(0.01), "skewness_low": np.array(-0.1), "skewness_high": np.array(0.1)}
+    said = [text.get_text() for text in figure_scan(result).axes[5].texts[::2]]
+    assert [word == "cannot tell" for word in said[:4]] == [True, False, False, False]
+    result["rms_height_high"] = np.array(2.9e-6)  # just below ten values
+    assert figure_scan(result).axes[5].texts[0].get_text() != "cannot tell"
 
 
 def test_the_field_draws_the_stored_numbers_in_its_units():

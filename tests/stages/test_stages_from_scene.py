@@ -110,7 +110,8 @@ def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, family):
     law = fitted_marginal(family, scan, 2e-7)
     variables, attributes = surface_model.stored_model(covariance, law, False, 2e-7)
     path = tmp_path / "scan.nc"
-    store.write(path, variables | scan_table.of_scan(scan, found), store.Key({"seed": 1}, "code"), attributes)
+    variables |= scan_table.of_scan(scan, found, scan.missing)
+    store.write(path, variables, store.Key({"seed": 1}, "code"), attributes)
     model = surface_model.restored_model(store.read(path))
     assert model.rms_height_m == pytest.approx(2e-7, rel=1e-12)
     if covariance is None:

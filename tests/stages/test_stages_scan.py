@@ -11,6 +11,7 @@ from ducc0 import fft
 from scipy.stats import skew
 
 from roughslip.errors import IllPosedError
+from roughslip.figures.figure_scan import figure_scan
 from roughslip.grid import Grid
 from roughslip.scan.covariance_fit import CovarianceFit
 from roughslip.scan.instrument_file import read_scan
@@ -169,18 +170,59 @@ def test_a_wide_rim_is_warned_of(scan_of, run, field):
     assert warning.startswith("33% of the scan lies in an empty rim and is cut off: matrix, heights in nm; 64 x 96 of")
 
 
-def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, field):
-    """Cubed heights have long tails on both sides: excess kurtosis some 30, and no beta of small skewness has that."""
-    with pytest.raises(IllPosedError, match=r"nearest.*use an empirical distribution"):
-        scan_of(field**3 / np.std(field) ** 2, marginal="beta")
+def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, run, field):
+    """Cubed heights have long tails on both sides: excess kurtosis some 30, and no beta of small skewness has that.
+
+    The scan is described and drawn all the same, and who needs its model is told which keys help.
+    """
+    found = scan_of(field**3 / np.std(field) ** 2, marginal="beta")
+    assert found["kurtosis"] > 10.0
+    assert found["model"][0] == "none"
+    with pytest.raises(IllPosedError, match=r"use an empirical distribution.*roughness\.scan\.marginal: ") as no:
+        surface_model.restored_model(found)
+    assert "covariance: measured" not in str(no.value)  # which does not change the heights
+    assert "\n" not in str(no.value)
+    alone = run(synthetic_surfaces, CONFIGURATION, scan=found.path)
+    assert not [name for name in alone if name.startswith("twin_")]
+    assert alone["rms_height"] == found["rms_height"]
+    assert str(alone["no_twins"][0]) == str(no.value)
+    (warning,) = run.warnings
+    assert str(no.value) in warning
+    figure_scan({name: alone[name] for name in alone})
 
 
 def test_heights_that_no_covariance_fits_are_refused_with_every_kind_that_was_tried(scan_of):
     """Heights independent from point to point: no lag has a correlation above 0.3 for any kind."""
     kinds = "gaussian, exponential, separable_exponential, matern, self_affine: fewer than 3 lags"
-    with pytest.raises(IllPosedError, match="take the measured one") as caught:
-        scan_of(1e-7 * np.random.default_rng(42).standard_normal((N, N)), covariance="best")
+    found = scan_of(1e-7 * np.random.default_rng(42).standard_normal((N, N)), covariance="best")
+    assert found["rms_height"] == pytest.approx(1e-7, rel=0.05)
+    with pytest.raises(IllPosedError, match=r"take the measured one.*roughness\.scan\.covariance: measured") as caught:
+        surface_model.restored_model(found)
     assert kinds in str(caught.value)
+
+
+@pytest.mark.parametrize("treatment", ["keep", "missing"])
+def test_outliers_are_counted_marked_and_drawn(scan_of, field, treatment):
+    """Twelve pits of 30 Sq; heights with them have no translation, without them they have."""
+    put = np.zeros((N, N), dtype=bool)
+    put.flat[np.random.default_rng(3).choice(N * N, 12, replace=False)] = True
+    found = scan_of(field - 3e-6 * put, outliers=treatment, marginal="empirical")
+    assert found["outliers"] == 12
+    np.testing.assert_array_equal(found["map_outlier"], put)
+    assert found["rms_height"] == pytest.approx(np.std(field - 3e-6 * put * (treatment == "keep")), rel=0.02)
+    assert str(found["read"][0]).startswith("matrix, heights in nm")
+    assert ("12 outliers treated as missing" in found["read"][0]) == (treatment == "missing")
+    if treatment == "missing":
+        assert surface_model.restored_model(found).covariance.kind == "exponential"
+
+
+def test_a_model_that_the_mesh_does_not_take_leaves_the_scan_alone(run, scanned, monkeypatch):
+    monkeypatch.setattr("roughslip.surface.embedding.MOST_NODES", 2**8)
+    alone = run(synthetic_surfaces, CONFIGURATION, "alone", scan=scanned.path)
+    (warning,) = run.warnings
+    for key in ("outliers: missing", "marginal: gaussian", "covariance: measured"):
+        assert f"roughness.scan.{key}" in warning
+    assert "twin_map" not in alone
 
 
 def test_warnings_say_what_a_model_misses(scan_of, run, field):
@@ -294,10 +336,10 @@ def test_random_scans_are_sampled_or_refused_by_a_line_with_a_key(run, monkeypat
         monkeypatch.setattr(scan, "read_scan", lambda *_, heights=heights: heights)
         try:
             found = run(scan, CONFIGURATION | {"targets": ["figure3"], "strip": STRIP})
+            model, sampled = surface_model.restored_model(found), sampled + 1
         except IllPosedError as error:
             refused.append(str(error))
             continue
-        model, sampled = surface_model.restored_model(found), sampled + 1
         for grid in (heights.grid, Grid(88, 5, 5e-6, 5e-6)):
             assert np.isfinite(model.sampler(grid)(np.random.default_rng(seed))).all()
     assert [text for text in refused if "roughness.scan." not in text] == []

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
+from scipy.ndimage import center_of_mass, label
 
 from roughslip.figures.style import (
     Arrays,
@@ -34,7 +35,7 @@ NUMBERS = {
 
 DRAWN = [
     *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient", "model"),
-    "read",
+    *("read", "no_twins", "outliers", "map_outlier"),
     *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
     *with_interval_names("density", "correlation", "power", *NUMBERS),
     *(f"twin_{name}" for name in NUMBERS),
@@ -42,23 +43,41 @@ DRAWN = [
 
 SCAN, TWIN = "0.15", "C1"
 WIDEST = 150  # letters in a line across the figure
+POSITIVE = ("rms_height", "kurtosis", "length_along", "length_across")
+WIDE = 10.0  # values in an interval that excludes nothing
 OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies further away
 
 
 def figure_scan(result: Arrays) -> Figure:
-    """Maps, density of heights, autocorrelation, spectrum and numbers of a scan and of its twins."""
+    """Maps, density of heights, autocorrelation, spectrum and numbers of a scan and of its twins, if there are any.
+
+    Colours cover 2.5 Sq of the points that are no outliers. A circle surrounds each outlier or spot of them.
+    """
     figure, grid = panels(3, 2, 4.3)
-    scale = 2.5e6 * float(result["rms_height"])
-    for axes, name in zip(grid[0], ("map", "twin_map"), strict=False):
-        heights = 1e6 * (result[name] - np.mean(result[name]))
+    why, outlier = str(result["no_twins"][0]), result["map_outlier"].astype(bool)
+    scale = 2.5e6 * float(np.std(result["map"][~outlier]))
+    for axes, name in zip(grid[0], ("map",) if why else ("map", "twin_map"), strict=False):
+        heights = 1e6 * (result[name] - np.mean(result[name][~outlier] if name == "map" else result[name]))
         image = draw_map(axes, result["map_x"], result["map_y"], heights, "viridis", (-scale, scale))
-    figure.colorbar(image, ax=grid[0, 1], label="height [µm]", extend="both")
+    figure.colorbar(image, ax=grid[0, 0 if why else 1], label="height [µm]", extend="both")
+    if outlier.any():
+        spots, number = label(outlier, np.ones((3, 3)))
+        i, j = np.round(center_of_mass(outlier, spots, range(1, number + 1))).astype(int).T
+        places = 1e6 * result["map_x"][i], 1e6 * result["map_y"][j]
+        grid[0, 0].plot(*places, "o", mfc="none", mec="C3", mew=0.8, ms=6, label="outliers")
+    if why:
+        grid[0, 1].set_axis_off()
+        why = fill(f"{why[0].upper()}{why[1:]}", 52)
+        grid[0, 1].text(0, 1, why, transform=grid[0, 1].transAxes, va="top", fontsize="x-small")
     _density(grid[0, 2], result)
     _correlation(grid[1, 0], result)
     _spectrum(grid[1, 1], result)
     _numbers(grid[1, 2], result)
     numbers = "numbers" if result["sufficient"] else "numbers (scan small for intervals)"
-    titles = ("scan", "a sampled twin", "density of heights", "autocorrelation", "power spectrum", numbers)
+    count = int(result["outliers"])
+    scan = f"scan, {count} outlier{'s' if count > 1 else ''} circled" if count else "scan"
+    twin = "no sampled twin" if why else "a sampled twin"
+    titles = (scan, twin, "density of heights", "autocorrelation", "power spectrum", numbers)
     heads(grid.ravel(), *titles)
     figure.suptitle(fill(f"Read: {result['read'][0]}", WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
     for axes in grid.ravel()[2:]:
@@ -70,20 +89,27 @@ def _band(
     axes: Axes,
     x: np.ndarray,
     scan: Sequence[np.ndarray],
-    twins: np.ndarray,
+    twins: np.ndarray | None,
     line: str = "-",
     labels: tuple[str, str] = ("scan (95 %)", "twins (range)"),
 ) -> None:
-    """A curve of the scan with its interval, and the mean, the least and the largest of the twins (twin, ...)."""
+    """A curve of the scan with its interval, and the mean, the least and the largest of any twins (twin, ...)."""
     draw_curve(axes, x, scan, {"color": SCAN, "lw": 1.4, "ls": line, "label": labels[0]})
+    if twins is None:
+        return
     ends = twins.mean(axis=0), twins.min(axis=0), twins.max(axis=0)
     draw_curve(axes, x, ends, {"color": TWIN, "lw": 1.2, "ls": line, "label": labels[1]}, alpha=0.3)
+
+
+def _twins(result: Arrays, name: str, factor: float = 1.0) -> np.ndarray | None:
+    """What twins show, in units of 1 / factor, or None without twins."""
+    return None if result["no_twins"][0] else factor * result[f"twin_{name}"]
 
 
 def _density(axes: Axes, result: Arrays) -> None:
     edges = 1e6 * result["density_edge"]
     scan = with_ends(result, "density", factor=1e-6)
-    _band(axes, 0.5 * (edges[1:] + edges[:-1]), scan, 1e-6 * result["twin_density"])
+    _band(axes, 0.5 * (edges[1:] + edges[:-1]), scan, _twins(result, "density", 1e-6))
     reach = 6e6 * float(result["rms_height"])
     axes.set(xlabel="height [µm]", ylabel="density [1/µm]", ylim=(0, None))
     axes.set_xlim(max(edges[0], -reach), min(edges[-1], reach))
@@ -95,7 +121,8 @@ def _correlation(axes: Axes, result: Arrays) -> None:
     i, j = (len(result[f"lag_{axis}"]) // 2 for axis in "xy")
     for axis, cut, line in (("x", (slice(i, None), j), "-"), ("y", (i, slice(j, None)), ":")):
         lag = 1e6 * result[f"lag_{axis}"]
-        twins = result[f"twin_correlation_{axis}"][:, len(lag) // 2 :]
+        twins = _twins(result, f"correlation_{axis}")
+        twins = None if twins is None else twins[:, len(lag) // 2 :]
         labels = f"scan, along {axis}", f"twins, along {axis}"
         _band(axes, lag[len(lag) // 2 :], with_ends(result, "correlation", cut), twins, line, labels)
     for level in (0.0, np.exp(-1)):
@@ -108,7 +135,7 @@ def _correlation(axes: Axes, result: Arrays) -> None:
 
 def _spectrum(axes: Axes, result: Arrays) -> None:
     axes.set(xscale="log", yscale="log", xlabel="wavenumber [rad/µm]", ylabel="power spectrum [µm$^4$]")
-    _band(axes, 1e-6 * result["wavenumber"], with_ends(result, "power", factor=1e24), 1e24 * result["twin_power"])
+    _band(axes, 1e-6 * result["wavenumber"], with_ends(result, "power", factor=1e24), _twins(result, "power", 1e24))
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -123,15 +150,20 @@ def _numbers(axes: Axes, result: Arrays) -> None:
     shown = [name for name in NUMBERS if name != "fractal_dimension" or 2.0 <= result[name] <= 3.0]
     for row, name in enumerate(shown):
         value, low, high = with_ends(result, name)
-        away = result[f"twin_{name}"] - value
+        twins = _twins(result, name)
+        away = (np.empty(0) if twins is None else twins) - value
         if name == "lay":  # an angle between undirected lines
             away = (away + np.pi / 2) % np.pi - np.pi / 2
         away = np.clip(np.where(away > 0, away / (high - value), away / (value - low)), -OUTSIDE, OUTSIDE)
         axes.plot([-1, 1], [-row, -row], "|-", color=SCAN, lw=1.4, label="scan" if row == 0 else None)
-        axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label="twins" if row == 0 else None)
+        if twins is not None:
+            name_once = "twins" if row == 0 else None
+            axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label=name_once)
         inside = f"{np.sum(np.abs(away) <= 1)} of {len(away)}"
-        if _contains_everything(name, float(low), float(high), float(result["skewness"])):
+        if _contains_everything(name, float(value), float(low), float(high), float(result["skewness"])):
             inside = "cannot tell"
+        if twins is None:
+            inside = ""
         axes.annotate(inside, (OUTSIDE + 0.2, -row), ha="right", va="center", fontsize="x-small")
         _, factor, unit = NUMBERS[name]
         text = f"{factor * value:.3g}{unit} ({factor * low:.3g} to {factor * high:.3g})"
@@ -142,8 +174,13 @@ def _numbers(axes: Axes, result: Arrays) -> None:
     legend_above(axes)
 
 
-def _contains_everything(name: str, low: float, high: float, skewness: float) -> bool:
-    """Whether an interval excludes no value: a kurtosis from its bound 1 + Ssk^2 on, a lay of half a turn."""
+def _contains_everything(name: str, value: float, low: float, high: float, skewness: float) -> bool:
+    """Whether an interval excludes nothing: a kurtosis from its bound 1 + Ssk^2 on, a lay of half a turn.
+
+    So does one of a positive quantity that is WIDE times as long as its value.
+    """
+    if name in POSITIVE and high - low > WIDE * value:
+        return True
     if name == "kurtosis":
         return low <= (1.0 + skewness**2) * (1.0 + 1e-9)
     return name == "lay" and high - low >= np.pi

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import rank_filter
 
-from roughslip.scan.topography import Form, Topography, remove_form, topography
+from roughslip.scan.topography import Form, Topography, remove_form
 
 MAD = 1.4826  # standard deviation of Gaussian heights over their median absolute deviation
 TAIL = 1.645  # and the distance of their 5 % quantiles from the median, in standard deviations
@@ -41,8 +42,8 @@ def outliers(scan: Topography) -> np.ndarray:
 
 def without(scan: Topography, found: np.ndarray, form: Form) -> Topography:
     """The scan with its outliers `found` (nx, ny) missing, and its form removed anew."""
-    heights = np.where(found | scan.missing, np.nan, scan.heights)
-    return remove_form(topography(heights, scan.dx, scan.dy, "scan without outliers"), form)
+    read = f"{scan.read}; {found.sum()} outliers treated as missing"
+    return remove_form(replace(scan, missing=scan.missing | found, read=read), form)
 
 
 def warnings(scan: Topography, found: np.ndarray, treatment: str) -> Iterator[str]:

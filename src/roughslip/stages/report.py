@@ -95,8 +95,11 @@ def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list
     if "chaos_square" in stages:
         found["figure2"].append(variables_chosen(store.read(folder / "chaos" / "square.nc")))
     if "scan" in stages:
-        model = store.read(folder / "surface" / "scan.nc")["model"][0]
-        found["figure_scan"] = [f"Surfaces are sampled from this model: {model}."]
+        result = store.read(folder / "surface" / "synthetic_surfaces.nc")
+        why = str(result["no_twins"][0])
+        found["figure_scan"] = [
+            f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}."
+        ]
     if "contact_strip" in stages:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         scan = folder / "surface" / "scan.nc" if "scan" in stages else None

@@ -1,4 +1,4 @@
-"""Stage scan: statistics of a scan with their intervals, and the models fitted to it."""
+"""Stage scan: statistics of a scan with their intervals, and the models fitted to it, or why there is none."""
 
 import sys
 from collections.abc import Iterator
@@ -6,13 +6,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from roughslip import store
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.probability import EmpiricalDistribution, FamilyDistribution, translate
 from roughslip.scan import outliers
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.high_pass import high_pass
 from roughslip.scan.instrument_file import read_scan
-from roughslip.scan.statistics import fitted_marginal, scan_statistics
-from roughslip.scan.topography import remove_form
+from roughslip.scan.statistics import ScanStatistics, fitted_marginal, scan_statistics
+from roughslip.scan.topography import Topography, remove_form
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import sampled_fit, surface_model
 from roughslip.stages.result_tables import scan_table
@@ -52,36 +54,75 @@ def work(job: Job) -> None:
     if wanted.cutoff_m is not None:
         scan = high_pass(scan, wanted.cutoff_m)
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
-    kind, covariance, fits, correct = wanted.covariance, None, 0, bool(wanted.correct_correlation)
     with job.usage.core():
         found = scan_statistics(scan, sub_areas_for(scan, endless))
-        rms = float(found.rms_height.value)
-        marginal = fitted_marginal(wanted.marginal, scan, rms)
-        if kind != "measured":
-            kinds = KINDS if kind == "best" else (kind,)
-            fitted, refused = fitted_covariances(kinds, scan, found)
-            on = sampled_fit.meshes(job.scene, scan.grid)
-            best, left = sampled_fit.best_sampled(fitted, marginal, correct, on, endless)
-            covariance, fits = best.covariance, len(fitted) - len(left)
-            job.usage.warn(*(f"a better model, {one}: {covariance.kind} is taken, or try measured" for one in left))
-            for reason in refused:
-                print(f"scan: not fitted: {reason}", file=sys.stderr)
-            job.usage.warn(
-                *(f"{covariance.kind} {what}: try measured" for what in misses(best, found.autocorrelation, endless))
-            )
+        helping = ["outliers", "marginal"]  # where the heights are the reason
+        try:
+            marginal = translated_marginal(wanted.marginal, scan, float(found.rms_height.value))
+            helping.append("covariance")
+            variables, attributes, words = fitted_model(job, scan, found, marginal)
+        except (ConvergenceError, IllPosedError, ParameterError) as error:  # the scan is drawn without a model
+            reason = f"{error}. {surface_model.what_helps(wanted, helping)}"
+            print(f"scan: no model: {reason}", file=sys.stderr)
+            variables, attributes, words = {}, {"no_model": reason}, "none"
     if not found.sub_areas.sufficient:
         lengths = f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths"
         job.usage.warn(f"{lengths}: intervals of the scan are too narrow, scan a larger area")
     job.usage.count(points=scan.heights.size)
-    variables, attributes = surface_model.stored_model(covariance, marginal, correct, rms, endless)
-    variables |= scan_table.of_scan(scan, found)
+    variables |= scan_table.of_scan(scan, found, found_outliers)
+    variables["model"] = store.Variable(("model",), np.array([words]), "1", "model of the autocorrelation")
+    store.write(job.arguments.output, variables, job.key, attributes)
+
+
+def fitted_model(
+    job: Job,
+    scan: Topography,
+    found: ScanStatistics,
+    marginal: FamilyDistribution | EmpiricalDistribution | None,
+) -> tuple[dict[str, store.Variable], dict[str, str], str]:
+    """The stored model of a scan, its variables and attributes, and what it is in words.
+
+    Raises IllPosedError, ConvergenceError or ParameterError where the scan has no model that can be sampled.
+    """
+    wanted = job.scene.roughness.scan
+    endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
+    kind, covariance, fits, correct = wanted.covariance, None, 0, bool(wanted.correct_correlation)
+    if kind != "measured":
+        kinds = KINDS if kind == "best" else (kind,)
+        fitted, refused = fitted_covariances(kinds, scan, found)
+        on = sampled_fit.meshes(job.scene, scan.grid)
+        best, left = sampled_fit.best_sampled(fitted, marginal, correct, on, endless)
+        covariance, fits = best.covariance, len(fitted) - len(left)
+        job.usage.warn(*(f"a better model, {one}: {covariance.kind} is taken, or try measured" for one in left))
+        for reason in refused:
+            print(f"scan: not fitted: {reason}", file=sys.stderr)
+        job.usage.warn(
+            *(f"{covariance.kind} {what}: try measured" for what in misses(best, found.autocorrelation, endless))
+        )
     words = model_in_words(covariance, fits)
     if wanted.endless_lay is not None:
         words += f", endless lay along {wanted.endless_lay}"
     if wanted.cutoff_m is not None:
         words += f", without waves above {1e6 * wanted.cutoff_m:.3g} µm"
-    variables["model"] = store.Variable(("model",), np.array([words]), "1", "model of the autocorrelation")
-    store.write(job.arguments.output, variables, job.key, attributes)
+    return *surface_model.stored_model(covariance, marginal, correct, float(found.rms_height.value), endless), words
+
+
+def translated_marginal(
+    family: str, scan: Topography, rms_height_m: float
+) -> FamilyDistribution | EmpiricalDistribution | None:
+    """The law of the heights, None for "gaussian".
+
+    Raises IllPosedError where a Gaussian field has no translation to it, without the advice of `translate`, which is
+    for those who choose the shapes of a family.
+    """
+    marginal = fitted_marginal(family, scan, rms_height_m)
+    try:
+        if marginal is not None:
+            translate(marginal)
+        return marginal
+    except IllPosedError as error:
+        reason = str(error).partition("; use")[0]
+        raise IllPosedError(f"heights of this distribution cannot be sampled: {reason}") from error
 
 
 def misses(fit: CovarianceFit, found: Autocorrelation, endless: int | None = None) -> Iterator[str]:

@@ -1,12 +1,13 @@
 """Stage synthetic_surfaces: surfaces sampled from the model of a scan on its own mesh, described as it was.
 
-The model is one of the surface without its form, so that no form is removed from twins.
+The model is one of the surface without its form, so that no form is removed from twins. Where it cannot be sampled,
+the result holds the scan alone and the reason, for a figure of the scan without twins.
 """
 
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import IllPosedError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.scan.statistics import ScanStatistics, scan_statistics
 from roughslip.scan.topography import Topography, topography
@@ -34,10 +35,15 @@ def work(job: Job) -> None:
     (nx, ny), (dx, dy) = scan["points"], scan["spacing"]
     twins: list[tuple[Topography, ScanStatistics]] = []
     left_out: list[str] = []
+    none = ""
     with job.usage.core():
-        model = surface_model.restored_model(scan)
-        sample = model.sampler(Grid(int(nx), int(ny), float(dx), float(dy)))
-        for number in range(TWINS):
+        try:
+            model = surface_model.restored_model(scan)
+            sample = model.sampler(Grid(int(nx), int(ny), float(dx), float(dy)))
+            model.heights(np.zeros(1))  # translated heights may have no series
+        except (ConvergenceError, IllPosedError, ParameterError) as error:
+            none = str(error) if "no_model" in scan.attributes else f"{error}. {surface_model.what_helps()}"
+        for number in range(0 if none else TWINS):
             field = sample(np.random.default_rng([seed, geometry.STREAM_TWINS, number]))
             twin = topography(model.heights(field), float(dx), float(dy), f"twin {number}")
             try:
@@ -45,13 +51,19 @@ def work(job: Job) -> None:
             except IllPosedError as error:
                 left_out.append(str(error))
             job.usage.progress(number + 1, TWINS)
-    if left_out:
+    if left_out and not twins:
+        none = f"no sampled surface has statistics: {left_out[0]}"
+    if none:
+        job.usage.warn(f"no surface is sampled like the scan, whose figure shows it alone: {none}")
+    elif left_out:
         job.usage.warn(
             f"{len(left_out)} of {TWINS} sampled surfaces have no statistics and are left out: {left_out[0]}"
         )
     job.usage.count(twins=len(twins))
     variables = {name: scan.variable(name) for name in scan if not name.startswith("marginal_")}
-    variables |= scan_table.of_twins(twins, scan["density_edge"])
+    if twins:
+        variables |= scan_table.of_twins(twins, scan["density_edge"])
+    variables["no_twins"] = store.Variable(("why",), np.array([none]), "1", "why there is no twin; empty with twins")
     store.write(job.arguments.output, variables, job.key)
 
 

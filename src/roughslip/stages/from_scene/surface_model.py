@@ -1,6 +1,7 @@
 """The model of the surface of a scene, and that of a scan, as stage `scan` leaves it on disk, and back."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -8,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
+from roughslip.errors import IllPosedError
 from roughslip.probability import EmpiricalDistribution, FamilyDistribution
-from roughslip.scene.roughness import Fractal
+from roughslip.scene.roughness import Fractal, Scan
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.surface import model as surface
@@ -21,6 +23,8 @@ from roughslip.surface.model import FractalModel, GaussianModel, SurfaceModel
 from roughslip.surface.models import MODELS, covariance_of
 
 OPTIONS = ("correlation_length_across_m", "lay_rad", *{name for model in MODELS.values() for name in model.shapes})
+
+HELPS = {"outliers": "missing", "marginal": "gaussian", "covariance": "measured"}
 
 
 def surface_model(scene: Scene, scan: Path | None = None) -> SurfaceModel:
@@ -108,8 +112,16 @@ def stored_model(
     return variables, {"model": json.dumps(model, sort_keys=True)}
 
 
+def what_helps(scan: Scan | None = None, keys: Sequence[str] = tuple(HELPS)) -> str:
+    """What to try where no surface can be sampled like a scan. scan : its scene keys; keys : those that may help"""
+    others = [f"roughness.scan.{key}: {HELPS[key]}" for key in keys if getattr(scan, key, None) != HELPS[key]]
+    return f"What may help: {' or '.join(others)}" if others else "What helps: a larger scan in roughness.scan.file"
+
+
 def restored_model(result: store.Result) -> GaussianModel:
-    """The model of a scan."""
+    """The model of a scan. Raises IllPosedError, which names the keys that help, where stage `scan` found none."""
+    if "no_model" in result.attributes:
+        raise IllPosedError(f"the scan has no model: {result.attributes['no_model']}")
     model = json.loads(result.attributes["model"])
     law = model["marginal"]
     marginal: FamilyDistribution | EmpiricalDistribution | None = None

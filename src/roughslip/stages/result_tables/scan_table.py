@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from roughslip.errors import IllPosedError
 from roughslip.probability import Estimate
 from roughslip.scan.jackknife import SubAreas
 from roughslip.scan.statistics import ScanStatistics
@@ -34,12 +33,19 @@ def numbers_of(found: ScanStatistics) -> dict[str, Estimate]:
     return {name: own[name] if name in own else getattr(found.autocorrelation, name) for name in NUMBERS}
 
 
-def of_scan(scan: Topography, found: ScanStatistics) -> dict[str, Variable]:
-    """Every statistic with its interval, a map to draw, and the mesh and sub-areas that twins need."""
+def of_scan(scan: Topography, found: ScanStatistics, outliers: np.ndarray) -> dict[str, Variable]:
+    """Every statistic with its interval, a map to draw, and the mesh and sub-areas that twins need.
+
+    outliers : (nx, ny) bool, true at outliers of the scan
+    """
     parts, correlation, spectrum = found.sub_areas, found.autocorrelation, found.spectrum
     step = math.ceil(max(scan.grid.shape) / MOST_DRAWN)
     axis = ("axis",)
+    marked = np.zeros([-(-n // step) for n in scan.grid.shape], dtype=int)  # a point drawn stands for step x step
+    np.maximum.at(marked, tuple(np.nonzero(outliers)[axis] // step for axis in (0, 1)), 1)
     variables = {
+        "outliers": Variable((), int(outliers.sum()), "1", "points that are outliers of the heights"),
+        "map_outlier": Variable(("map_x", "map_y"), marked, "1", "1 where a point of the map stands for outliers"),
         "map": Variable(("map_x", "map_y"), scan.heights[::step, ::step], "m", "heights, thinned"),
         "map_x": Variable(("map_x",), scan.grid.x()[::step], "m", "place along x"),
         "map_y": Variable(("map_y",), scan.grid.y()[::step], "m", "place along y"),
@@ -77,9 +83,7 @@ def sub_areas_of(result: Result, scan: Topography) -> SubAreas:
 
 
 def of_twins(twins: Sequence[tuple[Topography, ScanStatistics]], edges: np.ndarray) -> dict[str, Variable]:
-    """What twins show of the same, a row a twin. edges : [m] of bins of height."""
-    if not twins:
-        raise IllPosedError("no twin has statistics: its correlation is too long for the scan; scan a larger area")
+    """What twins, one or more, show of the same, a row a twin. edges : [m] of bins of height."""
     one, step = ("twin",), math.ceil(max(twins[0][0].grid.shape) / MOST_DRAWN)
     first = twins[0][0].heights[::step, ::step]
     tables = np.stack([found.autocorrelation.correlation.value for _, found in twins])

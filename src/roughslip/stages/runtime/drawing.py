@@ -18,12 +18,12 @@ def draw_and_save(
 ) -> None:
     """Draw the results of a figure stage as PNG and SVG, and write the variables `drawn` with their coordinates.
 
-    No name is in two results, but for coordinates.
+    No name is in two results, but for coordinates. Names that no result holds are left out.
     """
     results = [store.read(path) for path in job.arguments.results]
     owner = {name: result for result in results for name in result}
     figure = draw({name: result[name] for name, result in owner.items()})
-    kept = {name: owner.get(name, results[0]).variable(name) for name in drawn}
+    kept = {name: owner[name].variable(name) for name in drawn if name in owner}
     for name in {dimension for one in kept.values() for dimension in one.dimensions}.intersection(owner):
         if owner[name].variable(name).dimensions == (name,):
             kept.setdefault(name, owner[name].variable(name))

@@ -17,7 +17,7 @@ pad = Oscillator(
 )
 law = StribeckLaw(fit=0.3)
 process = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.03), correlation_length_m=2.9e-4)
-paths = [sample_path(process, spacing_m=7e-5, nodes=10_000, seed=[1, number]) for number in range(4)]
+paths = [sample_path(process, spacing_m=7e-5, nodes=15_000, seed=[1, number]) for number in range(4)]
 
 
 def stick_slip_share(belt: Oscillator, path: np.ndarray) -> float:

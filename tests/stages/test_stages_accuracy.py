@@ -8,7 +8,7 @@ import pytest
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.friction.over_penetration import JUDGED, judged_estimates
+from roughslip.friction.over_penetration import JUDGED, TRENDS, judged_estimates
 from roughslip.limits import MOST_WINDOWS, SHARES
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, strip_allocation, strip_pilot
 from roughslip.stages.from_scene import geometry
@@ -91,7 +91,7 @@ def verdict_numbers_are_those_of_stage_friction(solved, expanded, found):
     rng = np.random.default_rng([SCENE["seed"], geometry.STREAM_BOOTSTRAP])
     percentiles = np.array(strip["penetration_percentiles"])
     numbers = judged_estimates(percentiles, (*levels, None), lags, strip["window_m"], 200, rng)
-    assert len(numbers) == 8 + len(JUDGED) + 1
+    assert len(numbers) == 2 * len(TRENDS) + len(JUDGED) + 1
     for name, one in numbers.items():
         scale = 0.3 if re.search("_(mean|std)_(line|change)$", name) else 1.0
         for end, value in (("", one.value), ("_low", one.low), ("_high", one.high)):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
@@ -179,11 +180,11 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
     assert "too few for a test of normality" in said[0]
     assert found["reattachment_mean"] == pytest.approx(place.mean())
     assert found["reattachment_std"] == pytest.approx(place.std())
-    # whole runs are resampled, and their events weigh alike; percentiles of eight are sqrt(7/8) as wide
+    # whole runs are resampled, and their events weigh alike; the interval of eight is Student's
     owner = store.join(batches, "reattachment_realisation")
     far = np.bincount(owner, place - place.mean()) / len(place)
     half = (found["reattachment_mean_high"] - found["reattachment_mean_low"]) / 2
-    assert half == pytest.approx(1.96 * np.sqrt(np.sum(far**2)), rel=0.2)
+    assert half == pytest.approx(stdtrit(7, 0.975) * np.sqrt(8 / 7 * np.sum(far**2)), rel=0.2)
     edges = found["histogram_edge"]
     assert (edges[0], edges[-1]) == (pytest.approx(place.min()), pytest.approx(place.max()))
     np.testing.assert_allclose(found["histogram"] * np.diff(edges) * len(place), np.histogram(place, edges)[0])

@@ -72,9 +72,8 @@ def read_table(path: Path) -> Table:
         values, steps = _on_mesh(path, rows)
         return Table(values, steps, units if len(units) == 3 else (), f"points x, y, z{how}")
     check_points(path, rows.shape)
-    for line, what in ((rows[0], "the first row"), (rows[:, 0], "the first column")):
-        step = np.diff(line[1:])
-        if len(step) >= FEWEST_NODES - 2 and step[0] > 0.0 and np.allclose(step, step[0], rtol=1e-3, atol=0.0):
+    for first, second, what in ((*rows[:2], "the first row"), (*rows.T[:2], "the first column")):
+        if _rises_evenly(first) and not _rises_evenly(second):  # heights of a slope do so in every row
             raise InputError(f"{path}: {what} rises in equal steps: coordinates, no heights; export the heights alone")
     return Table(rows.T, None, units if len(units) == 1 else (), f"matrix{how}")
 
@@ -212,6 +211,12 @@ def _header(path: Path, text: str, number: int) -> HasHeader:
         f"{path}: not a matrix of numbers ({met}); remove the header or export numbers with decimal points, set apart "
         "by blanks"
     )
+
+
+def _rises_evenly(line: np.ndarray) -> bool:
+    """Whether values rise in equal steps, the corner of a table aside."""
+    step = np.diff(line[1:])
+    return bool(len(step) >= FEWEST_NODES - 2 and step[0] > 0.0 and np.allclose(step, step[0], rtol=1e-3, atol=0.0))
 
 
 def _on_mesh(path: Path, rows: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:

@@ -1,5 +1,6 @@
 # The study. Each file in config/scenes/ is a target with its own name; without a target the default scenes are made.
 # Rules of the stages: workflow/rules. Science: src/roughslip. Which edits re-run a stage: workflow/keys/key_files.py.
+import atexit
 import os
 import shlex
 import sys
@@ -79,6 +80,17 @@ onerror:
     if workflow.is_main_process:
         made = [file for job in workflow.dag.finished_jobs for file in job.output]
         print("".join(f"{line}\n" for line in closing_lines(made)), end="", file=sys.stderr)
+
+
+def close_where_nothing_is_done():
+    """Print the answers where all results are up to date: Snakemake calls no hook then."""
+    if workflow.is_main_process and workflow.dag is not None and not len(workflow.dag):
+        if not (workflow.output_settings.dryrun or DESCRIBES.intersection(sys.argv)):
+            made = [file for job in workflow.dag.jobs for file in job.output]
+            print("".join(f"{line}\n" for line in closing_lines(made)), end="", file=sys.stderr)
+
+
+atexit.register(close_where_nothing_is_done)
 
 
 wildcard_constraints:

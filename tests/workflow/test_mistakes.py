@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -47,6 +48,27 @@ def test_each_mistake_of_a_scene_is_one_line_before_any_job(empty, tmp_path):
     lines = [line.split(": ") for line in run.stderr.splitlines() if not line.startswith(PROFILE)]
     assert {line[0] for line in lines} == {"config/scenes/broken.yaml"}
     assert sorted(line[1] for line in lines) == BROKEN_KEYS
+
+
+def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
+    """A file for each fourth kind of mistake, and variants of which one is refused: all other scenes are planned."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "config" / "scenes"
+    shutil.copytree(ROOT / "config" / "scenes", folder)
+    _, *mistakes = (ROOT / "tests" / "scene" / "mistakes.txt").read_text(encoding="utf-8").split("\n\n")
+    mistakes.append("extends: quick\nsweep: {oscillator.damping_ratio: [0.1, -0.2]}\n-> ")
+    for number, mistake in list(enumerate(mistakes))[::-4]:
+        text = mistake.strip().split("\n->")[0]
+        text = text if "extends:" in text else f"extends: paper\n{text}"
+        (folder / f"broken{number}.yaml").write_text(text, encoding="utf-8")
+    scenes = Scenes(tmp_path, ["quick"])
+    shipped = {file.stem for file in (ROOT / "config" / "scenes").glob("*.yaml")}
+    assert shipped <= scenes.valid.keys()
+    assert not [name for name in scenes.valid if name.startswith("broken") and "-" not in name]
+    for name in scenes.valid:
+        assert scenes.all_of(name)
+    with pytest.raises(InputError, match=r"damping_ratio: -0\.2 is not allowed; a number >= 0 and <= 1"):
+        Scenes(tmp_path, [f"broken{len(mistakes) - 1}"])
 
 
 @pytest.mark.parametrize(

@@ -206,11 +206,12 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     def excess(ratio: float) -> float:
         nonlocal is_stiff
         damped, start = replace(flow, damping_ratio=ratio), departure - 2.0 * ratio
-        try:
-            return next_peak(damped, start, 1.0)[0] - 1.0
-        except ConvergenceError:
-            is_stiff = True
-            return -1.0 if stiff_return(damped, start) is None else 1.0
+        if not is_stiff:
+            try:
+                return next_peak(damped, start, 1.0)[0] - 1.0
+            except ConvergenceError:
+                is_stiff = True
+        return -1.0 if stiff_return(damped, start) is None else 1.0
 
     if excess(0.0) <= GRAZES:
         raise IllPosedError("no stick-slip cycle even without damping: friction must fall with sliding speed")

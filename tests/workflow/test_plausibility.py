@@ -2,10 +2,12 @@
 
 import copy
 import math
+import shutil
 
 import pytest
 
 from roughslip.errors import InputError
+from roughslip.scene.loader import inherited
 from roughslip.scene.plausibility import warnings
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.models import covariance_of
@@ -146,3 +148,22 @@ def test_rms_slope_is_that_of_the_field_or_of_its_steps():
     waves = WeierstrassMandelbrot(0.8, SQ, 6e-5, 5.2e-6, 16, 1.5)
     kx, ky, a = waves.waves()
     assert rms_slope(waves, 1e-9) == pytest.approx(math.sqrt((a**2 * (kx**2 + ky**2)).sum() / 2), rel=1e-5)
+
+
+def test_a_curve_and_a_spring_of_another_machine_are_warned_of(tmp_path):
+    """A load or modulus of the scene's own on the paper's friction curve, a mass on its natural frequency."""
+    shutil.copytree(CONFIG / "scenes", tmp_path, dirs_exist_ok=True)
+
+    def warned(text):
+        (tmp_path / "mine.yaml").write_text(f"extends: quick\n{text}", encoding="utf-8")
+        return inherited("mine", tmp_path)
+
+    own_curve = "{law: table, static_friction: 0.4, friction_table: {speeds_m_per_s: [0, 1], values: [0.4, 0.3]}}"
+    load = "load: {force_n: 2000, nominal_pressure_pa: 2.0e+6}\n"
+    (curve,) = warned(load)
+    assert curve.startswith("oscillator.law: the friction curve is that of scene paper, and load is of this scene.")
+    assert warned(f"{load}oscillator: {own_curve}") == []
+    (spring,) = warned("oscillator: {mass_kg: 800}")
+    assert spring.endswith("316 rad/s, the spring follows as 7.99e+07 N/m: give stiffness_n_per_m")
+    assert warned("oscillator: {mass_kg: 800, stiffness_n_per_m: 1.0e+6}") == []
+    assert [inherited(name, tmp_path) for name in ("paper", "resolved", "disc_brake", "clutch")] == [[]] * 4

@@ -139,9 +139,9 @@ def test_lifetimes_change_with_damping_and_bands_order_their_levels_and_starts(r
     for name in ("survival", "kicked", "survival_curve"):
         assert np.all((lived[f"{name}_low"] <= lived[name]) & (lived[name] <= lived[f"{name}_high"]))
     known = np.isfinite(lived["lifetime"])
-    assert np.all(lived["lifetime"][:, -1] < 5)
+    assert not np.any(lived["lifetime"][:, -1] >= 5)  # NaN where no run shows a cycle
     assert np.all(lived["lifetime_low"][known] < lived["lifetime"][known])
-    np.testing.assert_array_equal(lived["survival_curve"][..., 0], 1.0)
+    np.testing.assert_array_equal(lived["survival_curve"][:, 0, 0], 1.0)  # beyond the limit runs slide at once
     assert np.all(np.diff(lived["survival_curve"], axis=-1) <= 0)
     band = lived["band"]
     assert list(lived["band_start"]) == ["from rest on the belt", "from steady sliding"]

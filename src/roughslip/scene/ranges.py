@@ -122,7 +122,7 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
         return
     limit, runs = design.get("probability", 0.05), design.get("realisations", 100)
     if limit is not None and runs is not None and Z2 / (runs + Z2) > limit:
-        least = f"at least {int(Z2 / limit - Z2) + 1}, or the interval of no stick-slip at all exceeds"
+        least = f"at least {int(min(Z2 / limit - Z2, 1e18)) + 1}, or the interval of no stick-slip at all exceeds"
         yield refused(runs, f"{least} design.probability = {shown(limit)}", "design.realisations")
     for name in design.get("weights") or {}:
         if name in KEYS and KEYS[name] not in design:

@@ -56,7 +56,7 @@ def test_real_area_and_scatter_of_a_case_follow_from_its_load(cases, name):
 def test_the_document_has_the_answer_of_a_case(cases, name):
     """Each limit that it states lies in the interval of the run, or rounds to it."""
     answer = json.loads(cases.path(f"results/{name}/answer.json").read_text())
-    row = next(line for line in DOCUMENT.splitlines() if line.startswith(f"| `{name}` |"))
+    row = next(line for line in DOCUMENT.splitlines() if line.startswith(f"| [`{name}`]("))
     stated = re.findall(r"\b(D|v0|N) [<>] ([\d.]+) ?(m/s|mm/s|N|)", row)
     assert stated
     for symbol, number, unit in stated:

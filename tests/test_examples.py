@@ -134,7 +134,7 @@ def test_whole_study(tmp_path):
     done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count(": friction coefficient ") == 2  # levels of the scene
-    assert "The friction coefficient is leptokurtic" in done.stdout
+    assert f"{'undecided':22} The friction coefficient is leptokurtic" in done.stdout  # on so few strips
     assert (copy / "results/tiny/report.html").is_file()
 
 

@@ -240,7 +240,7 @@ def test_a_load_that_one_node_bears_takes_no_iteration(periodic):
         assert found.pressure.max() == found.pressure[np.unravel_index(heights.argmax(), heights.shape)] == load
         assert np.count_nonzero(found.pressure) == found.nodes == 1
         assert found.plane == pytest.approx(heights.max() - influence.diagonal * load, rel=1e-15)
-        assert found.gap.min() == 0.0
+        assert abs(found.gap.min()) <= 1e-15 * influence.diagonal * load  # rounded as the machine does
     iterated = solve_load(influence, heights, 1e7)
     assert iterated.method == "fft"
     assert found.plane > iterated.plane

@@ -72,8 +72,8 @@ def read_table(path: Path) -> Table:
         values, steps = _on_mesh(path, rows)
         return Table(values, steps, units if len(units) == 3 else (), f"points x, y, z{how}")
     check_points(path, rows.shape)
-    for first, second, what in ((*rows[:2], "the first row"), (*rows.T[:2], "the first column")):
-        if _rises_evenly(first) and not _rises_evenly(second):  # heights of a slope do so in every row
+    for lines, what in ((rows, "the first row"), (rows.T, "the first column")):
+        if _rises_evenly(lines[0]) and not any(map(_rises_evenly, lines[1:2])):  # heights of a slope do so in every row
             raise InputError(f"{path}: {what} rises in equal steps: coordinates, no heights; export the heights alone")
     return Table(rows.T, None, units if len(units) == 1 else (), f"matrix{how}")
 

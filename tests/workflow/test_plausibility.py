@@ -163,6 +163,7 @@ def test_a_curve_and_a_spring_of_another_machine_are_warned_of(tmp_path):
     (curve,) = warned(load)
     assert curve.startswith("oscillator.law: the friction curve is that of scene paper, and load is of this scene.")
     assert warned(f"{load}oscillator: {own_curve}") == []
+    assert warned(f"{load}oscillator: {{static_friction: 0.35}}") == [curve]  # it says nothing of the fall with speed
     (spring,) = warned("oscillator: {mass_kg: 800}")
     assert spring.endswith("316 rad/s, the spring follows as 7.99e+07 N/m: give stiffness_n_per_m")
     assert warned("oscillator: {mass_kg: 800, stiffness_n_per_m: 1.0e+6}") == []

@@ -281,7 +281,8 @@ class Scenes:
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
-        own = inherited(name, self.root / "config" / "scenes") if "answer" in self.stages(name) else []
+        takes_curve = self.stages(name) & {"answer", "deterministic", "stick_slip_map"}
+        own = inherited(name, self.root / "config" / "scenes") if takes_curve else []
         return [*own, *scene_warnings(self.valid[name]), *self._scan_check(name)[1]]
 
     def products(self, name: str) -> list[str]:

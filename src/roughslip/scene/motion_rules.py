@@ -28,7 +28,7 @@ def path_nodes(length: float, velocity: float, omega: float, periods: float) -> 
 
 
 def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: Any) -> bool:
-    """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept. MOST_NODES has a rule of its own."""
+    """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept."""
     if process == "recursion" or nodes == AUTO or path_nodes(length, velocity, omega, periods) > MOST_NODES:
         return True
     return velocity * periods * 2 * math.pi / omega / length * nodes <= MOST_NUMBERS

@@ -29,6 +29,7 @@ from roughslip.figures.figure_map import figure_map
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
 from roughslip.figures.figure_scan import NUMBERS, OUTSIDE, figure_scan
 from roughslip.figures.style import STYLE, save
+from roughslip.scene.declarations import declarations
 from tests.figures.drawn import (
     DAMPING,
     Recorded,
@@ -472,3 +473,20 @@ def test_a_scene_adds_the_panels_that_it_has():
     assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)", "(f)"]
     assert len(figure.axes[0].lines[1].get_ydata()) == 1
     assert len(figure.axes[3].lines) == 1
+
+
+def test_titles_say_what_the_data_show():
+    """No contact, and no stick without scatter, are said in the title; a picture with them has the plain title."""
+    arrays = chain_result()
+    bare = arrays | {"pressure": 0 * arrays["pressure"], "deterministic_reattachment": np.array(np.nan)}
+    titles = [[axes.get_title(loc="left") for axes in figure_chain(one).axes[:4]] for one in (arrays, bare)]
+    assert "contact pressure, penetration 50 %" in titles[0][1]
+    assert "limit cycle at D" in titles[0][3]
+    assert "no contact here, penetration 50 %" in titles[1][1]
+    assert "no stick-slip cycle at D" in titles[1][3]
+    assert "no stick-slip cycle at D" in figure5(oscillator() | bare).axes[0].get_title(loc="left")
+
+
+def test_captions_have_no_names_of_the_code():
+    captions = " ".join(stage.caption for stage in declarations().values())
+    assert not [word for word in captions.split() if "_" in word]

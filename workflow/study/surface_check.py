@@ -66,6 +66,40 @@ def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | 
     return field, field.axis_lengths_m, "roughness.correlation_length_m"
 
 
+FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
+
+
+def length_mistake(scene: dict[str, Any]) -> str:
+    """What is wrong with the lengths of a surface against the cells of the strip; raises as `surface_of`."""
+    cell, surface = plausibility.cells_of(scene).get("strip.cell_m"), surface_of(scene)
+    if cell is None or surface is None or min(surface[1]) * FINEST >= cell:
+        return ""
+    least = min(surface[1])
+    nodes = 4 * get(scene, "strip.length_m") / least
+    return (
+        f"a correlation length of {least:.3g} m ({surface[2]}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
+        f"to resolve it a strip would take {nodes:.2g} nodes along the belt. For heights independent from node to "
+        f"node, give {cell / 10:.2g} m"
+    )
+
+
+def load_mistake(scene: dict[str, Any]) -> str:
+    """What is wrong with the load of a scene on its surface, before any strip is solved; raises as `surface_of`."""
+    load, cells, surface = scene.get("load"), plausibility.cells_of(scene), surface_of(scene)
+    if load is None or surface is None or "strip.cell_m" not in cells:
+        return ""
+    from roughslip.contact.influence import Material  # with numpy, for such scenes alone
+    from roughslip.surface.plausibility import load_mistake as of_contact
+    from roughslip.surface.plausibility import rms_slope
+
+    solid, strip = get(scene, "material"), get(scene, "strip")
+    modulus = Material(solid["young_modulus_pa"], solid["poisson_ratio"]).plane_strain_modulus_pa
+    hardness = math.inf if solid["hardness_pa"] is None else solid["hardness_pa"]
+    lowest = min([*(strip["light_percentiles"] or ()), *strip["penetration_percentiles"]]) / 100.0
+    slope = rms_slope(surface[0], cells["strip.cell_m"])
+    return of_contact(load["nominal_pressure_pa"], modulus, slope, hardness, lowest)
+
+
 def scene_warnings(scene: dict[str, Any]) -> list[str]:
     """What is implausible in a scene and its surface, before anything is solved; raises as `surface_of`."""
     surface, cells = surface_of(scene), plausibility.cells_of(scene)

@@ -95,14 +95,19 @@ def test_measured_surfaces_have_none(file, form):
     assert not outliers(remove_form(read_scan(DATA / file), form)).any()
 
 
-@pytest.mark.parametrize("share", [0.0, 1e-4, 1e-3, 5e-3])
+@pytest.mark.parametrize("share", [0.0, 1e-4, 7e-4, 5e-3])
 @pytest.mark.parametrize("height", [6e-6, -3e-5])
 def test_the_empirical_model_keeps_the_bulk(share, height):
-    """Of outliers that are kept: the middle half of the heights is as wide as that of the scan, within 4 %."""
+    """Of outliers that are kept: the middle half of the heights is as wide as that of the scan, within 4 %.
+
+    Tails that begin with them do not make more of them than there are.
+    """
     z = SURFACES["gaussian"](np.random.default_rng(4))
     z.flat[np.random.default_rng(1).choice(z.size, round(share * z.size), replace=False)] += height
     scan = remove_form(topography(z, 1e-6, 1e-6, "spikes"), "plane")
-    ends = fitted_marginal("empirical", scan, float(np.std(scan.heights))).quantile(np.array([0.25, 0.75]))
+    found = fitted_marginal("empirical", scan, float(np.std(scan.heights)))
+    ends = found.quantile(np.array([0.25, 0.75]))
+    assert found.standard_deviation < 1.05 * np.std(scan.heights)
     assert np.diff(ends) == pytest.approx(np.subtract(*np.percentile(scan.heights, [75, 25])), rel=0.04)
 
 

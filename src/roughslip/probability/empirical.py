@@ -100,7 +100,10 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     inner = spacing * np.arange(-half, half + 1)
     known = np.interp(inner, score, values)
     slopes = [
-        min(abs(known[one] - known[two]) / spacing, STEEPER * abs((values[one] - known[one]) / (score[one] - inner[one])))
+        min(
+            abs(known[one] - known[two]) / spacing,
+            STEEPER * abs((values[one] - known[one]) / (score[one] - inner[one])),
+        )
         for one, two in ((0, 1), (-1, -2))
     ]
     ends = known[0] - slopes[0] * (EDGE + inner[0]), known[-1] + slopes[1] * (EDGE - inner[-1])

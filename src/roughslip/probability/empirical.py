@@ -47,14 +47,17 @@ class EmpiricalDistribution:
         """Standard deviation of x."""
         return math.sqrt(_moment(self.normal, self.values, 2))
 
+    @gate
     def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
         """x : (as normal) at standard normal scores g."""
         return np.interp(normal, self.normal, self.values)
 
+    @gate
     def quantile(self, probability: float | np.ndarray) -> np.ndarray:
         """x : (as probability) value below which that share of the ensemble lies."""
         return self.from_gaussian(normal_score(probability))
 
+    @gate
     def cdf(self, value: float | np.ndarray) -> np.ndarray:
         """F : (as value) [-] probability of lying below the value, the exact inverse of the quantile."""
         x = np.asarray(value, dtype=float)

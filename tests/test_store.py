@@ -12,7 +12,6 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray
-from scipy.io import savemat
 
 from roughslip import store
 from roughslip.errors import InputError, StoreError
@@ -231,7 +230,6 @@ def as_text(path: Path) -> None:
         ("a.x3p", lambda path: write_x3p(path, a_scan()), {}),
         ("a.txt", as_text, {"spacing": (1e-6, 1e-6), "unit": "m"}),
         ("a.npz", lambda path: np.savez(path, z=a_scan().heights), {"spacing": (1e-6, 1e-6), "unit": "m"}),
-        ("a.mat", lambda path: savemat(path, {"z": a_scan().heights}), {"spacing": (1e-6, 1e-6), "unit": "m"}),
     ],
 )
 def test_a_damaged_scan_is_read_or_refused_in_a_line(tmp_path, name, write, stated):

@@ -10,7 +10,7 @@ from typing import Any
 from roughslip.atomic_write import replacing
 from roughslip.errors import InputError, ParameterError
 from roughslip.scene import plausibility
-from roughslip.scene.roughness import FIELD, FIELD_OPTIONS
+from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
 from roughslip.scene.strict_yaml import line
 from roughslip.scene.types import get, scene_of
 
@@ -21,9 +21,7 @@ def check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked
     A mistake is a line that names the key of the scene: the scan cannot be read as the scene states, or is form alone.
     checked : folder of marks that hold the warnings of scans that were read; reading one takes some seconds
     """
-    *stated, form = (
-        get(scene, f"roughness.scan.{key}") for key in ("spacing_x_m", "spacing_y_m", "height_unit", "form")
-    )
+    *stated, form = (get(scene, f"roughness.scan.{key}") for key in (*STATED, "form"))
     mark = checked / f"{hashlib.sha256(scan_file.read_bytes() + repr((stated, form)).encode()).hexdigest()}.txt"
     if mark.is_file():
         return [], mark.read_text(encoding="utf-8").splitlines()
@@ -33,7 +31,7 @@ def check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked
 
     spacing = None if None in stated[:2] else (stated[0], stated[1])
     try:
-        scan = remove_form(read_scan(scan_file, spacing, stated[2]), form)
+        scan = remove_form(read_scan(scan_file, spacing, *stated[2:]), form)
     except InputError as error:
         return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines], []
     except ParameterError as error:

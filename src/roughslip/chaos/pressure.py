@@ -70,6 +70,7 @@ class PressureTarget:
         if self.kind == "censored" and math.isfinite(self.hardness_pa):
             raise ParameterError("a censored target cannot continue above the hardness: take another target")
 
+    @gate
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """Target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m].
 
@@ -81,6 +82,7 @@ class PressureTarget:
             return power
         return power - self.gap_stiffness * gap
 
+    @gate
     def weights(self, target: np.ndarray) -> np.ndarray:
         """Weight : (...) [-] 1 in contact, decreasing out of contact.
 
@@ -95,6 +97,7 @@ class PressureTarget:
         scale = OUTSIDE_SCALE * np.mean(target[contact])
         return np.where(contact, 1.0, 1.0 / (1.0 + (target / scale) ** 2))
 
+    @gate
     def pressure(self, target: np.ndarray) -> np.ndarray:
         """Pressure : (...) [Pa], zero where the target : (...) is not positive, and at most the hardness."""
         positive = np.maximum(target, 0.0)

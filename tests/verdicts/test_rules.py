@@ -539,9 +539,9 @@ def test_beta_is_found_in_900_windows_and_never_claimed_from_30():
 
     The sum is 0.05 for 900 windows and 0.27 for 30. The skewness errs by 3.5 / sqrt(n), 0.12 or 0.6; 0.28 is allowed.
     """
-    assert [stationary(225, 4, beta, seed)["verdict"] for seed in range(6)] == ["reproduced"] * 6
-    few = [stationary(8, 4, beta, seed) for seed in range(6)]
-    assert [claim["verdict"] for claim in few] == ["undecided"] * 6
+    assert [stationary(225, 4, beta, seed)["verdict"] for seed in range(3)] == ["reproduced"] * 3
+    few = [stationary(8, 4, beta, seed) for seed in range(3)]
+    assert [claim["verdict"] for claim in few] == ["undecided"] * 3
 
 
 def test_a_normal_law_is_not_taken_for_the_beta():
@@ -551,7 +551,7 @@ def test_a_normal_law_is_not_taken_for_the_beta():
     apart = np.max(np.abs(stats.norm.cdf(u) - stats.beta.cdf(mean + std * u, 2.1, 5.0)))
     assert apart == pytest.approx(0.0518, abs=5e-4)
     assert apart < VISIBLE
-    for seed in range(3):
+    for seed in range(2):
         found = stationary(225, 16, normal, seed)
         assert found["interval"][1] < VISIBLE
         assert found["verdict"] == "contradicted"

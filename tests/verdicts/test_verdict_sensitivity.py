@@ -1,5 +1,6 @@
 """Sensitivity of verdicts: ends with closed forms, scaling, and the verdict on both sides of every end."""
 
+import functools
 import json
 import math
 
@@ -94,6 +95,12 @@ def verdicts_on(square_=None, friction_=None, oscillator_=None, skeleton=SKELETO
     return {claim["id"]: claim for claim in found}
 
 
+@functools.cache
+def of_all():
+    """Of three branches, computed once."""
+    return verdicts_on(square(), of_strips(), of_runs())
+
+
 def range_in(claim, name):
     (found,) = [one for one in claim["stands"]["ranges"] if one["input"] == name]
     return found
@@ -104,7 +111,7 @@ def ends(found):
 
 
 def test_every_claim_lists_the_inputs_that_it_depends_on():
-    found = verdicts_on(square(), of_strips(), of_runs())
+    found = of_all()
     for name, claim in found.items():
         stands = claim["stands"]
         assert set(stands) == {"always", "any_value", "ranges", "new_runs", "new_solves"}
@@ -183,7 +190,7 @@ def test_modulus_heights_and_lengths_cancel_in_calibrated_friction():
         return friction_coefficient(area, force, 0.3 / whole, 1e-3 * (12 * cell) ** 2)[0]
 
     np.testing.assert_allclose(mu(6e11, 1e-7, 5e-6), mu(2e11, 5e-8, 1e-6), rtol=1e-8)
-    found = verdicts_on(square(), of_strips(), of_runs())
+    found = of_all()
     for claim in found.values():
         stands = claim["stands"]
         of_load = claim["id"] == "own-fig5-under-load"  # forces do not cancel

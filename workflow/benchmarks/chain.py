@@ -45,9 +45,9 @@ from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
 from workflow.benchmarks.chaos import KEPT_RESULTS, ROOT
-from workflow.benchmarks.contact_peers import PolonskyKeer, tune
-from workflow.benchmarks.contact_problem import Judge, Problem
-from workflow.benchmarks.runner import OURS, make_row, report_progress, run_command
+from workflow.benchmarks.contact import Mesh
+from workflow.benchmarks.contact_peers import PolonskyKeer, Problem, tune
+from workflow.benchmarks.runner import OURS, make_row, run_command
 from workflow.evidence.rows import Row, case, fields
 
 SCENE = "resolved"
@@ -108,10 +108,7 @@ def run_chain(scene: Values, folder: Path) -> Run:
     reached = max(did["friction_mean_reached"], did["friction_std_reached"])
     area, force = friction.area_and_force(store.read_all(contact))
     solved = list(zip(*friction_coefficient(area, force, 1.0, least), strict=True))
-    run = Run(seconds + last, area.shape[1], reached, store.read(statistics), solved)
-    asked = typed.accuracy.friction_std
-    report_progress(f"{asked}: {run.strips} strips, {run.seconds:.1f} s, half width {reached:.4f}")
-    return run
+    return Run(seconds + last, area.shape[1], reached, store.read(statistics), solved)
 
 
 def with_own_cells(scene: Values, asked: float) -> Values:
@@ -160,11 +157,12 @@ def count_strips(scatter: float, half_width: float) -> float:
 def time_plain_strip(scene: Scene) -> float:
     """Return CPU seconds of the cold solves of one strip at all penetrations, with a solver tuned to the tolerance."""
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
-    solver, tolerance = PolonskyKeer(grid), scene.numerics.contact_tolerance
+    mesh, tolerance = Mesh(grid), scene.numerics.contact_tolerance
+    solver = PolonskyKeer(grid, mesh.displacement)
     rough = model.heights(model.sampler(grid)(np.random.default_rng([scene.seed, STREAM, 0])))
     percentiles = np.array([50.0, *scene.strip.penetration_percentiles])
-    problems = [Problem(grid, rough, float(plane)) for plane in model.plane_height(percentiles)]
-    setting = tune(solver, problems[0], 0.0, tolerance, 5 * tolerance, Judge(grid)).setting
+    problems = [Problem(rough, float(plane)) for plane in model.plane_height(percentiles)]
+    setting = tune(solver, problems[0], 0.0, tolerance, 5 * tolerance, mesh.residual)[0]
     start = time.process_time()
     for problem in problems[1:]:
         solver.solve(problem, 0.0, setting)

@@ -6,6 +6,7 @@ The figure follows from the name of the file, results/benchmarks/<name>.json.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +21,7 @@ from matplotlib.ticker import LogLocator
 from roughslip.figures.figure2 import METHODS
 from roughslip.figures.style import despine, head, panels, save
 from roughslip.stages.runtime.usage import Usage
-from workflow.benchmarks.runner import OURS, time_ratios
+from workflow.benchmarks.runner import OURS, times_faster
 from workflow.evidence.rows import Row, fields
 
 Looks = Mapping[str, tuple[str, dict[str, Any]]]  # by method its label and its look
@@ -126,7 +127,7 @@ def draw_contact(rows: Sequence[Row]) -> Figure:
         times = [1e3 * row["seconds"] for row in found]
         if found:
             growth.plot([int(of_case(row, "n")) for row in found], times, label=label, **look)
-    compared = time_ratios(median).get("tamaas/load", {})
+    compared = times_faster(median).get("tamaas/load", {})
     for row in median:
         if row["method"] == OURS and row["case"] in compared:
             place, text = (int(of_case(row, "n")), 1e3 * row["seconds"]), f"{compared[row['case']]:.0f}x"
@@ -215,16 +216,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--benchmark", type=Path, required=True, help=f"<name>.json, name one of {', '.join(FIGURES)}")
     parser.add_argument("--output", type=Path, nargs="+", required=True, help="pictures, PNG or SVG")
-    parser.add_argument("--usage", type=Path, required=True, help="record of cost to write")
+    parser.add_argument("--usage", type=Path, help="record of cost to write")
     arguments = parser.parse_args()
     if arguments.benchmark.stem not in FIGURES:
         parser.error(f"{arguments.benchmark}: no such benchmark; its name must be one of {', '.join(FIGURES)}")
-    with Usage(arguments.usage, "draw") as usage:
+    with Usage(arguments.usage, "draw") if arguments.usage else contextlib.nullcontext() as usage:
         drawn = FIGURES[arguments.benchmark.stem](json.loads(arguments.benchmark.read_text(encoding="utf-8"))["rows"])
         despine(*drawn.axes)
         for path in arguments.output:
             save(drawn, path)
-        usage.files(read=[arguments.benchmark], made=arguments.output)
+        if usage:
+            usage.files(read=[arguments.benchmark], made=arguments.output)
 
 
 if __name__ == "__main__":

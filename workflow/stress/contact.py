@@ -1,4 +1,4 @@
-"""Stress campaign of contact: random problems, each solution judged by displacements in extended precision.
+"""Campaign of contact: random problems, each solution judged by displacements in extended precision.
 
 Meshes, surfaces, planes, loads and hardnesses have units far apart: heights over cells go from 1e-12 / 1e3 to
 1e3 / 1e-9. The problem is linear in heights and modulus, so that a solver with a fixed length or pressure fails here.
@@ -14,7 +14,6 @@ Where long doubles are doubles (some ARM and Windows machines) ROUNDING is too s
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -26,12 +25,8 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve, solve_load, sweep
 from roughslip.errors import ConvergenceError, RoughslipError
 from roughslip.grid import Grid
-from workflow.evidence.rows import Row
-from workflow.stress import runner
-from workflow.stress.runner import Conditions, Verdict, choose, log_uniform
+from workflow.stress.runner import Conditions, Problem, Verdict, choose, log_uniform, verdict_of
 
-STAGE = "contact"
-PROBLEMS = 10_000
 DEMANDED = 1e-10  # Every problem must reach this residual. Short of a tighter tolerance, an error is an answer.
 LEAST_HARDNESS = 1.02  # mean pressures; at 1 all nodes yield
 
@@ -55,38 +50,44 @@ CONTROL_SHARES = (0.55, 0.2, 0.15, 0.1)
 
 
 @dataclass(frozen=True)
-class ContactProblem:
+class Contact:
     """A rough surface pressed to a plane or by a load.
 
-    number : of the problem
-    grid : the mesh
-    modulus : E* [Pa]
-    heights : (nx, ny) [m]
-    surface, control : of SURFACES and CONTROLS
-    planes : [m] heights of the plane: several for a sweep, one without, and no plane under a load
+    grid, modulus, heights : mesh, E* [Pa] and (nx, ny) [m]
+    planes : [m] heights of the plane: several for a sweep, None under a load
     load : mean pressure [Pa], or None
-    cap : the hardness over the elastic peak pressure, or infinity
+    periodic : whether the cell is repeated
     tolerance : of the residual
     """
 
-    number: int
     grid: Grid
     modulus: float
     heights: np.ndarray
-    surface: str
-    control: str
-    planes: tuple[float, ...]
+    planes: tuple[float | None, ...]
     load: float | None
-    cap: float
+    periodic: bool
     tolerance: float
 
-    @property
-    def periodic(self) -> bool:
-        return self.control == "periodic-load"
+    def solve(self, cap: float) -> tuple[list[ContactSolution], float]:
+        """Return the solution for each plane, or under the load, and a hardness [Pa]: cap times the elastic peak."""
+        hardness = math.inf
+        if math.isfinite(cap):
+            peak = max(float(elastic.pressure.max()) for elastic in self.solutions(1e-3, math.inf))
+            hardness = max(cap * peak, LEAST_HARDNESS * (self.load or 0.0)) or self.modulus
+        return list(self.solutions(self.tolerance, hardness)), hardness
+
+    def solutions(self, tolerance: float, hardness: float) -> Iterator[ContactSolution]:
+        influence = Influence(self.grid, self.modulus, periodic=self.periodic)
+        if self.load is not None:
+            yield solve_load(influence, self.heights, self.load, tolerance, hardness_pa=hardness)
+        elif len(self.planes) > 1:
+            yield from sweep(influence, self.heights, self.planes, tolerance, hardness)
+        else:
+            yield solve(influence, self.heights - self.planes[0], tolerance, hardness_pa=hardness)
 
 
-def random_problem(seed: int, number: int) -> ContactProblem:
-    """Return the problem of this number."""
+def problem(seed: int, number: int) -> Problem:
+    """Return the problem of this number. Only tolerances below DEMANDED may be missed, if DEMANDED is reached."""
     generator = np.random.default_rng([seed, number])
     control = choose(generator, CONTROLS, CONTROL_SHARES)
     surface = choose(generator, SURFACES, SURFACE_SHARES / SURFACE_SHARES.sum())
@@ -101,7 +102,7 @@ def random_problem(seed: int, number: int) -> ContactProblem:
     if generator.random() < 0.15:  # another zero of the heights
         heights += generator.choice((-1.0, 1.0)) * log_uniform(generator, -1, 2)
     heights *= scale
-    planes: tuple[float, ...] = ()
+    planes: tuple[float | None, ...] = (None,)
     load = None
     if control.endswith("load"):  # E* times the range of heights over the edge of the mesh, times 1e-4 to 1e3
         rise = (float(np.ptp(heights)) or scale) / math.sqrt(grid.size * grid.cell_area)
@@ -110,7 +111,13 @@ def random_problem(seed: int, number: int) -> ContactProblem:
         count = generator.integers(2, 7) if control == "sweep" else 1
         planes = tuple(_plane(generator, surface, heights, scale) for _ in range(count))
     cap = log_uniform(generator, -2, 1) if generator.random() < 0.4 else math.inf
-    return ContactProblem(number, grid, modulus, heights, surface, control, planes, load, cap, tolerance)
+    posed = Contact(grid, modulus, heights, planes, load, control == "periodic-load", tolerance)
+    case = {"tolerance": tolerance, "control": control, "surface": surface, "nx": grid.nx, "ny": grid.ny, "cap": cap}
+
+    def is_answer(error: RoughslipError) -> bool:
+        return isinstance(error, ConvergenceError) and tolerance < DEMANDED and error.residual <= DEMANDED
+
+    return Problem(case, lambda: posed.solve(cap), lambda found: judge(posed, *found), is_answer)
 
 
 def _mesh(generator: np.random.Generator) -> Grid:
@@ -180,44 +187,6 @@ def _plane(generator: np.random.Generator, surface: str, heights: np.ndarray, sc
         return float(heights.min() - log_uniform(generator, -3, 3) * (float(np.ptp(heights)) or scale))
     limit = math.log(0.9999 / 0.0001)
     return float(np.percentile(heights, 100 - 100 / (1 + math.exp(generator.uniform(-limit, limit)))))
-
-
-def row_of(seed: int, number: int) -> Row:
-    """Return the row of the problem of this number."""
-    return runner.problem_row(STAGE, random_problem(seed, number), judged, is_answer)
-
-
-def is_answer(problem: ContactProblem, error: RoughslipError) -> bool:
-    """Whether an error answers a problem: a tolerance below DEMANDED that is not reached, while DEMANDED is."""
-    tighter = problem.tolerance < DEMANDED
-    return isinstance(error, ConvergenceError) and tighter and error.residual <= DEMANDED
-
-
-def judged(problem: ContactProblem) -> Verdict:
-    """Solve a problem and judge every plane of it. A hardness follows from the peak pressure of elastic contact."""
-    displacement = Displacement(problem.grid, problem.modulus, problem.periodic)
-    influence = Influence(problem.grid, problem.modulus, periodic=problem.periodic)
-    hardness = math.inf
-    if math.isfinite(problem.cap):
-        peak = max(float(elastic.pressure.max()) for elastic in solve_planes(problem, influence, 1e-3, math.inf))
-        hardness = max(problem.cap * peak, LEAST_HARDNESS * (problem.load or 0.0)) or problem.modulus
-    found = solve_planes(problem, influence, problem.tolerance, hardness)
-    asked = problem.planes if problem.load is None else (None,)
-    verdicts = [judge(problem, displacement, one, plane, hardness) for one, plane in zip(found, asked, strict=True)]
-    broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
-    return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
-
-
-def solve_planes(
-    problem: ContactProblem, influence: Influence, tolerance: float, hardness: float
-) -> Iterator[ContactSolution]:
-    """Yield the solution for each plane, or under the load."""
-    if problem.load is not None:
-        yield solve_load(influence, problem.heights, problem.load, tolerance, hardness_pa=hardness)
-    elif problem.control == "sweep":
-        yield from sweep(influence, problem.heights, problem.planes, tolerance, hardness)
-    else:
-        yield solve(influence, problem.heights - problem.planes[0], tolerance, hardness_pa=hardness)
 
 
 def love(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.ndarray:
@@ -300,8 +269,17 @@ def _ewald(shape: tuple[int, int], dx: float, dy: float) -> np.ndarray:
     return symbol
 
 
-def judge(
-    problem: ContactProblem, displacement: Displacement, solution: ContactSolution, plane: float | None, hardness: float
+def judge(posed: Contact, solutions: list[ContactSolution], hardness: float) -> Verdict:
+    """Return the verdict on the solutions for all planes."""
+    displacement = Displacement(posed.grid, posed.modulus, posed.periodic)
+    pairs = zip(solutions, posed.planes, strict=True)
+    verdicts = [judge_plane(posed, displacement, solution, plane, hardness) for solution, plane in pairs]
+    broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
+    return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
+
+
+def judge_plane(
+    problem: Contact, displacement: Displacement, solution: ContactSolution, plane: float | None, hardness: float
 ) -> Verdict:
     """Return the relative residual of a solution and the conditions of contact that it breaks, node by node.
 
@@ -341,12 +319,8 @@ def judge(
     }
     if problem.load is not None:
         conditions["the load"] = (abs(p.astype(np.longdouble).mean() / problem.load - 1), LOAD_ROUNDING)
-    return runner.verdict_of(conditions, residual)
+    return verdict_of(conditions, residual)
 
 
 def _norm(field: np.ndarray) -> np.longdouble:
     return np.sqrt((field**2).sum())
-
-
-if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, PROBLEMS))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ from workflow.stress.runner import SEED, Problem, Verdict
 
 
 def row(stage: str, number: int, seed: int = SEED) -> runner.Row:
-    return runner.row_of(stage, number, import_module(f"workflow.stress.{stage}").problem(seed, number))
+    return runner.solved((stage, seed, number))
 
 
 def tilted(*arguments, **options):
@@ -123,7 +122,7 @@ def test_a_table_law_with_a_strong_excitation_from_steady_sliding():
 )
 def test_only_a_typed_error_with_advice_answers_a_problem(solve, outcome, is_failure):
     problem = Problem({}, solve, lambda verdict: verdict, runner.unless(False, IllPosedError))
-    found = runner.row_of("contact", 1, problem)
+    found = runner.row_of("contact", 1, lambda: problem)
     assert (found["outcome"], "why" in found) == (outcome, is_failure)
 
 

@@ -26,6 +26,7 @@ import warnings
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
@@ -110,20 +111,21 @@ def has_advice(error: RoughslipError) -> bool:
     return ADVICE.search(str(error)) is not None
 
 
-def row_of(stage: str, number: int, problem: Problem) -> Row:
-    """Solve a problem with every warning an error, judge the answer, and return the row."""
-    residual, why = math.nan, ""
+def row_of(stage: str, number: int, drawn: Callable[[], Problem]) -> Row:
+    """Draw and solve a problem with every warning an error, judge the answer, and return the row."""
+    problem, residual, why = None, math.nan, ""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
+            problem = drawn()
             verdict = problem.judge(problem.solve())
             outcome, residual = FALSE_CLAIM if verdict.broken else CONVERGED, verdict.residual
             why = "; ".join(verdict.broken)
         except Exception as error:  # Any exception but an answer is a failure, which the row names.
             outcome, residual = type(error).__name__, getattr(error, "residual", math.nan)
-            if not (isinstance(error, RoughslipError) and problem.is_answer(error)):
+            if not (isinstance(error, RoughslipError) and problem and problem.is_answer(error)):
                 why = str(error) or repr(error)
-    names = {"number": number, "tolerance": 1} | dict(problem.case)
+    names = {"number": number, "tolerance": 1} | dict(problem.case if problem else {})
     short = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in names.items()}
     row = {"stage": stage, "case": case(**short), "outcome": outcome}
     return row | {"residual": residual if math.isfinite(residual) else None} | ({"why": why} if why else {})
@@ -161,7 +163,7 @@ def write(path: Path, rows: Sequence[Row], seeds: Mapping[str, int]) -> None:
 def solved(task: tuple[str, int, int]) -> Row:
     """Return the row of the problem of (stage, seed, number)."""
     stage, seed, number = task
-    return row_of(stage, number, import_module(f"workflow.stress.{stage}").problem(seed, number))
+    return row_of(stage, number, partial(import_module(f"workflow.stress.{stage}").problem, seed, number))
 
 
 def main() -> int:

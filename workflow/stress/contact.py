@@ -14,8 +14,7 @@ Where long doubles are doubles (some ARM and Windows machines) ROUNDING is too s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import fft
@@ -49,43 +48,6 @@ CONTROLS = ("plane", "load", "periodic-load", "sweep")
 CONTROL_SHARES = (0.55, 0.2, 0.15, 0.1)
 
 
-@dataclass(frozen=True)
-class Contact:
-    """A rough surface pressed to a plane or by a load.
-
-    grid, modulus, heights : mesh, E* [Pa] and (nx, ny) [m]
-    planes : [m] heights of the plane: several for a sweep, None under a load
-    load : mean pressure [Pa], or None
-    periodic : whether the cell is repeated
-    tolerance : of the residual
-    """
-
-    grid: Grid
-    modulus: float
-    heights: np.ndarray
-    planes: tuple[float | None, ...]
-    load: float | None
-    periodic: bool
-    tolerance: float
-
-    def solve(self, cap: float) -> tuple[list[ContactSolution], float]:
-        """Return the solution for each plane, or under the load, and a hardness [Pa]: cap times the elastic peak."""
-        hardness = math.inf
-        if math.isfinite(cap):
-            peak = max(float(elastic.pressure.max()) for elastic in self.solutions(1e-3, math.inf))
-            hardness = max(cap * peak, LEAST_HARDNESS * (self.load or 0.0)) or self.modulus
-        return list(self.solutions(self.tolerance, hardness)), hardness
-
-    def solutions(self, tolerance: float, hardness: float) -> Iterator[ContactSolution]:
-        influence = Influence(self.grid, self.modulus, periodic=self.periodic)
-        if self.load is not None:
-            yield solve_load(influence, self.heights, self.load, tolerance, hardness_pa=hardness)
-        elif len(self.planes) > 1:
-            yield from sweep(influence, self.heights, self.planes, tolerance, hardness)
-        else:
-            yield solve(influence, self.heights - self.planes[0], tolerance, hardness_pa=hardness)
-
-
 def problem(seed: int, number: int) -> Problem:
     """Return the problem of this number. Only tolerances below DEMANDED may be missed, if DEMANDED is reached."""
     generator = np.random.default_rng([seed, number])
@@ -111,13 +73,37 @@ def problem(seed: int, number: int) -> Problem:
         count = generator.integers(2, 7) if control == "sweep" else 1
         planes = tuple(_plane(generator, surface, heights, scale) for _ in range(count))
     cap = log_uniform(generator, -2, 1) if generator.random() < 0.4 else math.inf
-    posed = Contact(grid, modulus, heights, planes, load, control == "periodic-load", tolerance)
+    periodic = control == "periodic-load"
+
+    def solve_at(tolerance: float, hardness: float) -> list[ContactSolution]:
+        on = Influence(grid, modulus, periodic=periodic)
+        if load is not None:
+            return [solve_load(on, heights, load, tolerance, hardness_pa=hardness)]
+        if control == "sweep":
+            return list(sweep(on, heights, planes, tolerance, hardness))
+        return [solve(on, heights - planes[0], tolerance, hardness_pa=hardness)]
+
+    def solved() -> tuple[list[ContactSolution], float]:
+        """Return a solution for each plane, and the hardness [Pa]: `cap` times the elastic peak pressure."""
+        hardness = math.inf
+        if math.isfinite(cap):
+            peak = max(float(elastic.pressure.max()) for elastic in solve_at(1e-3, math.inf))
+            hardness = max(cap * peak, LEAST_HARDNESS * (load or 0.0)) or modulus
+        return solve_at(tolerance, hardness), hardness
+
+    def judged(found: tuple[list[ContactSolution], float]) -> Verdict:
+        solutions, hardness = found
+        judge_one = partial(judge, Displacement(grid, modulus, periodic), heights, load, tolerance, hardness)
+        verdicts = list(map(judge_one, solutions, planes))
+        broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
+        return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
+
     case = {"tolerance": tolerance, "control": control, "surface": surface, "nx": grid.nx, "ny": grid.ny, "cap": cap}
 
     def is_answer(error: RoughslipError) -> bool:
         return isinstance(error, ConvergenceError) and tolerance < DEMANDED and error.residual <= DEMANDED
 
-    return Problem(case, lambda: posed.solve(cap), lambda found: judge(posed, *found), is_answer)
+    return Problem(case, solved, judged, is_answer)
 
 
 def _mesh(generator: np.random.Generator) -> Grid:
@@ -217,7 +203,7 @@ class Displacement:
     """
 
     def __init__(self, grid: Grid, modulus: float, periodic: bool) -> None:
-        self.grid = grid
+        self.grid, self.periodic = grid, periodic
         unit = math.sqrt(grid.cell_area)
         dx, dy = grid.dx / unit, grid.dy / unit
         factor = np.longdouble(unit) / (np.longdouble(np.pi) * np.longdouble(modulus))
@@ -269,21 +255,18 @@ def _ewald(shape: tuple[int, int], dx: float, dy: float) -> np.ndarray:
     return symbol
 
 
-def judge(posed: Contact, solutions: list[ContactSolution], hardness: float) -> Verdict:
-    """Return the verdict on the solutions for all planes."""
-    displacement = Displacement(posed.grid, posed.modulus, posed.periodic)
-    pairs = zip(solutions, posed.planes, strict=True)
-    verdicts = [judge_plane(posed, displacement, solution, plane, hardness) for solution, plane in pairs]
-    broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
-    return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
-
-
-def judge_plane(
-    problem: Contact, displacement: Displacement, solution: ContactSolution, plane: float | None, hardness: float
+def judge(
+    displacement: Displacement,
+    heights: np.ndarray,
+    load: float | None,
+    tolerance: float,
+    hardness: float,
+    solution: ContactSolution,
+    plane: float | None,
 ) -> Verdict:
     """Return the relative residual of a solution and the conditions of contact that it breaks, node by node.
 
-    plane : [m] the required one; None under a load, where the solution gives it
+    plane : [m] the required one; None under a load [Pa], where the solution gives it
 
     All lengths are compared with tolerance ||max(u_bar, 0)|| plus the rounding of the judge. In a periodic cell
     B_00 ||p|| replaces the norm where it is larger.
@@ -291,19 +274,19 @@ def judge_plane(
     height = solution.plane if plane is None else plane
     p, plastic = solution.pressure, solution.plastic_displacement
     fields_ = (p, solution.gap, plastic)
-    if not all(f.shape == problem.grid.shape and f.dtype == np.float64 and np.isfinite(f).all() for f in fields_):
+    if not all(f.shape == displacement.grid.shape and f.dtype == np.float64 and np.isfinite(f).all() for f in fields_):
         return Verdict(math.inf, ("fields of another shape, or not finite",))
     lifted = displacement(p)
-    u_bar = problem.heights.astype(np.longdouble) - np.longdouble(height)
+    u_bar = heights.astype(np.longdouble) - np.longdouble(height)
     elastic = lifted - u_bar  # the gap without plastic displacement
     gap = elastic + plastic
     lift, highest = displacement.diagonal * p, displacement.diagonal * np.longdouble(hardness)
     unmet = lift - np.clip(lift - elastic, 0, highest)
     reach = _norm(np.maximum(u_bar, 0))
-    if problem.periodic:  # A mean pressure causes no displacement there, and u_bar may be far below B_00 p.
+    if displacement.periodic:  # A mean pressure causes no displacement there, and u_bar may be far below B_00 p.
         reach = max(reach, _norm(lift))
     node_rounding = ROUNDING * (np.abs(lifted) + np.abs(u_bar) + (abs(height) if plane is None else 0.0))
-    allowed = problem.tolerance * reach + _norm(np.where(unmet != 0, node_rounding, 0))
+    allowed = tolerance * reach + _norm(np.where(unmet != 0, node_rounding, 0))
     size = _norm(unmet)
     residual = 0.0 if size == 0 else math.inf if reach == 0 else float(size / reach)
     conditions: Conditions = {
@@ -315,10 +298,10 @@ def judge_plane(
         "u_plastic >= 0": (-plastic.min(), 0),
         "u_plastic = 0 where p < H": (plastic[p < hardness].max(initial=0), 0),
         "its gap is B p - u_bar + u_plastic": (np.abs(solution.gap - gap).max(), allowed + node_rounding.max()),
-        "its residual": (solution.residual, problem.tolerance),
+        "its residual": (solution.residual, tolerance),
     }
-    if problem.load is not None:
-        conditions["the load"] = (abs(p.astype(np.longdouble).mean() / problem.load - 1), LOAD_ROUNDING)
+    if load is not None:
+        conditions["the load"] = (abs(p.astype(np.longdouble).mean() / load - 1), LOAD_ROUNDING)
     return verdict_of(conditions, residual)
 
 

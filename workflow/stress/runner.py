@@ -7,8 +7,8 @@ and the seed of the campaign make the problem again. The outcome is one of
 - `false claim`: the judge finds a condition that the answer breaks; always a failure,
 - the name of an exception: a failure unless it is a typed error that answers the problem.
 
-A plain loop over numbers draws the problems, as judges hold at a stated risk for independent draws alone, any number is
-solved again without those before it, and processes share the numbers:
+A plain loop over numbers draws the problems: judges hold at a stated risk for independent draws alone, and any number
+is solved again without those before it. Processes share the numbers:
 
     python -m workflow.stress.runner --seed today --share 0.1 -j 2 --output results/stress.json
     python -m workflow.stress.runner oscillator --seed 20261 --only 1830

@@ -22,7 +22,7 @@ from scipy.special import ndtri
 
 from roughslip import store
 from roughslip.chaos.hermite import hermite_basis, multi_indices
-from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol_places
 from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
@@ -83,12 +83,6 @@ class MonteCarloReference:
         worst = int(np.argmax(off))
         error = float(np.interp(points[worst], self.level, self.error))
         return math.sqrt(max(0.0, float(off[worst]) ** 2 - error**2))
-
-
-def read_references(name: str) -> list[MonteCarloReference]:
-    """Read the references of a scene in the order of PERCENTILES. Raises StoreError if the file is missing."""
-    kept = store.read(KEPT_RESULTS / name / "pressure.nc")
-    return [MonteCarloReference(kept, row) for row in range(len(PERCENTILES))]
 
 
 # Solves.
@@ -162,12 +156,6 @@ class Square:
             for number in range(count):
                 yield "latin_hypercube", number, self.solve(self.design("latin_hypercube", samples, number))
 
-    def fit(self, solved: Solved, level: int) -> LocalExpansion:
-        """Fit our local expansion at a penetration to all samples at all training nodes."""
-        variables = np.einsum("km,nvm->knv", solved.xi, self.directions)
-        pressure, gap = solved.pressure[:, level], solved.gap[:, level]
-        return fit_local(Samples(variables, self.nodes.distance2, pressure, gap, self.odd), self.degree, self.target)
-
 
 # Methods.
 
@@ -181,7 +169,10 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, draw
         return solved.pressure[:, level, : square.central].ravel()
     seed = [square.seed, geometry.STREAM_DRAWS, stream]
     if method == OURS:
-        return square.fit(solved, level).draw(np.random.default_rng(seed), draws)
+        variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
+        pressure, gap = solved.pressure[:, level], solved.gap[:, level]
+        samples = Samples(variables, square.nodes.distance2, pressure, gap, square.odd)
+        return fit_local(samples, square.degree, square.target).draw(np.random.default_rng(seed), draws)
     indices = multi_indices(square.scene.expansion.variables, square.degree)
     basis = hermite_basis(solved.xi @ square.directions[0].T, indices)
     one = Expansion(method, basis, solved.pressure[:, level, 0], indices)
@@ -226,8 +217,9 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
     rows: list[Row] = []
     refused: dict[str, str] = {}
     for name, plan in (QUICK if quick else USUAL).items():
-        draws = QUICK_DRAWS if quick else DRAWS
-        of_scene, reasons = compare_methods(Square(name), read_references(name), plan, draws)
+        draws, kept = QUICK_DRAWS if quick else DRAWS, store.read(KEPT_RESULTS / name / "pressure.nc")
+        references = [MonteCarloReference(kept, row) for row in range(len(PERCENTILES))]
+        of_scene, reasons = compare_methods(Square(name), references, plan, draws)
         rows += of_scene
         refused |= reasons
     return {"summary": {"refused": refused}, "rows": rows}

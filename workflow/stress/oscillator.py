@@ -36,7 +36,7 @@ KINDS += tuple(name for name in sorted(LAWS) if name not in KINDS)
 EXCITATIONS = ("none", "weak", "resonance", "fast", "strong")
 FOLLOWS = ("slip", "belt", "time")
 STARTS = ("rest", "limit", "just-inside", "just-beyond", "far", "steady")
-PATHS = ("none", "weak", "strong", "negative")
+PATHS = {"none": 0.0, "weak": 0.05, "strong": 0.8, "negative": 3.0}  # size over the static coefficient
 TOLERANCES = (1e-6, 1e-4, 1e-9)
 BLOCK = 256  # nodes that a path repeats
 PERIODS = 12.0
@@ -263,15 +263,15 @@ def problem(seed: int, number: int) -> Problem:
         excitation_force_n=size * load,
         excitation_frequency_rad_per_s=ratio * omega,
     )
-    kind, scatter = choose(generator, KINDS), choose(generator, PATHS)
+    kind, scatter = choose(generator, KINDS), choose(generator, tuple(PATHS))
     law = _law(generator, kind, oscillator)
     per_cycle = log_uniform(generator, -3, 3)
     travel = 2 * math.pi * (1 / omega if follows == "time" else max(belt, 0.1 * natural if follows == "slip" else 0))
-    start_kind = choose(generator, STARTS)
+    start_kind, size_of_path = choose(generator, STARTS), PATHS[scatter] * law.static
     motion = MotionProblem(
         oscillator=oscillator,
         law=law,
-        nodes=_nodes(generator, scatter, law.static),
+        nodes=size_of_path * generator.uniform(-1, 1, BLOCK) if size_of_path > 0 else np.zeros(0),
         spacing=travel / per_cycle,
         start=_start(start_kind, oscillator, law),
         options=MotionOptions(
@@ -316,11 +316,6 @@ def _law(generator: np.random.Generator, kind: str, oscillator: Oscillator) -> F
         case "level":
             return CoulombLaw(static, static)
     return LAWS[kind].example(generator, static, speed)
-
-
-def _nodes(generator: np.random.Generator, kind: str, static: float) -> np.ndarray:
-    size = {"none": 0.0, "weak": 0.05, "strong": 0.8, "negative": 3.0}[kind] * static
-    return size * generator.uniform(-1, 1, BLOCK) if size > 0 else np.zeros(0)
 
 
 def _start(kind: str, oscillator: Oscillator, law: FrictionLaw) -> float:

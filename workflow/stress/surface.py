@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import scipy.linalg
@@ -208,24 +209,13 @@ def judge_expansion(
     return verdict_of(conditions)
 
 
-class Noise:
-    """A generator that returns given normal variables."""
-
-    def __init__(self, values: np.ndarray) -> None:
-        self.values = values
-
-    def standard_normal(self, size: tuple[int, int]) -> np.ndarray:
-        if size != self.values.shape:
-            raise ValueError(f"the noise has the shape {self.values.shape}, the sampler needs {size}")
-        return self.values.copy()
-
-
 def judge_embedding(covariance: Covariance, grid: Grid, number: int, embedding: Embedding) -> Verdict:
     """Return the verdict on the covariance of samples, at random lags of the mesh and at its corners."""
     rms, generator = covariance.rms_height_m, np.random.default_rng([number, 3])
     filter_ = np.fft.irfft2(embedding.root, s=embedding.torus) / rms
     noise = generator.standard_normal(embedding.torus)
-    heights = embedding.sample(Noise(noise)) / rms  # type: ignore[arg-type]
+    given = SimpleNamespace(standard_normal=lambda _: noise.copy())  # a generator of this noise
+    heights = embedding.sample(given) / rms  # type: ignore[arg-type]
     if heights.shape != grid.shape or not (np.isfinite(heights).all() and np.isfinite(filter_).all()):
         return Verdict(math.inf, ("heights of another shape, or not finite",))
     nodes = [tuple(int(generator.integers(n)) for n in grid.shape) for _ in range(NODES)]

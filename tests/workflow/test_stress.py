@@ -103,10 +103,11 @@ def test_numbers_farther_away_than_four_errors_are_rejected():
 
 
 def test_a_table_law_with_a_strong_excitation_from_steady_sliding():
-    """Its slip erred by 7.8 per unit of tau once, at a kink of the table; 5 are allowed."""
+    """Its slip once erred by 7.8 per unit of tau, at a kink of the table; 0.0014 are left."""
     found = row("oscillator", 1830, 20261)
     assert "law=table" in found["case"]
-    assert (found["outcome"], "why" in found) == ("converged", False)
+    assert found["outcome"] == "converged"
+    assert found["residual"] < 0.01
 
 
 @pytest.mark.parametrize(

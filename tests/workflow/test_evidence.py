@@ -36,7 +36,7 @@ def test_a_peer_of_contact_takes_part_and_all_meet_the_tolerance(monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("benchmark", "worst"), [(surface, 0.2), (chaos, 0.06), (oscillator, 0.1)], ids=["surface", "chaos", "oscillator"]
+    ("benchmark", "worst"), [(surface, 0.3), (chaos, 0.06), (oscillator, 0.1)], ids=["surface", "chaos", "oscillator"]
 )
 def test_a_quick_run_gives_rows_and_a_figure(benchmark, worst):
     rows = json.loads(json.dumps(benchmark.measure(True, False)["rows"], allow_nan=False))

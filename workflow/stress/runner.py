@@ -128,7 +128,7 @@ def row_of(stage: str, number: int, drawn: Callable[[], Problem]) -> Row:
     names = {"number": number, "tolerance": 1} | dict(problem.case if problem else {})
     short = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in names.items()}
     row = {"stage": stage, "case": case(**short), "outcome": outcome}
-    return row | {"residual": residual if math.isfinite(residual) else None} | ({"why": why} if why else {})
+    return row | {"residual": float(residual) if math.isfinite(residual) else None} | ({"why": why} if why else {})
 
 
 def failures(rows: Iterable[Row]) -> list[Row]:

@@ -25,16 +25,7 @@ from workflow.study.surface_check import check_scan, length_mistake, load_mistak
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
-MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
-STRESSED = ("surface", "contact", "chaos", "friction", "oscillator", "accuracy", "refusals")
-CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
-EVIDENCE = (
-    "benchmark",
-    "evidence_drawn",
-    *MEASURED,
-    *CAMPAIGNS,
-    *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")),
-)
+EVIDENCE = ("evidence_drawn", *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")))
 RULES = frozenset({*declarations(), "scene_report", "report_of_the_default_scenes", "clean_unused", *EVIDENCE})
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})

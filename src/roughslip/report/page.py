@@ -36,7 +36,7 @@ OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu
 ACCURACY = re.compile(r"(\w+?)_(asked|expected|reached|from_\w+)")  # counts of stages in costs.json
 FOR_VERDICTS = re.compile(r"strips_(to_decide|beyond_limit_for)_(.+)")  # the same, of stage strip_allocation
 MEASURED = {
-    "surface": "Surfaces: times of leading modes and exact samples; error of the covariance against time.",
+    "surface": "Surfaces: error of the covariance of samples against time.",
     "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
     "chaos": "Pressure at the centre: distance of the distribution from its Monte Carlo reference against contact "
     "solves.",

@@ -9,6 +9,7 @@ from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.stages import cycles, deterministic, ensemble_pilot, oscillator
 from roughslip.stages.ensemble_pilot import half_width, missing_scatter, runs_for
+from roughslip.stages.result_tables import ensemble_table
 from tests.stages.scenes import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -175,7 +176,7 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
     assert share == pytest.approx([nominal.mean(), *wilson_interval(nominal.sum(), 8)])
     assert run.warnings == []
     said: list[str] = []
-    few = cycles.normality_variables(place[:20], np.arange(20), np.random.default_rng(0), said.append)
+    few = ensemble_table.normality_variables(place[:20], np.arange(20), np.random.default_rng(0), said.append)
     assert np.isnan([variable.values for variable in few.values()]).all()
     assert "too few for a test of normality" in said[0]
     assert found["reattachment_mean"] == pytest.approx(place.mean())

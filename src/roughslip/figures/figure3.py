@@ -20,6 +20,7 @@ from roughslip.figures.style import (
     with_ends,
     with_interval_names,
 )
+from roughslip.probability.nearest import nearest_level
 
 DRAWN = {
     "figure3": [
@@ -45,7 +46,6 @@ SOLVED = 0  # row of the sources
 PAPER_LENGTH = 250e-6  # m
 PAPER_BETA, PAPER_LABEL = (2.1, 5.0), "paper, Beta(2.1, 5)"
 PAPER_MOMENTS = {"skewness": 0.560, "kurtosis": -0.171}  # of this Beta
-SAME_SKEWNESS = 0.5  # relative, as the rule of the verdict has it
 PENETRATION = "penetration [percentile of heights]"
 PANELS = {"mean": "mean of $\\mu$", "std": "standard deviation of $\\mu$", "variation": "standard deviation over mean"}
 
@@ -145,9 +145,8 @@ def _largest_lags(axes: Axes, result: Arrays) -> None:
 
 def _nearest(axes: Axes, result: Arrays) -> None:
     """Standardised densities at the median, and where the skewness is near the paper's, the nearest level."""
-    near = np.abs(result["combined_skewness"] / PAPER_MOMENTS["skewness"] - 1.0) <= SAME_SKEWNESS
     distance = result["beta_distance_standardised"]
-    level = int(np.argmin(np.where(near, distance, 1.0 + distance)))
+    level = nearest_level(distance, result["combined_skewness"], distance >= 0)
     edges = result["standard_edge"]
     label = f"at {result['percentile'][level]:g} %, distance {distance[level]:.3f}"
     axes.stairs(result["standard_histogram"][level], edges, fill=True, color="C0", alpha=0.35, label=label)

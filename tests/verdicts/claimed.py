@@ -75,6 +75,7 @@ def friction():
         table |= with_interval(f"combined_{name}", [0.3, 0.2, 0.1], [0.29, 0.19, 0.09], [0.31, 0.21, 0.11])
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
         table |= with_interval(f"trend_combined_{name}_line", -0.2, -0.3, -0.1)
+    table |= with_interval("ratio_of_sums", [0.3, 0.2, 0.1], [0.29, 0.19, 0.09], [0.31, 0.21, 0.11])
     table |= with_interval("load_windows", [4.0, 2.0, 1.0], [4.0, 2.0, 1.0], [4.0, 2.0, 1.0])
     table |= with_interval("load_std", [0.06, 0.04, 0.02], [0.055, 0.035, 0.015], [0.065, 0.045, 0.025])
     table |= dict.fromkeys((one.variable for one in P_VALUES.values()), np.array(0.031))

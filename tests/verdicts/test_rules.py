@@ -12,6 +12,7 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit, win
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
+from roughslip.report.sections import under_which
 from roughslip.verdicts.finding import inside
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
 from roughslip.verdicts.reading import headline
@@ -56,10 +57,22 @@ def test_every_statement_in_the_order_of_the_paper_with_its_readings():
         assert claim["headline"] == "reproduced"
         assert claim["tried"] == len(claim["readings"]) == len({one["id"] for one in claim["readings"]})
         for one in claim["readings"]:
-            assert list(one) == [*head, "taken", "place", "rule", "natural", "why", "unit", *JUDGED]
+            assert list(one) == [*head, "taken", "place", "rule", "natural", "why", "chosen", "unit", *JUDGED]
             assert one["interval"][0] <= one["ours"] <= one["interval"][1]
             contradicts = one["id"] == "by-the-beta"
             assert one["verdict"] == ("contradicts itself" if contradicts else "reproduced"), (claim["id"], one["id"])
+
+
+def test_a_reading_that_was_chosen_by_its_number_is_no_evidence():
+    """The straight line to 0.9 of the window holds alone: it is shown, and the headline does not say so."""
+    table = friction()
+    for name in ("least_squares", "one_over_e", "integral", "log_line_50"):
+        table |= with_interval(f"combined_length_{name}", *([one] * LEVELS for one in (4.5e-4, 4.2e-4, 4.8e-4)))
+    found = judge(friction_=table)
+    assert found["mu-correlation-250um/log-line-90"]["verdict"] == "reproduced"
+    assert found["mu-correlation-250um/log-line-90"]["chosen"]
+    assert found["mu-correlation-250um"]["headline"] == "undecided"
+    assert under_which(found["mu-correlation-250um"]) == "none (0 of 5)"
 
 
 def test_headlines_follow_from_the_verdicts_of_all_readings():
@@ -505,6 +518,16 @@ def test_a_fall_at_every_step_fails_where_one_level_rises():
     found = judge(friction_=table)
     assert found["fig3-mean-decreases"]["verdict"] == "reproduced"  # from first to last it falls
     assert found["fig3-mean-decreases/every-step"]["verdict"] == "contradicted"
+
+
+def test_the_mean_by_sums_of_areas_and_forces_is_a_reading_of_its_own():
+    """Errors of the first and the last level add as squares: 0.06, 0.08 make 0.1."""
+    table = friction() | with_interval("ratio_of_sums", [0.3, 0.3, 0.35], [0.24, 0.29, 0.27], [0.36, 0.31, 0.43])
+    found = judge(friction_=table)
+    assert found["fig3-mean-decreases"]["verdict"] == "reproduced"
+    one = found["fig3-mean-decreases/sums"]
+    assert (one["verdict"], one["ours"]) == ("undecided", pytest.approx(0.05))
+    assert one["interval"] == pytest.approx((-0.05, 0.15))
 
 
 def test_notes_report_p_values():

@@ -127,6 +127,7 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         "fit_percentile": percentile,
         **with_interval("fit", mean, 0.002),
         "family": np.array(list(FAMILIES)),
+        "least_p_value": np.array(0.0025),
         "p_equal_distribution": np.array(0.0025 if len(percentile) > 1 else np.nan),
         "p_equal_correlation": np.array(0.12 if len(percentile) > 1 else np.nan),
         **with_interval("white_autocorrelation", np.maximum(0, 1 - lag / 600e-6), 0.1),

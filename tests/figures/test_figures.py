@@ -257,7 +257,7 @@ def test_figure3_law_draws_the_stored_numbers():
         assert line(axes, "paper, Beta(2.1, 5)")[1][0] == pytest.approx(paper, abs=5e-4)
         assert axes.get_yscale() == "symlog"
     assert correlation.get_title(loc="left").endswith("$p$ = 0.12")
-    assert distances.get_title(loc="left").endswith("$p$ = 0.0025")
+    assert distances.get_title(loc="left").endswith("$p$ at most 0.0025")
     assert figure3_law(friction()).axes[6].get_yscale() == "linear"
 
 

@@ -69,7 +69,11 @@ def claim(**changes):
         "tried": 2,
     } | changes
     texts = {"taken": changes.get("taken", "from first to last"), "place": "section 4"}
-    natural = {name: found[name] for name in JUDGED} | texts | {"id": "over-all", "natural": True, "why": "the range", "chosen": ""}
+    natural = (
+        {name: found[name] for name in JUDGED}
+        | texts
+        | {"id": "over-all", "natural": True, "why": "the range", "chosen": ""}
+    )
     other = {"id": "every-step", "verdict": "contradicted", "at_half": "contradicted", "at_twice": "undecided"}
     headlines = {"contradicted": "contradicted under every reading tried"}
     found.setdefault("headline", headlines.get(found["verdict"], found["verdict"]))

@@ -76,7 +76,7 @@ def _reattachment(axes: Axes, result: Arrays) -> None:
     place = 1e3 * float(result["deterministic_reattachment"])
     if np.isfinite(place):
         axes.plot([place, place], [0, max(normal.max(), density.max())], "C3--", lw=1.2, label="deterministic")
-    axes.set_ylim(bottom=0)
+    axes.set(xlim=(mean - 5 * std, mean + 5 * std), ylim=(0, None))
     legend_above(axes)
 
 

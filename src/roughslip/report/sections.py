@@ -184,7 +184,9 @@ def under_which(claim: Claim) -> str:
     if not claim["tried"]:
         return ""
     holds = [
-        one["id"].replace("-", " ") for one in claim["readings"] if one["verdict"] == "reproduced" and not one.get("chosen")
+        one["id"].replace("-", " ")
+        for one in claim["readings"]
+        if one["verdict"] == "reproduced" and not one.get("chosen")
     ]
     return f"{holds[0] if holds else 'none'} ({len(holds)} of {claim['tried']})"
 

@@ -38,7 +38,7 @@ STAGE = Stage(
 RUNS = 48  # of each reading, at most those of the scene: a share of the time to some hundredths
 NODES = 4  # of a path per correlation length
 PAPER_LENGTH = 250e-6  # m
-CURVE, BEYOND = (0.75, 0.9, 1.003, 1.03, 1.1, 1.2), (1.003, 1.03)  # damping ratios over the limit of existence
+CURVE, BEYOND = (0.75, 0.9, 0.997, 1.003, 1.03, 1.1, 1.2), (1.003, 1.03)  # damping ratios over the limit of existence
 Reading = tuple[str, Scene, FrictionNumbers, tuple[float, ...]]
 
 

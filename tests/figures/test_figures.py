@@ -86,6 +86,7 @@ CASES = {
     },
     "figure5": {
         "full": oscillator(),
+        "without readings": {k: v for k, v in oscillator().items() if not k.startswith("nearest_")},
         "four runs and three dampings": oscillator(4, np.array([0.17, 0.3, 0.34])),
         "one run and one damping": oscillator(1, np.array([0.17])),
         "excited": EXCITED,
@@ -257,7 +258,7 @@ def test_figure3_law_draws_the_stored_numbers():
         assert line(axes, "paper, Beta(2.1, 5)")[1][0] == pytest.approx(paper, abs=5e-4)
         assert axes.get_yscale() == "symlog"
     assert correlation.get_title(loc="left").endswith("$p$ = 0.12")
-    assert distances.get_title(loc="left").endswith("$p$ = 0.0025")
+    assert distances.get_title(loc="left").endswith("$p$ at most 0.0025")
     assert figure3_law(friction()).axes[6].get_yscale() == "linear"
 
 
@@ -275,7 +276,11 @@ def test_figure5_draws_the_stored_numbers():
     assert np.sum(values * np.diff(edges)) == pytest.approx(1.0)
     x, y = line(histogram, "fitted normal")
     assert (x[np.argmax(y)], np.trapezoid(y, x)) == (pytest.approx(3.3, abs=0.01), pytest.approx(1.0, abs=1e-3))
-    np.testing.assert_array_equal(loss.lines[0].get_data(), [DAMPING, result["difference"]])
+    np.testing.assert_array_equal(line(loss, "penetration 50 %"), [DAMPING, result["difference"]])
+    nearest = [result[f"nearest_penetration_{name}"] for name in ("damping_ratio", "difference")]
+    np.testing.assert_array_equal(line(loss, "penetration 20 %"), nearest)
+    alone = {name: value for name, value in result.items() if not name.startswith("nearest_penetration_")}
+    assert figure5(alone).axes[2].get_legend() is None
     for label, name in (
         ("$M_d$, without scatter", "deterministic_cycles"),
         ("$E[M_S]$, with scatter", "mean_cycles"),

@@ -123,6 +123,6 @@ def test_strips_do_not_depend_on_a_text():
         for file in closure("roughslip.stages.strip_allocation", source)
     }
     assert "verdicts/friction_rules.py" in files
-    texts = {"statements", "rules", "turning", "sensitivity"}
+    texts = {"statements", "rules", "turning"}
     assert not files & {f"verdicts/{name}.py" for name in texts}
     assert not any(file.startswith(("report/", "stages/result_tables/")) for file in files)

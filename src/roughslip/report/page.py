@@ -28,7 +28,6 @@ from roughslip.report.sections import (
     section,
     under_which,
 )
-from roughslip.report.sensitivity_table import legend, sensitivity_bars, sensitivity_line
 
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
@@ -137,9 +136,6 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "strips_for_verdicts": _strips_for_verdicts,
         "headlines": lambda claims: Counter(claim["headline"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,
-        "sensitivity_legend": legend,
-        "sensitivity_line": sensitivity_line,
-        "sensitivity_bars": sensitivity_bars,
         "section": section,
         "in_brackets": in_brackets,
         "number": our_number,

@@ -18,11 +18,13 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import (
+    LOOP_SAMPLES,
     cycle_period,
     equilibrium,
     existence_limit,
     hopf_damping,
     limit_cycle,
+    slip_loop,
 )
 from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.path import Piece
@@ -141,6 +143,10 @@ def test_cycle_on_either_side_of_the_existence_limit():
     with pytest.raises(IllPosedError, match="no stick-slip cycle"):
         limit_cycle(above, LAW)
     assert cycle_period(above, LAW) == math.inf
+    damped = replace(STUDY, damping_ratio=1.2 * limit)
+    flow = slip_flow(damped, LAW)
+    _, peak = next_peak(flow, (LAW.static * STUDY.F - flow.steady) / STUDY.V - 2.4 * limit, 1.0)
+    assert slip_loop(damped, LAW).periods == pytest.approx(peak / (2 * math.pi), abs=0.51 / LOOP_SAMPLES)
     assert simulate(below, LAW, None, 0.0, 30.0, MotionOptions(1e-11)).cycles > 20
     assert simulate(above, LAW, None, 0.0, 30.0, MotionOptions(1e-11)).cycles == 0
 

@@ -29,7 +29,10 @@ from roughslip.oscillator.slip import (
 from roughslip.oscillator.switching_events import (
     GRAZING,
     LOWER,
+    ZERO,
+    Bound,
     Sliding,
+    arrival,
     bound,
     bracket,
     branch,
@@ -316,3 +319,12 @@ def test_steps_taken_to_a_bound_are_counted():
     kind, *_, taken = end_at_first_bound(top, end, error, 1.2, False, HERE, SLIDING, DORMAND_PRINCE853, 1e-9)
     assert (kind, taken) == (LOWER, alone)
     assert 1 <= taken <= 4
+
+
+@pytest.mark.parametrize("dt", [1e-2, -1e-2])
+def test_arrival_is_motion_of_constant_jerk(dt):
+    """X = dt u + dt^2 a / 2 + dt^3 j / 6 and its derivatives, exact; slip is what the belt moves more, V dt - X."""
+    found = arrival(State(1.0, 2.0, 3.0, 4.0, -5.0, 6.0), dt, Bound(ZERO, 1.0, 0.0), 1.0, coefficients(STUDY, LEVEL))
+    dx = 3.0 * dt - 2.5 * dt**2 + dt**3
+    expected = 1.0 + dt, 2.0 + dx, 3.0 - 5.0 * dt + 3.0 * dt**2, 4.0 + V * dt - dx, -5.0 + 6.0 * dt, 6.0
+    assert found == pytest.approx(expected, rel=1e-14)

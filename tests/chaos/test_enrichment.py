@@ -119,7 +119,7 @@ def test_too_few_surfaces_for_the_fit_are_doubled():
             raise IllPosedError("too few")
         return fitted(samples)
 
-    found = enrich(Surfaces(9), fussy, 0.2, least=32, most=1024, seed=[0])
+    found = enrich(Surfaces(9), fussy, 0.2, least=32, most=128, seed=[0])
     assert [count for count, _ in found.history] == [32, 64, 128]
     assert np.isnan([error for _, error in found.history]).tolist() == [True, True, False]
     assert found.error.total == found.history[-1][1] <= 0.2

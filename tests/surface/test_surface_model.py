@@ -28,6 +28,9 @@ def test_a_plain_gaussian_surface_is_its_embedding():
     """To the last bit: scenes of before samples had models keep their results."""
     grid = Grid(40, 20, 1.0, 1.0)
     model = gaussian_model(EXPONENTIAL, EXPONENTIAL.axis_lengths_m)
+    # a covariance is corrected where there is a law of heights and the correction is wanted, not for one of them
+    for given in (gaussian_model(EXPONENTIAL, marginal=BETA), gaussian_model(EXPONENTIAL, correct_correlation=True)):
+        assert given.covariance is EXPONENTIAL
     field = model.sampler(grid)(np.random.default_rng(1))
     np.testing.assert_array_equal(field, embed(EXPONENTIAL, grid).sample(np.random.default_rng(1)))
     assert model.heights(field) is field

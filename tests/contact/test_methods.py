@@ -124,6 +124,7 @@ def test_shift_meets_the_sum(seed: int, share: float, cap: float, everywhere: bo
     """Any sum between none and all nodes at the cap; without the nodes that are not moved, any that the others can."""
     rng = np.random.default_rng(seed)
     pressure, direction = np.clip(rng.standard_normal((5, 6)), 0, cap), rng.standard_normal((5, 6))
+    direction[rng.random((5, 6)) < 0.3] = 0.0  # so that trial pressures of exactly zero, which are not moved, are among
     free = rng.random((5, 6)) < 0.7
     trial = pressure + 0.7 * direction
     moved = np.full((5, 6), True) if everywhere else free & (trial > 0)

@@ -45,6 +45,7 @@ def points(between=" ", decimal=".", header="", lateral=1.0):
         ("# a comment\n\n" + matrix(), "matrix, heights", "utf-8"),
         ("sep=;\n" + matrix(";"), "matrix, semicolons, heights", "utf-8"),
         (matrix().replace("-", "\u2212"), "matrix, heights", "utf-32"),
+        (matrix().replace("-", "\u2212") + "# \u00b5ab\n", "matrix, heights", "utf-8"),  # 2 bytes of µ
         (matrix().replace("\n", "\n\n"), "matrix, heights", "utf-8"),
         (points(), "points x, y, z, heights", "utf-8"),
         (points(";", ",", "x;y;z\n"), "points x, y, z, semicolons, decimal commas, after the line 'x;y;z', h", "utf-8"),

@@ -6,6 +6,7 @@ missing values, lines of headings. Else the error names what was met, and where.
 
 from __future__ import annotations
 
+import codecs
 import math
 import re
 from collections.abc import Iterator
@@ -90,7 +91,7 @@ def _lines(path: Path, *, sizes: bool = True) -> Iterator[tuple[int, str]]:
         encoding = "utf-16"
     else:
         try:
-            start[:-4].decode()  # less a character that the end may cut
+            codecs.getincrementaldecoder("utf-8")().decode(start)  # a character that the end cuts is no error
             encoding = "utf-8-sig"
         except UnicodeDecodeError:
             encoding = "latin-1"

@@ -5,6 +5,8 @@ import importlib.util
 import struct
 import sys
 import zipfile
+from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import netCDF4
@@ -14,7 +16,7 @@ from scipy.io import savemat
 
 from roughslip.errors import InputError
 from roughslip.scan import limits
-from roughslip.scan.instrument_file import read_scan, write_x3p
+from roughslip.scan.instrument_file import _channel, read_scan, write_x3p
 from roughslip.scan.topography import Topography
 
 instruments = pytest.mark.skipif(
@@ -353,3 +355,9 @@ def test_nonsense_of_a_file_is_not_laid_to_the_scene(tmp_path):
     struct.pack_into("<IIdd", header, 1368, 40, 40, 300.0, 300.0)
     path.write_bytes(bytes(header) + np.arange(1600, dtype="<u2").tobytes())
     check_refused(path, "points 0.3 m apart; from 1e-11 to 1e-02 m are allowed: so its reader takes .nms files")
+
+
+@pytest.mark.parametrize(("names", "read"), [("ab", "a"), (["a", "Topography"], "Topography"), (["a", "z", "Z"], "a")])
+def test_the_only_channel_with_a_name_of_heights_is_read_else_the_first(names, read):
+    channels = [SimpleNamespace(name=name, is_height_channel=True) for name in names]
+    assert _channel(Path("scan.opd"), channels, None)[0] is channels[list(names).index(read)]

@@ -19,7 +19,7 @@ from itertools import repeat
 import numpy as np
 import scipy
 
-from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
+from roughslip.errors import ConvergenceError, RoughslipError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.friction_law import FrictionLaw, friction
@@ -27,7 +27,7 @@ from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.laws import LAWS
-from roughslip.oscillator.motion import NEGATIVE_FRICTION, MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.path import INTERPOLATIONS
 from roughslip.oscillator.runge_kutta import PAIRS
 from workflow.evidence.rows import Row
@@ -123,7 +123,6 @@ def random_problem(seed: int, number: int) -> MotionProblem:
             stochastic_static_limit=bool(generator.integers(2)),
             interpolation=choose(generator, INTERPOLATIONS),
             friction_follows=follows,
-            negative_friction=choose(generator, NEGATIVE_FRICTION, (0.8, 0.2)),
             integrator=choose(generator, tuple(PAIRS)),
         ),
         labels={"law": kind, "excitation": excitation, "path": scatter, "begin": start_kind},
@@ -182,9 +181,7 @@ def row_of(seed: int, number: int) -> Row:
 
 
 def is_answer(problem: MotionProblem, error: RoughslipError) -> bool:
-    """Whether an error answers a problem: the step limit with advice, or negative friction that must be refused."""
-    if isinstance(error, ParameterError):
-        return problem.may_turn_negative and "negative" in str(error)
+    """Whether an error answers a problem: the step limit with advice."""
     return isinstance(error, ConvergenceError) and has_advice(error)
 
 

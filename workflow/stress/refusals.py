@@ -319,14 +319,14 @@ def path_refusals() -> Calls:
     """Return bad input to friction processes and their paths."""
     beta, quantiles = probability.BetaDistribution(2.1, 5.0, 0.2, 0.6), np.arange(20.0)
     process = FrictionProcess(beta, 1e-4)
-    embedded = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="embedding")
+    waves = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="spectral")
     spacings = NOT_POSITIVE | {"far-too-fine": 1e-12, "far-too-wide": 1.0}
     bounds = partial(probability.BetaDistribution, a=2.1, b=5.0, lower=0.0, upper=1.0)
     empirical = partial(probability.QuantileDistribution, quantiles=quantiles, mean=0.3, standard_deviation=0.1)
     tables = not_a_table(quantiles) | {"falling": -quantiles, "too-few": quantiles[:5]}
     many_nodes = {"of-too-many-nodes": 1e4}
     return joined(
-        spoilt(embedded, spacing_m=NOT_POSITIVE, length_m=NOT_POSITIVE | many_nodes, method=UNKNOWN),
+        spoilt(waves, spacing_m=NOT_POSITIVE, length_m=NOT_POSITIVE | many_nodes, method=UNKNOWN),
         spoilt(partial(recursion, process), spacing_m=spacings),
         spoilt(partial(recursion(process, 1e-5).realisation, [1]), piece_nodes=NOT_A_COUNT),
         spoilt(bounds, a=NOT_POSITIVE, b=NOT_POSITIVE, lower=NOT_FINITE | {"above": 2.0}, upper=NOT_FINITE),
@@ -353,7 +353,7 @@ def oscillator_refusals() -> Calls:
         "too-short": np.zeros(8),
     }
     at_rest = {"of-a-belt-at-rest": study(belt_velocity_m_per_s=0.0)}
-    words = dict.fromkeys(("interpolation", "friction_follows", "negative_friction", "integrator"), UNKNOWN)
+    words = dict.fromkeys(("interpolation", "friction_follows", "integrator"), UNKNOWN)
     tables = partial(TableLaw, speeds_m_per_s=(0.0, 1.0), values=(0.4, 0.3))
     values = {name: (0.4, value) for name, value in NEGATIVE.items()} | {"of-another-length": (0.4,)}
     speeds = {name: (0.0, value) for name, value in NEGATIVE.items()} | {"falling": (0.0, -1.0)}

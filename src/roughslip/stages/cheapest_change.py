@@ -21,7 +21,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="cheapest_change",
     reads="seed oscillator design numerics.oscillator_tolerance",
-    reads_if_given="ensemble.marginal ensemble.interpolation friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/cheapest_change.nc",
     memory_mb=620,

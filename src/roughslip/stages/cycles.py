@@ -106,7 +106,7 @@ def work(job: Job) -> None:
     if cut.any():
         job.usage.warn(
             f"friction would be negative in {np.count_nonzero(cut)} of {cut.size} runs and is cut to zero there: its "
-            "mean is then higher and its scatter smaller than asked. See oscillator.negative_friction"
+            "mean is then higher and its scatter smaller than asked"
         )
     closing = closing_periods(float(plain["period"]))
     still = np.array([cycling_share(column, duration, closing) for column in last_cycle.T]).T

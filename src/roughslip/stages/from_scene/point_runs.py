@@ -55,7 +55,7 @@ class PointRuns:
     One generator per realisation serves every point, so that neighbours err together. Results do not depend on the
     order of the points.
 
-    scene : with sections `oscillator`, `numerics`, `ensemble.marginal` and `ensemble.interpolation`
+    scene : with sections `oscillator` and `numerics`, and `ensemble.marginal`
     numbers, statistics : friction of the scene, and its file if any
     periods : natural periods of a run after its first departure
     stream : of the random numbers

@@ -160,7 +160,7 @@ def controlled_means(configuration: Values, pressure: np.ndarray, gap: np.ndarra
     scene = scene_of({**configuration, "expansion": {"target": TARGET}})
     model, grid, modes, nodes = square_of(scene)
     directions, odd = expansion.directions(model, grid, modes, nodes, VARIABLES)
-    (target,) = expansion.targets(scene, model, grid)
+    target = expansion.target(scene, model, grid)
 
     def local(first: int, last: int) -> np.ndarray:
         xi = np.array([draw_variables(scene.seed, number, len(modes)) for number in range(first, last)])

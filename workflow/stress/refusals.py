@@ -21,7 +21,7 @@ from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
 from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
-from roughslip.chaos.regression import censored_regression, least_squares
+from roughslip.chaos.regression import least_squares
 from roughslip.chaos.sampling import cumulative_given_contact, design, kolmogorov_distance, wilson_interval
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
@@ -205,7 +205,6 @@ def regression_refusals() -> Calls:
         spoilt(squares, basis=tables, target=targets),
         spoilt(squares, weights=weights | {"negative": -np.ones(60), "zero": np.zeros(60)}),
         spoilt(in_contact, basis=tables, pressure=targets),
-        spoilt(partial(censored_regression, basis=table, target=target), basis=tables, target=targets),
         spoilt(partial(residual_scatter, predicted=target, target=target), predicted=targets, target=targets),
         spoilt(partial(sobol_indices, indices, directions=np.eye(2)), coefficients=not_a_table(np.ones(6))),
         spoilt(partial(multi_indices, variables=2, degree=2), variables=NOT_A_COUNT, degree=NOT_A_DEGREE),
@@ -233,7 +232,6 @@ def pressure_refusals() -> Calls:
     return joined(
         spoilt(partial(Samples, **parts, gap=np.zeros((30, 1))), **bad),
         spoilt(strip, functionals=not_a_table(functionals), target_values=not_a_table(values)),
-        spoilt(strip, target={"censored": PressureTarget("censored", 1.0)}),
         spoilt(partial(local_functionals, stencil=stencil), heights=not_an_array(np.ones((9, 5)))),
         spoilt(partial(whitening, odd=NO_SYMMETRY), samples=not_an_array(functionals[:, 0])),
         spoilt(partial(fit_local, samples=known, target=trial), degree=NOT_A_DEGREE),

@@ -12,7 +12,6 @@ from roughslip.scene.load import MOST_WINDOWS
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
 Follows = Literal["slip", "belt", "time"]
-Integrator = Literal["fehlberg45", "dormand_prince853"]
 
 
 @section
@@ -78,12 +77,6 @@ class Oscillator(Section):
     )
     correlation_time_s: float | None = number(
         "Correlation time of the stochastic part where it follows time", "s", above=0, at_most=1e6, default=None
-    )
-    integrator: Integrator = choice(
-        "Embedded Runge-Kutta pair of the slip motion: fehlberg45 as in the paper, or dormand_prince853, which takes "
-        "fewer evaluations where the nodes of the friction path do not bound the steps",
-        Integrator,
-        default="fehlberg45",
     )
     penetration_percentile: float | None = number(
         "Penetration of the surfaces that the mass slides on, between the first and the last of the strip, as the "

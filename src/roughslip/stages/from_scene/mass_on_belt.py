@@ -143,7 +143,6 @@ def motion_options(scene: Scene) -> MotionOptions:
         tolerance=scene.numerics.oscillator_tolerance,
         stochastic_static_limit=section.stochastic_static_limit,
         friction_follows=section.friction_follows,
-        integrator=section.integrator,
     )
 
 

@@ -127,6 +127,7 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         "fit_percentile": percentile,
         **with_interval("fit", mean, 0.002),
         "family": np.array(list(FAMILIES)),
+        "least_p_value": np.array(0.0025),
         "p_equal_distribution": np.array(0.0025 if len(percentile) > 1 else np.nan),
         "p_equal_correlation": np.array(0.12 if len(percentile) > 1 else np.nan),
         **with_interval("white_autocorrelation", np.maximum(0, 1 - lag / 600e-6), 0.1),
@@ -167,6 +168,10 @@ def oscillator(runs=12, damping=DAMPING):
         "deterministic_cycles": cycles,
         "mean_cycles": mean,
         **with_interval("difference", cycles - mean, 2.0),
+        "friction_percentile": np.array(50.0),
+        "nearest_penetration_percentile": np.array(20.0),
+        "nearest_penetration_damping_ratio": damping[::2],
+        **with_interval("nearest_penetration_difference", (cycles - mean)[::2] / 2, 2.0),
         "deterministic_hopf_damping": np.array(0.2311),
         "deterministic_existence_limit": np.array(0.3244),
     }

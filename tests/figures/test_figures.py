@@ -29,6 +29,7 @@ from roughslip.figures.figure_map import figure_map
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
 from roughslip.figures.figure_scan import NUMBERS, OUTSIDE, figure_scan
 from roughslip.figures.style import STYLE, save
+from roughslip.scene.declarations import declarations
 from tests.figures.drawn import (
     DAMPING,
     Recorded,
@@ -85,6 +86,7 @@ CASES = {
     },
     "figure5": {
         "full": oscillator(),
+        "without readings": {k: v for k, v in oscillator().items() if not k.startswith("nearest_")},
         "four runs and three dampings": oscillator(4, np.array([0.17, 0.3, 0.34])),
         "one run and one damping": oscillator(1, np.array([0.17])),
         "excited": EXCITED,
@@ -256,7 +258,7 @@ def test_figure3_law_draws_the_stored_numbers():
         assert line(axes, "paper, Beta(2.1, 5)")[1][0] == pytest.approx(paper, abs=5e-4)
         assert axes.get_yscale() == "symlog"
     assert correlation.get_title(loc="left").endswith("$p$ = 0.12")
-    assert distances.get_title(loc="left").endswith("$p$ = 0.0025")
+    assert distances.get_title(loc="left").endswith("$p$ at most 0.0025")
     assert figure3_law(friction()).axes[6].get_yscale() == "linear"
 
 
@@ -274,7 +276,11 @@ def test_figure5_draws_the_stored_numbers():
     assert np.sum(values * np.diff(edges)) == pytest.approx(1.0)
     x, y = line(histogram, "fitted normal")
     assert (x[np.argmax(y)], np.trapezoid(y, x)) == (pytest.approx(3.3, abs=0.01), pytest.approx(1.0, abs=1e-3))
-    np.testing.assert_array_equal(loss.lines[0].get_data(), [DAMPING, result["difference"]])
+    np.testing.assert_array_equal(line(loss, "penetration 50 %"), [DAMPING, result["difference"]])
+    nearest = [result[f"nearest_penetration_{name}"] for name in ("damping_ratio", "difference")]
+    np.testing.assert_array_equal(line(loss, "penetration 20 %"), nearest)
+    alone = {name: value for name, value in result.items() if not name.startswith("nearest_penetration_")}
+    assert figure5(alone).axes[2].get_legend() is None
     for label, name in (
         ("$M_d$, without scatter", "deterministic_cycles"),
         ("$E[M_S]$, with scatter", "mean_cycles"),
@@ -472,3 +478,20 @@ def test_a_scene_adds_the_panels_that_it_has():
     assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)", "(f)"]
     assert len(figure.axes[0].lines[1].get_ydata()) == 1
     assert len(figure.axes[3].lines) == 1
+
+
+def test_titles_say_what_the_data_show():
+    """No contact, and no stick without scatter, are said in the title; a picture with them has the plain title."""
+    arrays = chain_result()
+    bare = arrays | {"pressure": 0 * arrays["pressure"], "deterministic_reattachment": np.array(np.nan)}
+    titles = [[axes.get_title(loc="left") for axes in figure_chain(one).axes[:4]] for one in (arrays, bare)]
+    assert "contact pressure, penetration 50 %" in titles[0][1]
+    assert "limit cycle at D" in titles[0][3]
+    assert "no contact here, penetration 50 %" in titles[1][1]
+    assert "no stick-slip cycle at D" in titles[1][3]
+    assert "no stick-slip cycle at D" in figure5(oscillator() | bare).axes[0].get_title(loc="left")
+
+
+def test_captions_have_no_names_of_the_code():
+    captions = " ".join(stage.caption for stage in declarations().values())
+    assert not [word for word in captions.split() if "_" in word]

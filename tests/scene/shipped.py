@@ -21,7 +21,7 @@ KNOWN = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
 FIGURES = (
     "answer, figure2, figure3, figure5, figure_chain, figure_design, figure_field, figure_lifetimes, figure_map, "
-    "figure_scan"
+    "figure_scan, readings"
 )
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"

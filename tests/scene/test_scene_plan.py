@@ -50,14 +50,17 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
     assert scene["strip"]["penetration_percentiles"]
 
 
+RUNS = {"deterministic", "ensemble_pilot", "oscillator", "belt_readings", "figure_chain"}
+
+
 @pytest.mark.parametrize(
     ("key", "value", "stages"),
     [
-        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "ensemble_pilot", "oscillator", "figure_chain"}),
+        ("ensemble.damping_ratios", [0.1, 0.2], RUNS),
         ("batches.strip_samples", 7, set()),
         ("map.points", 7, {"stick_slip_map"}),
         ("survival.points", 7, {"lifetimes"}),
-        ("ensemble.duration_periods", 7, {"deterministic", "ensemble_pilot", "oscillator", "cycles", "figure_chain"}),
+        ("ensemble.duration_periods", 7, RUNS | {"cycles"}),
         ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, "figure_chain"}),
         ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
@@ -119,6 +122,7 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        asking = "not asked for: answer, figure3, figure5, figure_chain, figure_design, figure_lifetimes, figure_map"
+        figures = "figure3, figure5, figure_chain, figure_design, figure_lifetimes, figure_map"
+        asking = f"not asked for: answer, {figures}, readings"
         assert square["contact_strip"] == square["friction"] == asking
         assert square["ensemble_pilot"] == "not asked for: figure5, figure_chain"

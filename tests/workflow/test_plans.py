@@ -250,3 +250,12 @@ def test_each_random_scene_that_is_accepted_is_planned(empty, tmp_path, plan):
     for first in range(0, len(names), TOGETHER):
         some = names[first : first + TOGETHER]
         assert set(plan(project.folder, *some)) >= set(some)
+
+
+@pytest.mark.slow
+def test_lists_of_rules_print_no_warnings(empty):
+    """`paper` has a warning, and is among the scenes that are made without a target."""
+    for option in ("--list", "--list-target-rules"):
+        run = empty.snakemake(option)
+        assert run.returncode == 0
+        assert "warning" not in run.stdout + run.stderr

@@ -128,11 +128,13 @@ class LocalExpansion:
         """Continuous ranked probability score of the pressure at left-out surfaces, over the mean pressure [-]."""
         return float(self.scores.sum())
 
+    @gate
     def mean_pressure_at(self, variables: np.ndarray) -> np.ndarray:
         """p : (n,) [Pa] at variables : (n, v), of the target without its scatter."""
         predicted = hermite_basis(variables, self.indices) @ self.whole.coefficients
         return self.target.pressure(self.whole.scatter.centre(predicted))
 
+    @gate
     def draw(self, generator: np.random.Generator, count: int, *, left_out: bool = False) -> np.ndarray:
         """Pressures of random surfaces. They are evenly distributed together, and not independent of each other.
 
@@ -154,6 +156,7 @@ class LocalExpansion:
                 row[first + near] = member.draw(predicted[near], block[near, 0], self.target)
         return pressure if left_out else pressure[0]
 
+    @gate
     def draw_with_variables(self, generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Random surfaces that the expansion finds in contact: their variables : (n, v) and pressures : (n,) [Pa].
 

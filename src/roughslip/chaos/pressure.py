@@ -66,6 +66,7 @@ class PressureTarget:
         if not self.hardness_pa > 0:
             raise ParameterError(f"the hardness must be positive, not {self.hardness_pa} Pa")
 
+    @gate
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """Target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m].
 
@@ -75,6 +76,7 @@ class PressureTarget:
         power = pressure if self.kind == "trial_pressure" else pressure * (pressure + self.cell_pressure_pa)
         return power - self.gap_stiffness * gap
 
+    @gate
     def weights(self, target: np.ndarray) -> np.ndarray:
         """Weight : (...) [-] 1 in contact, decreasing out of contact.
 
@@ -89,6 +91,7 @@ class PressureTarget:
         scale = OUTSIDE_SCALE * np.mean(target[contact])
         return np.where(contact, 1.0, 1.0 / (1.0 + (target / scale) ** 2))
 
+    @gate
     def pressure(self, target: np.ndarray) -> np.ndarray:
         """Pressure : (...) [Pa], zero where the target : (...) is not positive, and at most the hardness."""
         positive = np.maximum(target, 0.0)

@@ -50,6 +50,7 @@ class StripExpansion:
     def _basis(self) -> HermiteBasis:
         return HermiteBasis(self.indices)
 
+    @gate
     def predicted(self, heights: np.ndarray, columns: slice = ALL) -> np.ndarray:
         """The target at every penetration.
 
@@ -69,6 +70,7 @@ class StripExpansion:
             values[:, row] = self._basis.sums(xi[row].T, self.coefficients[row])
         return values.transpose(0, 2, 1)
 
+    @gate
     def pressure(self, heights: np.ndarray) -> np.ndarray:
         """p : (levels, nx, ny) [Pa] of the predicted target, without its scatter; arguments as `predicted`."""
         return self.target.pressure(self.predicted(heights))

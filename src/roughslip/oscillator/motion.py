@@ -65,6 +65,7 @@ class Motion:
         """Natural periods until the last cycle ends, 0 where there is none."""
         return float(np.max(self.time[self.backwards], initial=0.0) / (2.0 * math.pi))
 
+    @gate
     def reattachments(self, after_periods: float = 0.0) -> np.ndarray:
         """X [m] at the ends of the cycles later than so many natural periods."""
         return self.position[self.backwards & (self.time >= 2.0 * math.pi * after_periods)]

@@ -177,10 +177,17 @@ def rows(readings: Mapping[str, Sequence[Claim]], ids: Iterable[str] | None = No
 
 
 def under_which(claim: Claim) -> str:
-    """The first reading under which a statement holds, and how many do of those tried: `given contact (2 of 3)`."""
+    """The first reading under which a statement holds, and how many do of those tried: `given contact (2 of 3)`.
+
+    One that was chosen with its number known does not count as one that holds.
+    """
     if not claim["tried"]:
         return ""
-    holds = [one["id"].replace("-", " ") for one in claim["readings"] if one["verdict"] == "reproduced"]
+    holds = [
+        one["id"].replace("-", " ")
+        for one in claim["readings"]
+        if one["verdict"] == "reproduced" and not one.get("chosen")
+    ]
     return f"{holds[0] if holds else 'none'} ({len(holds)} of {claim['tried']})"
 
 

@@ -91,7 +91,8 @@ class Scene(Section):
             "A figure of the paper, or one of three others. In figure_scan, a scan is compared with surfaces sampled "
             "from its models. In figure_field, statistics of the pressure are shown at every node of the square. In "
             "figure_map, the probability of stick-slip is shown over two parameters. "
-            "answer, without a figure, is that probability and its limits; it comes with figure5 and figure_map",
+            "Two have no figure of their own. readings are small ensembles by which the statements on figure5 are also "
+            "judged. answer is that probability and its limits; it comes with figure5 and figure_map",
             longest=40,
         ),
         unique=True,

@@ -89,9 +89,10 @@ def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list
         found["figure2"].append(score_of_variables(store.read(folder / "chaos" / "square.nc")))
     if "scan" in stages:
         result = store.read(folder / "surface" / "synthetic_surfaces.nc")
-        why = str(result["no_twins"][0])
+        why, count = str(result["no_twins"][0]), int(result["outliers"])
         found["figure_scan"] = [
-            f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}."
+            f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
+            f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
         ]
     if "contact_strip" in stages:
         figure = "figure3" if "figure3" in scene.targets else "figure5"

@@ -1,18 +1,15 @@
 """Bad input to every subject, which only a ParameterError answers.
 
-Each entry of a table is a good call, and by parameter the bad values that replace one of its arguments. Problem N of
-this campaign is the bad input of that number, for any seed. The tests run over the same tables.
-
-`python -m workflow.stress.refusals --output results/stress/refusals.json` runs the campaign.
+Each entry of a table is a good call, and by parameter the bad values that replace one of its arguments.
 """
 
 from __future__ import annotations
 
-import sys
 from functools import partial
 from typing import Any
 
 import numpy as np
+import pytest
 
 from roughslip import probability
 from roughslip.chaos.enrichment import enrich
@@ -26,6 +23,7 @@ from roughslip.chaos.sampling import cumulative_given_contact, design, kolmogoro
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
+from roughslip.errors import ParameterError
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
@@ -51,9 +49,7 @@ from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_w
 from roughslip.surface.lanczos import leading_modes
 from roughslip.surface.models import Matern, covariance_of, self_affine
 from roughslip.surface.modes import karhunen_loeve, representation
-from workflow.evidence.rows import Row, case
-from workflow.stress import runner
-from workflow.stress.bad_input import (
+from tests.bad_input import (
     INFINITY,
     NAN,
     NEGATIVE,
@@ -70,8 +66,6 @@ from workflow.stress.bad_input import (
     spoilt,
     with_value,
 )
-
-STAGE = "refusals"
 
 GRID = Grid(4, 3, 1e-6, 1e-6)
 OUTSIDE = {"zero": 0.0, "one": 1.0, "negative": -0.1, "nan": NAN, "text": "half", "none": None}  # of probabilities
@@ -379,14 +373,19 @@ REFUSALS = {
     "friction": joined(window_refusals(), curve_refusals(), path_refusals()),
     "oscillator": oscillator_refusals(),
 }
-NUMBERED = [(subject, name, call) for subject, calls in REFUSALS.items() for name, call in calls.items()]
 
 
-def row_of(seed: int, number: int) -> Row:
-    """Return the row of the bad input of this number; the seed plays no part."""
-    subject, name, call = NUMBERED[number]
-    return runner.refusal_row(subject, f"{case(number=number, entry='refused')} {name}", call)
-
-
-if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, len(NUMBERED), len(NUMBERED)))
+@pytest.mark.parametrize("subject", REFUSALS)
+def test_bad_input_is_refused(subject):
+    """By a ParameterError alone, and without a warning."""
+    assert len(REFUSALS[subject]) >= 80
+    wrong = {}
+    for name, call in REFUSALS[subject].items():
+        try:
+            call()
+            wrong[name] = "accepted"
+        except ParameterError:
+            pass
+        except Exception as error:
+            wrong[name] = repr(error)
+    assert wrong == {}

@@ -19,10 +19,7 @@ SCENES = (
 PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
-FIGURES = (
-    "answer, figure2, figure3, figure5, figure_chain, figure_design, figure_field, figure_lifetimes, figure_map, "
-    "figure_scan"
-)
+FIGURES = "answer, figure2, figure3, figure5, figure_chain, figure_field, figure_lifetimes, figure_map, figure_scan"
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"

@@ -288,7 +288,7 @@ def test_wrong_distributions_of_pressure_are_rejected():
     problems = (chaos.random_problem(5, number) for number in range(400))
     problem = next(one for one in problems if one.is_well_posed)
     samples = problem.samples()
-    found = fit_local(samples, problem.degree, problem.targets[0])
+    found = fit_local(samples, problem.degree, problem.target)
     assert chaos.judge(problem, found, samples, 0.06).broken == ()
     lower = replace(problem, plane=problem.plane + 1.0)
     assert "the distribution" in names(chaos.judge(lower, found, samples, 0.06))

@@ -364,7 +364,7 @@ def oscillator_refusals() -> Calls:
         spoilt(tables, values=values, speeds_m_per_s=speeds, interpolation=UNKNOWN),
         spoilt(run, duration_periods=numbers, path=paths),
         spoilt(MotionOptions, tolerance=numbers | {"large": 1e-2}, **words),
-        spoilt(run, start_position_m={"nan": NAN, "infinite": INFINITY}),
+        spoilt(run, **{key: {"nan": NAN, "infinite": INFINITY} for key in ("start_position_m", "start_velocity_m")}),
         spoilt(partial(run, path=np.zeros(9)), spacing_m=numbers),
         spoilt(partial(run, options=MotionOptions(friction_follows="belt")), oscillator=at_rest),
         spoilt(partial(trajectory, study(), law, None, 0.0, 1.0), samples_per_period={"zero": 0}),

@@ -20,7 +20,7 @@ from roughslip.stages.from_scene import elastic, expansion, geometry, surface_mo
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 
-FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see docs/decisions.md
+FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, docs/notebook/friction.md
 
 
 def expand_strips(job: Job, numbers: range, solved: int) -> tuple[np.ndarray, np.ndarray]:

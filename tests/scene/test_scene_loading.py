@@ -217,7 +217,6 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "answer": {"oscillator", "friction", "numerics"},
         "figure_map": {"oscillator", "map", "friction", "numerics"},
         "figure_lifetimes": {"oscillator", "survival", "friction", "numerics"},
-        "figure_design": {"oscillator", "design", "friction", "numerics"},
     }
     for target, sections in needed.items():
         all_sections = sections | needed["figure3"] if "oscillator" in sections else sections

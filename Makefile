@@ -1,7 +1,7 @@
 # Everything that a user or a check runs; `make` alone lists it.
 #   JOBS=8 make reproduce                jobs at a time (2)
 #   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
-#   make benchmark PEERS=1               measure public solvers too, from their own environment .venv-peers
+#   make benchmark PEERS=1               measure public solvers too, from their own environment .venv-peers; QUICK=1 small ones
 #   make cluster SCENE=smoke             one scene on Slurm, not the default ones
 #   make faults COUNT=20                 the first 20 of 200 faults; SEED=2 for others
 #   make fuzz COUNT=500                  the first 500 of 2000 scenes a test; SEED=today for others at each run
@@ -58,10 +58,15 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) snakefmt --check Snakefile workflow/rules
 
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public ones too
-	$(MEASURE_VENV)/bin/python -m snakemake -j1 benchmark $(if $(filter 1,$(PEERS)),--config peers=true)
+	@set -e; for subject in surface contact chaos oscillator chain; do \
+		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.$$subject --output results/benchmarks/$$subject.json \
+			$(if $(filter 1,$(PEERS)),--peers) $(if $(filter 1,$(QUICK)),--quick); \
+		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.plot --benchmark results/benchmarks/$$subject.json \
+			--output results/benchmarks/$$subject.png results/benchmarks/$$subject.svg; \
+	done
 
 stress: $(VENV)/run.stamp ## solve thousands of random problems of each subject and check each answer independently
-	$(RUN) snakemake -j$(JOBS) --keep-going stress $(if $(SEED)$(SHARE),--config $(if $(SEED),seed=$(SEED)) $(if $(SHARE),share=$(SHARE)))
+	$(RUN) workflow.stress.runner -j $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(SHARE),--share $(SHARE)) --output results/stress.json
 
 verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and its files with their checksums
 	$(RUN) snakemake -j$(JOBS) verify --forcerun verify

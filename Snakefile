@@ -30,6 +30,7 @@ from workflow.study.closing import closing_lines
 from workflow.study.commands import log, outputs, run
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes
+from workflow.study.terminal import show_own_errors
 
 # Paths are in the environment: in a command they would re-run all jobs when the tree is moved or .venv is made again.
 os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
@@ -38,6 +39,9 @@ os.environ[PARENT] = str(os.getpid())
 # What only describes the workflow changes no file outside .snakemake, like a dry run.
 DESCRIBES = {"--lint", "--list-rules", "--list", "-l", "--list-target-rules", "--lt", "--unlock"}
 DESCRIBES |= {"--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary"}
+
+if workflow.is_main_process and not workflow.output_settings.verbose:
+    show_own_errors()
 
 # Mistakes of the user end here, a line each. A job on another machine does not recover: its run has done that.
 shared = {}
@@ -58,6 +62,8 @@ try:
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)
+except KeyboardInterrupt:
+    sys.exit("Ended on user request.")
 
 # Jobs that run at the same time on this machine share its memory.
 if workflow.is_main_process and "memory_mb" not in config and "mem_mb" not in workflow.global_resources:

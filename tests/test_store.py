@@ -229,6 +229,7 @@ def as_text(path: Path) -> None:
         ("a.nc", as_netcdf, {}),
         ("a.x3p", lambda path: write_x3p(path, a_scan()), {}),
         ("a.txt", as_text, {"spacing": (1e-6, 1e-6), "unit": "m"}),
+        ("a.npz", lambda path: np.savez(path, z=a_scan().heights), {"spacing": (1e-6, 1e-6), "unit": "m"}),
     ],
 )
 def test_a_damaged_scan_is_read_or_refused_in_a_line(tmp_path, name, write, stated):

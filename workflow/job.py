@@ -1,4 +1,4 @@
-"""Run a module of this folder as a job that ends with Snakemake: python -m workflow.job stress.contact --output ..."""
+"""Run a module of this folder as a job that ends with Snakemake: python -m workflow.job benchmarks.plot ..."""
 
 from __future__ import annotations
 

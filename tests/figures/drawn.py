@@ -127,6 +127,7 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         "fit_percentile": percentile,
         **with_interval("fit", mean, 0.002),
         "family": np.array(list(FAMILIES)),
+        "least_p_value": np.array(0.0025),
         "p_equal_distribution": np.array(0.0025 if len(percentile) > 1 else np.nan),
         "p_equal_correlation": np.array(0.12 if len(percentile) > 1 else np.nan),
         **with_interval("white_autocorrelation", np.maximum(0, 1 - lag / 600e-6), 0.1),
@@ -167,6 +168,10 @@ def oscillator(runs=12, damping=DAMPING):
         "deterministic_cycles": cycles,
         "mean_cycles": mean,
         **with_interval("difference", cycles - mean, 2.0),
+        "friction_percentile": np.array(50.0),
+        "nearest_penetration_percentile": np.array(20.0),
+        "nearest_penetration_damping_ratio": damping[::2],
+        **with_interval("nearest_penetration_difference", (cycles - mean)[::2] / 2, 2.0),
         "deterministic_hopf_damping": np.array(0.2311),
         "deterministic_existence_limit": np.array(0.3244),
     }
@@ -263,25 +268,6 @@ def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
         "existence_limit": np.where(y > 1.5, np.nan, limit),
     }
     return found | with_interval("probability", share, 0.1)
-
-
-def design_result(names=("damping", "belt_velocity"), third=(np.nan,)):
-    """Made up: the map above at values of the third parameter, the cheapest point at more damping."""
-    share = map_result(first=0.05)
-    own, cheapest = [0.17, 0.948, 1.0][: len(names)], [0.4, 0.948, 1.0][: len(names)]
-    found = {
-        "design_own": np.array(own),
-        "design_cheapest": np.array(cheapest),
-        "design_weight": np.ones(len(names)),
-        "design_parameters": np.array(names),
-        "design_limit": np.array(0.05),
-        "design_map": np.array([share["probability"]] * len(third)),
-        "design_panel": np.array(third),
-        "design_x": share["map_x"],
-        "design_y": share["map_y"],
-    }
-    found |= with_interval("design_probability", np.array(0.02), 0.01)
-    return found | with_interval("design_cost", np.array(0.8), 0.05)
 
 
 def lifetimes_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):

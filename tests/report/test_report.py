@@ -1,7 +1,6 @@
 """The report is one valid page that needs no network and shows text as text."""
 
 import base64
-import math
 import re
 import struct
 from html.parser import HTMLParser
@@ -11,7 +10,6 @@ import pytest
 
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.report.sections import ASKED, MARKS, NUMBERS, SECTIONS, answers, hardness, in_brackets
-from roughslip.report.sensitivity_table import legend, sensitivity_bars, sensitivity_line
 from roughslip.scene.plan import captions
 from roughslip.verdicts.rules import STATEMENTS
 from tests.verdicts.claimed import judge, square, with_interval
@@ -71,7 +69,11 @@ def claim(**changes):
         "tried": 2,
     } | changes
     texts = {"taken": changes.get("taken", "from first to last"), "place": "section 4"}
-    natural = {name: found[name] for name in JUDGED} | texts | {"id": "over-all", "natural": True, "why": "the range"}
+    natural = (
+        {name: found[name] for name in JUDGED}
+        | texts
+        | {"id": "over-all", "natural": True, "why": "the range", "chosen": ""}
+    )
     other = {"id": "every-step", "verdict": "contradicted", "at_half": "contradicted", "at_twice": "undecided"}
     headlines = {"contradicted": "contradicted under every reading tried"}
     found.setdefault("headline", headlines.get(found["verdict"], found["verdict"]))
@@ -200,9 +202,9 @@ def test_it_reads_on_a_phone_and_says_what_its_pictures_are():
 NASTY = """<script>alert("x")</script> & 'quoted' \u00b5 {braces}"""
 
 
-@pytest.mark.parametrize("key", ["statement", "paper", "note", "rule", "always", "description", "configuration"])
+@pytest.mark.parametrize("key", ["statement", "paper", "note", "rule", "description", "configuration"])
 def test_what_a_user_wrote_is_text(key):
-    of_claim = claim(**{key: NASTY}, stands=sensitive(always=NASTY)["stands"])
+    of_claim = claim(**{key: NASTY})
     content = parsed(scene(**({key: NASTY} if key in ("description", "configuration") else {"claims": [of_claim]})))
     assert content.all("script") == []
     assert NASTY in " ".join(content.text)
@@ -211,10 +213,9 @@ def test_what_a_user_wrote_is_text(key):
 def test_numbers_verdicts_and_what_has_none():
     absent = claim(ours=None, interval=None, verdict="not tested", note="the scene does not run this stage")
     second, absent = claim(id="fig3-std-decreases"), absent | {"id": "fig3-cov-decreases"}
-    content = parsed(scene(name="paper", claims=[claim(stands=CYCLE["stands"]), second, absent]))
+    content = parsed(scene(name="paper", claims=[claim(), second, absent]))
     text = " ".join(content.text)
     assert "change of the mean -0.0891 [-0.0942, -0.0839]" in text
-    assert "mass 0.1* to 1.36 (1.958) kg" in text
     assert "None" not in text
     for verdict, count in (("reproduced", 2), ("not-tested", 1)):
         assert [attrs.get("class") for attrs in content.all("a")].count(verdict) == count
@@ -352,67 +353,6 @@ def test_evidence_is_shown_on_the_same_page():
     for shown in ("3,000", "2,990 converged, 10 IllPosedError", "a <processor>"):
         assert shown in words
     assert "None" not in words
-
-
-SCALE = ["material.young_modulus_pa", "roughness.rms_height_m"]
-
-
-def reach(name, value, low, low_changes, high, high_changes, by=""):
-    keys = ("input", "value", "low", "low_changes", "high", "high_changes", "by")
-    return dict(zip(keys, (name, value, low, low_changes, high, high_changes, by), strict=True))
-
-
-def sensitive(*ranges, always="", any_value=(), new_runs=(), new_solves=()):
-    stands = {"always": always, "any_value": [*SCALE, *any_value], "ranges": list(ranges)}
-    return {"id": "a", "stands": stands | {"new_runs": list(new_runs), "new_solves": list(new_solves)}}
-
-
-CYCLE = sensitive(
-    reach("oscillator.mass_kg", 1.0, 0.1, None, 1.3596, 1.95787),
-    reach("ensemble.realisations", 400, 73, 72, 4000, None),
-    any_value=["oscillator.normal_force_n with mass in proportion"],
-    new_runs=["ensemble.duration_periods"],
-    new_solves=["roughness.covariance", "roughness.correlation_length_m", "strip.cell_m"],
-)
-LENGTH = sensitive(
-    reach("strip.window_m", 6e-4, 4.978e-4, 4.9779e-4, 6e-3, None, "with all lengths in proportion"),
-    reach("friction.least_contact_fraction", 1e-3, 0.0, None, 1e-3, None, "no window has less"),
-)
-PAPER = sensitive(always="the paper is at odds with itself", any_value=())
-NOT_TESTED = {"id": "b", "stands": None}
-ALL = [CYCLE, LENGTH, PAPER, NOT_TESTED]
-
-
-def test_ends_units_and_what_is_not_known():
-    """A star where nothing changed, brackets where the change lies further on, one number where it is adjacent. Bars
-    are logarithmic: a tenth of the value lies at 0 %, the value at 50 % and ten times the value at 100 %."""
-    mass, runs = sensitivity_bars(CYCLE)
-    assert (mass["text"], runs["text"]) == ("mass 0.1* to 1.36 (1.958) kg", "runs 73 to 4000*")
-    assert (mass["low"], runs["high"]) == pytest.approx((0.0, 100.0))
-    assert mass["high"] == pytest.approx(50.0 + 50.0 * math.log10(1.3596))
-    assert sensitivity_line(CYCLE, ALL) == (
-        "Holds for any normal force with mass in proportion. Needs a run: duration periods. Needs contact solves: "
-        "shape of the roughness, mesh and penetrations of the strip"
-    )
-    window, least = sensitivity_bars(LENGTH)
-    assert window["text"] == "window 0.0004978 to 0.006* m (with all lengths in proportion)"
-    assert (least["text"], least["low"]) == ("least contact fraction 0 to 0.001*", 0.0)
-    assert least["high"] == pytest.approx(50.0)
-
-
-def test_verdicts_without_ranges():
-    assert sensitivity_line(PAPER, ALL) == "Holds in any case: the paper is at odds with itself"
-    assert sensitivity_line(NOT_TESTED, ALL) == sensitivity_line({"id": "of an older run"}, ALL) == ""
-
-
-def test_inputs_that_no_verdict_depends_on_are_written_once():
-    text = legend(ALL, "mine")
-    assert text.startswith("No verdict depends on Young's modulus, rms height. ")
-    assert text.endswith("edit mine.yaml and run snakemake -j2 mine")
-    assert "Young" not in sensitivity_line(CYCLE, ALL)
-    with_one_more = [*ALL, sensitive() | {"stands": sensitive()["stands"] | {"any_value": []}}]
-    assert legend(with_one_more, "mine").startswith("Bars show")
-    assert "any Young's modulus" in sensitivity_line(CYCLE, with_one_more)
 
 
 def test_warnings_stand_above_the_figures():

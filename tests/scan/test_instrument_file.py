@@ -277,10 +277,9 @@ def as_npz(path, arrays):
     np.savez(path, **{name.rpartition("/")[2]: values for name, values in arrays.items()})
 
 
-@instruments
 @pytest.mark.parametrize(("suffix", "write"), [(".h5", as_h5), (".mat", as_mat), (".npz", as_npz)])
 def test_of_several_arrays_the_heights_are_taken_by_name_or_all_are_listed(tmp_path, heights, suffix, write):
-    """Neither the first of the file nor the first of the alphabet."""
+    """Neither the first of the file nor the first of the alphabet; the scene may name one."""
     path = tmp_path / f"arrays{suffix}"
     other = 50.0 * heights
     for name in ("height", "z", "Topography", "scan/Heights"):
@@ -294,9 +293,42 @@ def test_of_several_arrays_the_heights_are_taken_by_name_or_all_are_listed(tmp_p
     for names in (("a", "b"), ("height", "z")):
         write(path, dict.fromkeys(names, heights) | ({"c": other} if "z" in names else {}))
         listed = ", ".join(f"'{name}' ({NX} x {NY})" for name in names)
-        check_refused(path, f"{listed} can be the heights; export the heights alone", spacing=(DX, DY), unit="um")
+        check_refused(
+            path, f"{listed} can be the heights; name one of them in roughness.scan.array", spacing=(DX, DY), unit="um"
+        )
+    np.testing.assert_allclose(read_scan(path, (DX, DY), "um", "c").heights, 1e-6 * other, rtol=1e-12)
+    with pytest.raises(InputError, match=r"no map of heights is named 'd' \(roughness\.scan\.array\); it has "):
+        read_scan(path, (DX, DY), "um", "d")
     write(path, {"line": np.ones((1, NX)), "volume": np.ones((3, 3, 3))})
-    check_refused(path, "holds no array of numbers with two dimensions", spacing=(DX, DY), unit="um")
+    check_refused(path, "it has 'line' (1 x 40), 'volume' (3 x 3 x 3)", spacing=(DX, DY), unit="um")
+
+
+@pytest.mark.parametrize(("suffix", "write"), [(".h5", as_h5), (".mat", as_mat), (".npz", as_npz)])
+def test_arrays_of_other_kinds_are_read_rightly_or_named(tmp_path, heights, suffix, write):
+    """Whole numbers, other orders of bytes and a mask are heights; complex numbers and truth values are none."""
+    path, whole = tmp_path / f"arrays{suffix}", np.round(1e9 * heights)
+    for kind in ("<i2", ">i4", ">f8", "<f4"):
+        write(path, {"z": whole.astype(kind)})
+        np.testing.assert_allclose(read_scan(path, (DX, DY), "nm").heights, 1e-9 * whole, rtol=1e-12)
+    write(path, {"z": whole, "mask": whole > 150.0})
+    scan = read_scan(path, (DX, DY), "nm")
+    np.testing.assert_array_equal(scan.missing, whole > 150.0)
+    assert scan.read.startswith("array 'z' less its mask in nm;")
+    write(path, {"z": whole > 0.0})
+    check_refused(path, "it has 'z' (truth values)", spacing=(DX, DY), unit="nm")
+    write(path, {"z": whole + 1j})
+    check_refused(path, "complex numbers", spacing=(DX, DY), unit="nm")
+
+
+def test_fill_values_and_a_single_array(tmp_path, heights):
+    """The attribute _FillValue of HDF5 marks missing points; a `.npy` file has one array, without a name."""
+    whole = np.round(1e9 * heights).astype("i2")
+    whole[3, 4] = -32768
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.create_dataset("z", data=whole).attrs["_FillValue"] = np.int16(-32768)
+    assert list(zip(*np.nonzero(read_scan(tmp_path / "a.h5", (DX, DY), "nm").missing), strict=True)) == [(3, 4)]
+    np.save(tmp_path / "a.npy", heights)
+    np.testing.assert_array_equal(read_scan(tmp_path / "a.npy", (DX, DY), "m").heights, heights)
 
 
 def test_a_netcdf_map_may_have_another_name(tmp_path, heights):
@@ -309,6 +341,7 @@ def test_a_netcdf_map_may_have_another_name(tmp_path, heights):
     with netCDF4.Dataset(path, "a") as file:
         file.renameVariable("z", "phase")
     check_refused(path, f"'phase' ({NX} x {NY}), 'amplitude' ({NX} x {NY}) can be the heights")
+    assert read_scan(path, array="phase").read.startswith("variable 'phase' in um")
 
 
 @instruments

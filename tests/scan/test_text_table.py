@@ -43,6 +43,9 @@ def points(between=" ", decimal=".", header="", lateral=1.0):
         ("Höhe über Grund\n" + matrix(";"), "matrix, semicolons, after the line 'Höhe über Grund', heights", "latin-1"),
         (";".join(f"C{i}" for i in range(NX)) + "\n" + matrix(";"), "matrix, semicolons, after the line 'C0;", "utf-8"),
         ("# a comment\n\n" + matrix(), "matrix, heights", "utf-8"),
+        ("sep=;\n" + matrix(";"), "matrix, semicolons, heights", "utf-8"),
+        (matrix().replace("-", "\u2212"), "matrix, heights", "utf-32"),
+        (matrix().replace("\n", "\n\n"), "matrix, heights", "utf-8"),
         (points(), "points x, y, z, heights", "utf-8"),
         (points(";", ",", "x;y;z\n"), "points x, y, z, semicolons, decimal commas, after the line 'x;y;z', h", "utf-8"),
     ],
@@ -57,7 +60,7 @@ def test_what_has_one_meaning_is_read(tmp_path, text, words, encoding):
     assert scan.read.startswith(words)
 
 
-@pytest.mark.parametrize("word", ["BAD", "---", "NaN", "n/a", "#N/A", "--", "", "inf"])
+@pytest.mark.parametrize("word", ["BAD", "---", "NaN", "n/a", "#N/A", "--", "", "inf", "No Data"])
 def test_words_for_missing_points(tmp_path, word):
     path = tmp_path / "export.csv"
     rows = [line.split(";") for line in matrix(";", ",").splitlines()]
@@ -77,6 +80,11 @@ def test_words_for_missing_points(tmp_path, word):
         (matrix(" ").replace("\n", " x\n", 1), f"'x' in line 2, column {NX + 1}"),
         (matrix(";") + "1;2\n", f"2 values in line {NY + 1}, {NX} in line 1"),
         (matrix().replace(" ", " 1.234,5 ", 1), "'1.234,5' in line 1, column 2"),
+        (matrix().replace(" ", " 1_000 ", 1), "'1_000' in line 1, column 2"),
+        (matrix("|"), f"'{matrix('|')[:60]}' in line 1)"),
+        (matrix() + "\n" + matrix(), f"a gap before line {NY + 2}, perhaps of two matrices"),
+        (matrix(" ", ".", np.zeros((32**2, 4))), "1024 lines of 4 numbers; points have three, x, y and z"),
+        (matrix(rows=np.where(HEIGHTS.T > 2.0, -9999.0, HEIGHTS.T)), "they go from -0.009999 to 1."),
         (matrix("\t", ".", np.vstack([np.arange(NX) * 0.5, HEIGHTS.T])), "the first row rises in equal steps"),
         (matrix(" ", ".", np.column_stack([np.arange(NY), HEIGHTS.T])), "the first column rises in equal steps"),
         (points() + points(), "several heights at one place"),

@@ -26,7 +26,7 @@ FIGURES = {
     "figure_field",
     "figure_map",
 } | {
-    *("figure_chain", "figure_design"),
+    "figure_chain",
     "figure_lifetimes",
 }
 
@@ -45,19 +45,22 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
     assert without_nulls(slice_for(scene, "karhunen_loeve")) == {"roughness": scene["roughness"], "square": square}
     assert slice_for(shipped_scene("given"), "oscillator")["friction"]["statistics"]["mean"] > 0
     assert slice_for(scene, "oscillator")["friction"] == {"statistics": None}
-    assert slice_for(scene, "oscillator")["oscillator"]["integrator"] == "fehlberg45"
+    assert slice_for(scene, "oscillator")["oscillator"]["law"] == "stribeck"
     slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
     assert scene["strip"]["penetration_percentiles"]
+
+
+RUNS = {"deterministic", "ensemble_pilot", "oscillator", "belt_readings", "figure_chain"}
 
 
 @pytest.mark.parametrize(
     ("key", "value", "stages"),
     [
-        ("ensemble.damping_ratios", [0.1, 0.2], {"deterministic", "ensemble_pilot", "oscillator", "figure_chain"}),
+        ("ensemble.damping_ratios", [0.1, 0.2], RUNS),
         ("batches.strip_samples", 7, set()),
         ("map.points", 7, {"stick_slip_map"}),
         ("survival.points", 7, {"lifetimes"}),
-        ("ensemble.duration_periods", 7, {"deterministic", "ensemble_pilot", "oscillator", "cycles", "figure_chain"}),
+        ("ensemble.duration_periods", 7, RUNS | {"cycles"}),
         ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, "figure_chain"}),
         ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction"}),
         ("friction.mean_at_median", 0.2, {"friction"}),
@@ -119,6 +122,6 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        asking = "not asked for: answer, figure3, figure5, figure_chain, figure_design, figure_lifetimes, figure_map"
+        asking = "not asked for: answer, figure3, figure5, figure_chain, figure_lifetimes, figure_map, readings"
         assert square["contact_strip"] == square["friction"] == asking
         assert square["ensemble_pilot"] == "not asked for: figure5, figure_chain"

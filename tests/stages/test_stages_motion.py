@@ -7,8 +7,9 @@ from scipy.special import stdtrit
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
-from roughslip.stages import cycles, deterministic, ensemble_pilot, oscillator
+from roughslip.stages import belt_readings, cycles, deterministic, ensemble_pilot, oscillator
 from roughslip.stages.ensemble_pilot import half_width, missing_scatter, runs_for
+from roughslip.stages.result_tables import ensemble_table
 from tests.stages.scenes import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -150,10 +151,10 @@ def test_keys_of_the_ensemble_reach_the_runs(run, stored):
         return run(oscillator, scene, "keys", first=0, last=last, allocation=allocation)["reattachment"]
 
     default = places()
-    np.testing.assert_array_equal(default, places(process="recursion", marginal="paper", interpolation="cubic"))
+    np.testing.assert_array_equal(default, places(process="recursion", marginal="paper"))
     four = places(nodes_per_correlation_length=4)
     np.testing.assert_array_equal(places(nodes_per_correlation_length="auto"), four)
-    for found in (four, places(process="spectral"), places(process="embedding"), places(interpolation="linear")):
+    for found in (four, places(process="spectral")):
         assert not np.array_equal(found, default)
         assert found.mean() == pytest.approx(default.mean(), abs=4 * default.std())
 
@@ -175,7 +176,7 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
     assert share == pytest.approx([nominal.mean(), *wilson_interval(nominal.sum(), 8)])
     assert run.warnings == []
     said: list[str] = []
-    few = cycles.normality_variables(place[:20], np.arange(20), np.random.default_rng(0), said.append)
+    few = ensemble_table.normality_variables(place[:20], np.arange(20), np.random.default_rng(0), said.append)
     assert np.isnan([variable.values for variable in few.values()]).all()
     assert "too few for a test of normality" in said[0]
     assert found["reattachment_mean"] == pytest.approx(place.mean())
@@ -196,6 +197,37 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
         assert found[f"deterministic_{name}"] == without_scatter[name]
 
 
+@pytest.mark.slow
+def test_each_reading_changes_one_thing(run, stored, without_scatter):
+    """Damping ratios of the texts; a process that hardly scatters leaves the motion without scatter; the level of the
+    windows that lies nearest to the Beta, other than the scene's, has its own mean and its own limit."""
+    scene = scattered(1e-9) | {"ensemble": CONFIGURATION["ensemble"] | {"marginal": "beta"}}
+    found = run(belt_readings, scene)
+    assert "nearest_penetration_cycling_share" not in found  # the scene gives the friction as numbers
+    assert found["half_damping_nominal_damping"] == 0.085
+    assert found["plain_damping_nominal_damping"] == pytest.approx(0.17 / (2 * 316), rel=1e-12)
+    for name in ("paper_process", "belt_travel", "mean_stick_limit"):
+        limit, damping = found[f"{name}_deterministic_existence_limit"], found[f"{name}_damping_ratio"]
+        assert limit == pytest.approx(float(without_scatter["existence_limit"]), rel=1e-7)
+        np.testing.assert_allclose(damping, [0.17, 1.003 * limit, 1.03 * limit], rtol=1e-12)
+        assert found[f"{name}_mean_cycles"][0] == without_scatter["cycles"][1]
+        assert found[f"{name}_stick_slip_share"] == pytest.approx([1.0, 0.0, 0.0], abs=0.05)
+    ones, levels = np.ones(3), ("level",)
+    numbers = {"combined_mean": [0.31, 0.3, 0.29], "combined_std": 1e-9 * ones, "beta_a": 2.1 * ones}
+    numbers |= {"combined_length_least_squares": 2.5e-4 * ones, "beta_b": 5.0 * ones}
+    numbers |= {"percentile": [20.0, 50.0, 80.0], "combined_skewness": [0.6, 0.56, 0.0]}
+    numbers |= {"beta_distance_standardised": [0.06, 0.01, 0.05]}  # the last is nearer, and not as skewed
+    file = stored("windows.nc", **{name: (levels, np.array(values)) for name, values in numbers.items()})
+    windows = CONFIGURATION | {"friction": {"statistics": None}}
+    nearest = run(belt_readings, windows, "nearest", friction=file)
+    assert nearest["nearest_penetration_percentile"] == 20.0
+    assert nearest["belt_travel_percentile"] == 50.0
+    limits = [
+        float(nearest[f"{name}_deterministic_existence_limit"]) for name in ("nearest_penetration", "belt_travel")
+    ]
+    assert limits[0] > limits[1] == pytest.approx(0.3244, abs=1e-4)  # more friction at rest over sliding: eq. (13)
+
+
 def asked(cycles: float, std: float, dampings: tuple[float, ...] = (0.1, 0.31), **keys: object) -> dict:
     auto = {"nodes_per_correlation_length": "auto", "realisations": "auto", "damping_ratios": list(dampings)}
     ensemble = CONFIGURATION["ensemble"] | {"duration_periods": 20} | auto | keys
@@ -203,13 +235,11 @@ def asked(cycles: float, std: float, dampings: tuple[float, ...] = (0.1, 0.31), 
 
 
 def test_scatter_that_a_path_misses_between_its_nodes():
-    """The variance of a straight line is (2 + rho) / 3 in the mean; cubics miss less.
-    Both miss in proportion to the spacing."""
-    fine = {kind: np.array([missing_scatter(n, kind) for n in (32, 64)]) for kind in ("linear", "cubic")}
-    for missed in fine.values():
-        assert missed[0] / missed[1] == pytest.approx(2, abs=0.05)
-    assert fine["linear"][1] == pytest.approx((1 - np.exp(-1 / 64)) / 6, rel=0.01)
-    assert fine["cubic"][1] < 0.5 * fine["linear"][1]
+    """In proportion to the spacing, and less than half of what a straight line misses, whose mean variance is
+    (2 + rho) / 3."""
+    coarse, fine = missing_scatter(32), missing_scatter(64)
+    assert coarse / fine == pytest.approx(2, abs=0.05)
+    assert 0.0 < fine < 0.5 * (1 - np.exp(-1 / 64)) / 6
 
 
 def test_runs_that_a_half_width_takes():

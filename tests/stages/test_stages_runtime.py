@@ -57,8 +57,8 @@ def run(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("error", "lines"),
     [
-        (ConvergenceError("no end", 1e-3, 7), ["contact: no end (residual reached 1.000e-03, work 7)"]),
-        (InputError(["first mistake", "second mistake"]), ["contact: first mistake", "second mistake"]),
+        (ConvergenceError("no end", 1e-3, 7), ["contact: error: no end (residual reached 1.000e-03, work 7)"]),
+        (InputError(["first mistake", "second mistake"]), ["contact: error: first mistake", "second mistake"]),
     ],
 )
 def test_an_error_of_the_package_is_a_message(run, capsys, error, lines):
@@ -260,13 +260,14 @@ def test_costs_add_up_and_memory_is_that_of_the_largest_job():
 def test_an_accuracy_that_is_not_reached_is_a_warning():
     """Asked and reached are counts of different stages; a number equal to the asked one has none.
 
-    It stands first, as the end of a run shows the first warnings only, and by digits that differ.
+    It follows the first warning on the scene, as the end of a run shows few warnings, and has digits that differ.
     """
     jobs = [
         record("pilot", 0.0, 0.0, None, friction_std_asked=0.03, friction_mean_asked=0.01, cycles_asked=3),
         record("friction", 0.0, 0.0, None, friction_std_reached=0.03001, friction_mean_reached=0.01),
     ]
-    text, last = total(jobs, {}, ["of the scene"])[-1]["warnings"]
+    first, text, last = total(jobs, {}, ["the curve", "of the scene"])[-1]["warnings"]
+    assert first == "the curve"
     assert text.startswith("accuracy.friction_std of 0.03 was asked and 0.03001 is reached")
     assert last == "of the scene"
 

@@ -41,20 +41,20 @@ def asked(covariance, grid):
 
 
 @pytest.mark.parametrize("name", MODELS)
-@pytest.mark.parametrize("grid", [Grid(24, 15, 1.0, 0.7), Grid(9, 40, 0.5, 0.5)])
-def test_every_model_is_exact_or_says_by_how_much_it_is_not(name, grid):
+def test_every_model_is_exact_or_says_by_how_much_it_is_not(name):
     """Long ones are much longer than the mesh is wide: the torus must grow to the reach of the covariance."""
     covariance = MODELS[name]
-    embedding = embed(covariance, grid)
-    lags = asked(covariance, grid) / covariance.rms_height_m**2
-    difference = np.abs(on_mesh(embedding) / covariance.rms_height_m**2 - lags).max()
-    if name == "self-affine":  # all lags of so small a mesh are probed
-        assert difference == pytest.approx(embedding.image_share * (1 - lags.min()), rel=1e-9)
-        assert embedding.image_share < 5e-3
-        assert on_mesh(embedding)[0, grid.ny - 1] == pytest.approx(covariance.rms_height_m**2, rel=1e-13)
-    else:  # clipped eigenvalues change no lag by more than their share of the variance
-        assert difference < embedding.clipped_variance + 1e-13
-    assert embedding.clipped_variance < 1e-8
+    for grid in (Grid(24, 15, 1.0, 0.7), Grid(9, 40, 0.5, 0.5)):
+        embedding = embed(covariance, grid)
+        lags = asked(covariance, grid) / covariance.rms_height_m**2
+        difference = np.abs(on_mesh(embedding) / covariance.rms_height_m**2 - lags).max()
+        if name == "self-affine":  # all lags of so small a mesh are probed
+            assert difference == pytest.approx(embedding.image_share * (1 - lags.min()), rel=1e-9)
+            assert embedding.image_share < 5e-3
+            assert on_mesh(embedding)[0, grid.ny - 1] == pytest.approx(covariance.rms_height_m**2, rel=1e-13)
+        else:  # clipped eigenvalues change no lag by more than their share of the variance
+            assert difference < embedding.clipped_variance + 1e-13
+        assert embedding.clipped_variance < 1e-8
 
 
 def test_self_affine_waves_beyond_the_mesh_fold_back():
@@ -94,14 +94,14 @@ def test_eigenvalues_are_those_of_lags_laid_out_plainly(covariance):
         np.testing.assert_allclose(ours, plain, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["rotated matern", "self-affine", "measured"])
+@pytest.mark.parametrize("name", ["self-affine", "measured"])
 def test_ten_thousand_samples_have_the_covariance_spectrum_and_marginal_asked_for(name):
-    """Each test at its share of one family-wise level of 1e-3 over the three models; scatter from the samples."""
+    """Each test at its share of one family-wise level of 1e-3 over the two models; scatter from the samples."""
     covariance, grid, count = MODELS[name], Grid(12, 10, 1.0, 1.0), 10_000
     embedding = embed(covariance, grid)
     generator = np.random.default_rng([11, len(name)])
     fields = np.stack([embedding.sample(generator) for _ in range(count)])
-    level = 1e-3 / 3 / 3
+    level = 1e-3 / 2 / 3
 
     def within(samples, expected):
         """Means over samples (count, n) against (n,), by the normal law with Bonferroni's correction."""

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 
+from roughslip.verdicts.motion_on_the_belt import OTHERS
 from roughslip.verdicts.rules import STATEMENTS, claims
 
 READINGS = [(statement.id, reading) for statement in STATEMENTS for reading in statement.readings]
@@ -74,6 +75,7 @@ def friction():
         table |= with_interval(f"combined_{name}", [0.3, 0.2, 0.1], [0.29, 0.19, 0.09], [0.31, 0.21, 0.11])
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
         table |= with_interval(f"trend_combined_{name}_line", -0.2, -0.3, -0.1)
+    table |= with_interval("ratio_of_sums", [0.3, 0.2, 0.1], [0.29, 0.19, 0.09], [0.31, 0.21, 0.11])
     table |= with_interval("load_windows", [4.0, 2.0, 1.0], [4.0, 2.0, 1.0], [4.0, 2.0, 1.0])
     table |= with_interval("load_std", [0.06, 0.04, 0.02], [0.055, 0.035, 0.015], [0.065, 0.045, 0.025])
     table |= dict.fromkeys((one.variable for one in P_VALUES.values()), np.array(0.031))
@@ -83,7 +85,13 @@ def friction():
 
 
 def oscillator():
-    """A scene in which every statement on Figure 5 holds."""
+    """A scene in which every statement on Figure 5 holds, under each reading that has runs of its own too."""
+    own = of_runs()
+    names = [name.replace("-", "_") for name in OTHERS]
+    return own | {f"{name}_{key}": value for name in names for key, value in own.items()}
+
+
+def of_runs():
     return {
         "nominal_damping": np.array(0.17),
         "deterministic_existence_limit": np.array(0.3244),
@@ -95,6 +103,8 @@ def oscillator():
         "difference_high": np.array([1.0, 1.0, 38.0, -4.0, -0.3]),
         **with_interval("still_cycling", [1, 1, 0.6, 0.3, 0], [0.98, 0.98, 0.5, 0.2, 0], [1, 1, 0.7, 0.4, 0.01]),
         **with_interval("cycling_share", 1.0, 0.98, 1.0),
+        **with_interval("stick_slip_share", [1, 1, 0.6, 0.06, 0], [1, 0.98, 0.5, 0.04, 0], [1, 1, 0.7, 0.08, 0.01]),
+        **with_interval("returns", [83, 91, 60, 5, 0.5], [83, 90, 50, 4, 0.3], [84, 92, 70, 6, 0.7]),
         **with_interval("reattachment_distance_to_normal", 0.15, 0.12, 0.18),
         **with_interval("reattachment_skewness", 0.3, 0.2, 0.4),
         **with_interval("reattachment_kurtosis", 0.0, -0.1, 0.1),

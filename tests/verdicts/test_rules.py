@@ -12,6 +12,7 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit, win
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
+from roughslip.report.sections import under_which
 from roughslip.verdicts.finding import inside
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
 from roughslip.verdicts.reading import headline
@@ -56,10 +57,22 @@ def test_every_statement_in_the_order_of_the_paper_with_its_readings():
         assert claim["headline"] == "reproduced"
         assert claim["tried"] == len(claim["readings"]) == len({one["id"] for one in claim["readings"]})
         for one in claim["readings"]:
-            assert list(one) == [*head, "taken", "place", "rule", "natural", "why", "unit", *JUDGED]
+            assert list(one) == [*head, "taken", "place", "rule", "natural", "why", "chosen", "unit", *JUDGED]
             assert one["interval"][0] <= one["ours"] <= one["interval"][1]
             contradicts = one["id"] == "by-the-beta"
             assert one["verdict"] == ("contradicts itself" if contradicts else "reproduced"), (claim["id"], one["id"])
+
+
+def test_a_reading_that_was_chosen_by_its_number_is_no_evidence():
+    """The straight line to 0.9 of the window holds alone: it is shown, and the headline does not say so."""
+    table = friction()
+    for name in ("least_squares", "one_over_e", "integral", "log_line_50"):
+        table |= with_interval(f"combined_length_{name}", *([one] * LEVELS for one in (4.5e-4, 4.2e-4, 4.8e-4)))
+    found = judge(friction_=table)
+    assert found["mu-correlation-250um/log-line-90"]["verdict"] == "reproduced"
+    assert found["mu-correlation-250um/log-line-90"]["chosen"]
+    assert found["mu-correlation-250um"]["headline"] == "undecided"
+    assert under_which(found["mu-correlation-250um"]) == "none (0 of 5)"
 
 
 def test_headlines_follow_from_the_verdicts_of_all_readings():
@@ -164,6 +177,10 @@ SIMPLE = [
     ("mu-beta-any-depth", "friction", "beta_distance_standardised", (2,), -INF, 0.1),
     ("mu-beta-any-depth", "friction", "combined_skewness", (0,), 0.5 * 0.5598020, 1.5 * 0.5598020),
     ("fig5-limit-cycle", "oscillator", "cycling_share", (), 0.95, INF),
+    ("fig5-limit-cycle/time-in-stick-slip", "oscillator", "stick_slip_share", (1,), 0.95, INF),
+    ("fig5-limit-cycle/half-damping", "oscillator", "half_damping_cycling_share", (), 0.95, INF),
+    ("fig5-range-beyond-limit", "oscillator", "stick_slip_share", (3,), 0.01, INF),
+    ("fig5-range-beyond-limit/paper-process", "oscillator", "paper_process_stick_slip_share", (3,), 0.01, INF),
     ("fig5-range-beyond-limit/runs-at-the-end", "oscillator", "still_cycling", (3,), 0.05, INF),
     ("fig5-reattachment-nonnormal", "oscillator", "reattachment_skewness", (), 0.1, INF),
     ("fig5-reattachment-nonnormal/to-the-eye", "oscillator", "reattachment_distance_to_normal", (), 0.1, INF),
@@ -388,6 +405,8 @@ def test_sharp_limit_for_lists_of_dampings(damping, cycles, verdict):
         "mean_cycles": cycles.astype(float),
         **dict.fromkeys(("difference", "difference_low", "difference_high"), np.zeros(len(cycles))),
         **with_interval("still_cycling", *np.zeros((3, len(cycles)))),
+        **with_interval("stick_slip_share", *np.zeros((3, len(cycles)))),
+        **with_interval("returns", *np.zeros((3, len(cycles)))),
     }
     found = judge(oscillator_=arrays)
     assert found["fig5-sharp-limit"]["verdict"] == verdict
@@ -413,6 +432,8 @@ def test_a_range_beyond_the_limit_needs_runs_that_cycle_to_the_end(share, half, 
         "deterministic_cycles": np.array([90, 0, 0]),
         "mean_cycles": np.array([90.0, 20.0, 10.0]),
         **with_interval("still_cycling", share, share - half, share + half),
+        **with_interval("stick_slip_share", share, share - half, share + half),
+        **with_interval("returns", 90 * share, 90 * share - half, 90 * share + half),
     }
     arrays |= {name: np.zeros(3) for name in ("difference", "difference_low", "difference_high")}
     found = judge(oscillator_=arrays)["fig5-range-beyond-limit/runs-at-the-end"]
@@ -422,28 +443,48 @@ def test_a_range_beyond_the_limit_needs_runs_that_cycle_to_the_end(share, half, 
 
 
 @pytest.mark.parametrize(
-    ("cycles", "half", "verdict"),
+    ("beyond", "half", "verdict"),
     [
-        ([94, 3.0, 0.0], 0.5, "reproduced"),
-        ([94, 0.02, 0.0], 0.02, "contradicted"),  # one return in one of fifty runs makes M_diff negative
-        ([94, 1.0, 0.5], 0.3, "undecided"),
-        ([94, 0.0, 3.0], 0.5, "reproduced"),
+        ([0.03, 0.0], 0.01, "reproduced"),
+        ([0.0002, 0.0], 0.0002, "contradicted"),  # one return in one of fifty runs makes M_diff negative
+        ([0.01, 0.005], 0.004, "undecided"),
+        ([0.0, 0.03], 0.01, "reproduced"),
+        ([np.nan, 0.03], 0.01, "reproduced"),  # at the first of them no run reaches a state
+        ([np.nan, np.nan], 0.01, "not tested"),
     ],
 )
-def test_lost_cycles_need_more_than_single_returns(cycles, half, verdict):
-    """1 % of the time of the undisturbed cycle, 94 loops, is 0.94 of them."""
-    mean = np.array(cycles, dtype=float)
-    difference = np.array([94.0, 0, 0]) - mean
-    arrays = oscillator() | {
+@pytest.mark.parametrize("reading", ["", "belt_travel_"])
+def test_a_range_needs_more_time_in_stick_slip_than_single_returns(beyond, half, verdict, reading):
+    """1 % of the time; runs of another reading are judged by the same rule, and leave the natural one alone."""
+    share, returns = np.array([0.9, *beyond]), np.nan_to_num([0.9, *beyond])
+    difference = np.array([94.0, 0, 0]) - 94 * share
+    changed = {
         "damping_ratio": np.array([0.3, 0.33, 0.36]),
         "deterministic_cycles": np.array([94, 0, 0]),
-        "mean_cycles": mean,
+        "mean_cycles": 94 * share,
         **with_interval("difference", difference, difference - half, difference + half),
         **with_interval("still_cycling", *np.zeros((3, 3))),
+        **with_interval("returns", 94 * returns, 94 * (returns - half), 94 * (returns + half)),
+        **with_interval("stick_slip_share", share, share - half, share + half),
     }
-    found = judge(oscillator_=arrays)["fig5-range-beyond-limit"]
-    assert found["verdict"] == verdict
-    assert found["ours"] == pytest.approx(max(cycles[1:]) / 94)
+    found = judge(oscillator_=oscillator() | {reading + name: value for name, value in changed.items()})
+    natural, belt = found["fig5-range-beyond-limit"], found["fig5-range-beyond-limit/belt-travel"]
+    own, other = (belt, natural) if reading else (natural, belt)
+    assert (own["verdict"], other["verdict"]) == (verdict, "reproduced")
+    if verdict != "not tested":
+        assert own["ours"] == pytest.approx(np.nanmax(beyond))
+    if not reading:
+        every = found["fig5-range-beyond-limit/every-return"]
+        assert every["verdict"] == (verdict if np.isfinite(beyond).any() else "contradicted")
+
+
+def test_a_scene_without_runs_of_other_readings_does_not_test_them():
+    own = {name: value for name, value in oscillator().items() if not name.startswith("belt_travel_")}
+    found = judge(oscillator_=own)
+    for name in ("fig5-limit-cycle", "fig5-reattachment-nonnormal", "fig5-range-beyond-limit"):
+        assert found[f"{name}/belt-travel"]["verdict"] == "not tested"
+        assert found[f"{name}/belt-travel"]["note"].startswith("the scene does not run this reading")
+        assert found[name]["tried"] == len(found[name]["readings"]) - 1
 
 
 @pytest.mark.parametrize(
@@ -477,6 +518,16 @@ def test_a_fall_at_every_step_fails_where_one_level_rises():
     found = judge(friction_=table)
     assert found["fig3-mean-decreases"]["verdict"] == "reproduced"  # from first to last it falls
     assert found["fig3-mean-decreases/every-step"]["verdict"] == "contradicted"
+
+
+def test_the_mean_by_sums_of_areas_and_forces_is_a_reading_of_its_own():
+    """Errors of the first and the last level add as squares: 0.06, 0.08 make 0.1."""
+    table = friction() | with_interval("ratio_of_sums", [0.3, 0.3, 0.35], [0.24, 0.29, 0.27], [0.36, 0.31, 0.43])
+    found = judge(friction_=table)
+    assert found["fig3-mean-decreases"]["verdict"] == "reproduced"
+    one = found["fig3-mean-decreases/sums"]
+    assert (one["verdict"], one["ours"]) == ("undecided", pytest.approx(0.05))
+    assert one["interval"] == pytest.approx((-0.05, 0.15))
 
 
 def test_notes_report_p_values():
@@ -539,9 +590,9 @@ def test_beta_is_found_in_900_windows_and_never_claimed_from_30():
 
     The sum is 0.05 for 900 windows and 0.27 for 30. The skewness errs by 3.5 / sqrt(n), 0.12 or 0.6; 0.28 is allowed.
     """
-    assert [stationary(225, 4, beta, seed)["verdict"] for seed in range(6)] == ["reproduced"] * 6
-    few = [stationary(8, 4, beta, seed) for seed in range(6)]
-    assert [claim["verdict"] for claim in few] == ["undecided"] * 6
+    assert [stationary(225, 4, beta, seed)["verdict"] for seed in range(3)] == ["reproduced"] * 3
+    few = [stationary(8, 4, beta, seed) for seed in range(3)]
+    assert [claim["verdict"] for claim in few] == ["undecided"] * 3
 
 
 def test_a_normal_law_is_not_taken_for_the_beta():
@@ -551,7 +602,7 @@ def test_a_normal_law_is_not_taken_for_the_beta():
     apart = np.max(np.abs(stats.norm.cdf(u) - stats.beta.cdf(mean + std * u, 2.1, 5.0)))
     assert apart == pytest.approx(0.0518, abs=5e-4)
     assert apart < VISIBLE
-    for seed in range(3):
+    for seed in range(2):
         found = stationary(225, 16, normal, seed)
         assert found["interval"][1] < VISIBLE
         assert found["verdict"] == "contradicted"

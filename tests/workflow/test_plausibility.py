@@ -14,7 +14,7 @@ from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import rms_slope
 from tests.scene.shipped import CONFIG, shipped_scene
 from workflow.study.scenes import Scenes
-from workflow.study.surface_check import scene_warnings
+from workflow.study.surface_check import length_mistake, load_mistake, scene_warnings
 
 SQ, LENGTH = 5e-8, 1.416e-5  # of the scene `resolved`, which has no warning
 
@@ -33,7 +33,7 @@ def rms(slope: float, cell: float = 1.25e-6) -> dict:
 
 def table(static: float) -> dict:
     """Friction of 0.4 at rest and at most 0.45."""
-    values = {"speeds_m_per_s": [0.0, 0.5, 1.0], "values": [0.4, 0.45, 0.3], "interpolation": "linear"}
+    values = {"speeds_m_per_s": [0.0, 0.5, 1.0], "values": [0.4, 0.45, 0.3]}
     return {"law": "table", "friction_table": values, "static_friction": static}
 
 
@@ -163,7 +163,35 @@ def test_a_curve_and_a_spring_of_another_machine_are_warned_of(tmp_path):
     (curve,) = warned(load)
     assert curve.startswith("oscillator.law: the friction curve is that of scene paper, and load is of this scene.")
     assert warned(f"{load}oscillator: {own_curve}") == []
+    assert warned(f"{load}oscillator: {{static_friction: 0.35}}") == [curve]  # it says nothing of the fall with speed
     (spring,) = warned("oscillator: {mass_kg: 800}")
     assert spring.endswith("316 rad/s, the spring follows as 7.99e+07 N/m: give stiffness_n_per_m")
     assert warned("oscillator: {mass_kg: 800, stiffness_n_per_m: 1.0e+6}") == []
     assert [inherited(name, tmp_path) for name in ("paper", "resolved", "disc_brake", "clutch")] == [[]] * 4
+
+
+@pytest.mark.parametrize("hardness", [None, 1.0e8])
+def test_a_load_of_full_contact_and_one_of_none_are_named_before_a_strip_is_solved(hardness):
+    """`disc_brake`: E* = 2 GPa / (1 - 0.25^2), h'^2 = 4 Sq^2 (1 - exp(-(h/l)^2)) / h^2; full contact from 2 E* h'
+    or H on, none where 2 p / (E* h'), or p / H, is below a tenth of the 0.001 % of the heights above the plane."""
+    scene = shipped_scene("disc_brake")
+    cell, length = scene["strip"]["cell_m"], scene["roughness"]["correlation_length_m"]
+    slope = 2 * scene["roughness"]["rms_height_m"] * math.sqrt(-math.expm1(-((cell / length) ** 2))) / cell
+    scale = 2.0e9 / (1 - 0.25**2) * slope
+    hard = hardness or math.inf
+
+    def said(pressure):
+        load = {"nominal_pressure_pa": pressure}
+        return load_mistake(changed("disc_brake", load=load, material={"hardness_pa": hardness}))
+
+    most, least = min(2 * scale, hard), 0.1 * 1e-5 * min(scale / 2, hard)
+    assert said(0.999 * most) == said(1.001 * least) == said(5e5) == ""
+    assert "full contact" in said(1.001 * most)
+    assert "is no contact" in said(0.999 * least)
+
+
+def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take():
+    """Heights of independent nodes are allowed, and 2.4 mm at 4 nodes a nanometre are 9.6 million."""
+    strip = {"cell_m": 2.5e-6, "length_m": 2.4e-3}
+    assert length_mistake(changed(strip=strip, roughness={"correlation_length_m": 2.6e-8})) == ""
+    assert "9.6e+06 nodes" in length_mistake(changed(strip=strip, roughness={"correlation_length_m": 1e-9}))

@@ -45,10 +45,10 @@ from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
 from workflow.benchmarks.chaos import KEPT_RESULTS, ROOT
-from workflow.benchmarks.contact_peers import PolonskyKeer, tune
-from workflow.benchmarks.contact_problem import Judge, Problem
-from workflow.benchmarks.runner import OURS, make_row, report_progress, run_command
-from workflow.evidence.rows import Row, case, fields
+from workflow.benchmarks.contact import Mesh
+from workflow.benchmarks.contact_peers import PolonskyKeer, Problem, tune
+from workflow.benchmarks.runner import OURS, make_row, run_command
+from workflow.evidence.rows import case
 
 SCENE = "resolved"
 PLAIN = "plain"
@@ -108,10 +108,7 @@ def run_chain(scene: Values, folder: Path) -> Run:
     reached = max(did["friction_mean_reached"], did["friction_std_reached"])
     area, force = friction.area_and_force(store.read_all(contact))
     solved = list(zip(*friction_coefficient(area, force, 1.0, least), strict=True))
-    run = Run(seconds + last, area.shape[1], reached, store.read(statistics), solved)
-    asked = typed.accuracy.friction_std
-    report_progress(f"{asked}: {run.strips} strips, {run.seconds:.1f} s, half width {reached:.4f}")
-    return run
+    return Run(seconds + last, area.shape[1], reached, store.read(statistics), solved)
 
 
 def with_own_cells(scene: Values, asked: float) -> Values:
@@ -152,30 +149,22 @@ def scatter_of_strip(solved: Sequence[Windows], percentiles: np.ndarray) -> floa
     return float(max((influences(*windows) - of_median).std(axis=0, ddof=1).max() for windows in judged))
 
 
-def count_strips(scatter: float, half_width: float) -> float:
-    """Return how many independent strips leave a half width."""
-    return (NORMAL_95 * scatter / half_width) ** 2
-
-
 def time_plain_strip(scene: Scene) -> float:
     """Return CPU seconds of the cold solves of one strip at all penetrations, with a solver tuned to the tolerance."""
-    grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene)
-    solver, tolerance = PolonskyKeer(grid), scene.numerics.contact_tolerance
-    rough = model.heights(model.sampler(grid)(np.random.default_rng([scene.seed, STREAM, 0])))
+    model, mesh, tolerance = (
+        surface_model.surface_model(scene),
+        Mesh(geometry.strip_grid(scene)),
+        scene.numerics.contact_tolerance,
+    )
+    solver = PolonskyKeer(mesh.grid, mesh.displacement)
+    rough = model.heights(model.sampler(mesh.grid)(np.random.default_rng([scene.seed, STREAM, 0])))
     percentiles = np.array([50.0, *scene.strip.penetration_percentiles])
-    problems = [Problem(grid, rough, float(plane)) for plane in model.plane_height(percentiles)]
-    setting = tune(solver, problems[0], 0.0, tolerance, 5 * tolerance, Judge(grid)).setting
+    first, *problems = (Problem(rough, float(plane)) for plane in model.plane_height(percentiles))
+    setting, _, _ = tune(solver, first, 0.0, tolerance, 5 * tolerance, mesh.residual)
     start = time.process_time()
-    for problem in problems[1:]:
+    for problem in problems:
         solver.solve(problem, 0.0, setting)
     return time.process_time() - start
-
-
-class PlainCells(NamedTuple):
-    """Cells of the plain way: the largest relative error that they leave, and CPU seconds of a strip."""
-
-    mesh_error: float
-    seconds: float
 
 
 def mesh_error(found: Mapping[str, np.ndarray]) -> float:
@@ -184,23 +173,7 @@ def mesh_error(found: Mapping[str, np.ndarray]) -> float:
     return float(max(np.abs(found[f"mesh_change_of_{name}"][judged]).max() for name in ("mean", "std")))
 
 
-def cheapest_cells(cells: Mapping[float, PlainCells], scatter: float, error: float) -> tuple[float, float] | None:
-    """Return cells and number of strips of the plain way at an error; None where all cells leave more than that."""
-    strips = {
-        cell: count_strips(scatter, error - one.mesh_error) for cell, one in cells.items() if one.mesh_error < error
-    }
-    return min(strips.items(), key=lambda one: one[1] * cells[one[0]].seconds, default=None)
-
-
 # The file.
-
-
-def summarise(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return k of our seconds ~ asked^-k, by least squares, and by case the seconds of the plain way over ours."""
-    ours, plain = ({row["case"]: row["seconds"] for row in rows if row["method"] == one} for one in (OURS, PLAIN))
-    asked, seconds = np.log([(float(fields(name)["asked"]), seconds) for name, seconds in ours.items()]).T
-    exponent = -float(np.polyfit(asked, seconds, 1)[0])
-    return {"exponent": exponent, "plain_over_ours": {name: plain[name] / ours[name] for name in plain}}
 
 
 def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Sequence[float]) -> dict[str, Any]:
@@ -219,29 +192,32 @@ def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Seq
     most = max(runs.values(), key=lambda run: run.strips)
     scatter = scatter_of_strip(most.solved, most.friction["percentile"])
     last = {own[one]["strip"]["cell_m"]: one for one in runs}  # on the same cells the most accurate run
-    cells = {
-        cell: PlainCells(mesh_error(runs[one].friction), time_plain_strip(scene_of(own[one])))
-        for cell, one in last.items()
-    }
-    rows = []
+    cells = {h: (mesh_error(runs[one].friction), time_plain_strip(scene_of(own[one]))) for h, one in last.items()}
+    rows, ratios = [], {}
     for one, run in runs.items():
         name, more = case(scene=SCENE, asked=one), {"cell_m": own[one]["strip"]["cell_m"]}
         if more["cell_m"] == scene["strip"]["cell_m"]:
             errors = find_true_error(run.friction, reference)
             more |= dict(zip(("true_error", "reference_error"), errors, strict=True))
         rows.append(make_row(name, OURS, run.half_width, [run.seconds], run.strips, **more))
-        plain = cheapest_cells(cells, scatter, run.half_width)
-        if plain is not None:
-            cell, strips = plain
-            more = {"mesh_error": cells[cell].mesh_error, "cell_m": cell}
-            seconds = strips * cells[cell].seconds
-            rows.append(make_row(name, PLAIN, run.half_width, [seconds], math.ceil(strips), **more))
+        # K independent strips leave 1.96 sigma / sqrt(K), on the cheapest cells that leave less than our half width.
+        plain = []
+        for h, (left, of_strip) in cells.items():
+            if left < run.half_width:
+                strips = (NORMAL_95 * scatter / (run.half_width - left)) ** 2
+                plain.append((strips * of_strip, math.ceil(strips), {"mesh_error": left, "cell_m": h}))
+        if plain:
+            seconds, strips, more = min(plain, key=lambda option: option[0])
+            rows.append(make_row(name, PLAIN, run.half_width, [seconds], strips, **more))
+            ratios[name] = seconds / run.seconds
+    exponent = -float(np.polyfit(np.log(list(runs)), np.log([run.seconds for run in runs.values()]), 1)[0])
     measured = {
         "scatter_of_strip": scatter,
         "strips": most.strips,
-        "plain_strip_seconds": {cell: one.seconds for cell, one in cells.items()},
+        "plain_strip_seconds": {h: x for h, (_, x) in cells.items()},
     }
-    return {"summary": {**summarise(rows), "refused": refused, "measured": measured}, "rows": rows}
+    summary = {"exponent": exponent, "plain_over_ours": ratios, "refused": refused, "measured": measured}
+    return {"summary": summary, "rows": rows}
 
 
 def measure(quick: bool, _: bool) -> dict[str, Any]:

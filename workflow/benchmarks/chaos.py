@@ -23,7 +23,7 @@ from scipy.special import ndtri
 from roughslip import store
 from roughslip.chaos.centre_distribution import Expansion, draw
 from roughslip.chaos.hermite import hermite_basis, multi_indices
-from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol_places
 from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
@@ -32,7 +32,7 @@ from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
 from roughslip.surface.modes import heights, karhunen_loeve
-from workflow.benchmarks.runner import OURS, make_row, report_progress, run_command, timed
+from workflow.benchmarks.runner import OURS, make_row, run_command, timed
 from workflow.evidence.rows import Row, case
 from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE
 
@@ -44,36 +44,15 @@ EQUATIONS = ("equation_8", "equation_9")
 EQUATION_DESIGNS = 3  # of each number of solves to which the equations are fitted
 
 
-class Plan(NamedTuple):
-    """How often a scene is solved.
-
-    latin_hypercube : designs of each number of samples
-    others : Monte Carlo and Sobol designs of the largest number; fewer samples are the first ones of these
-    """
-
-    latin_hypercube: Mapping[int, int]
-    others: int
-
-
-class Sizes(NamedTuple):
-    """What is measured.
-
-    plans : by scene
-    draws : from each expansion, as in the study; a contact probability of 0.05 is then known to 0.7 %
-    """
-
-    plans: Mapping[str, Plan]
-    draws: int = 400_000
-
-
-# 1000 solves of `paper` take a third of a second, of `resolved` 12 s.
-USUAL = Sizes(
-    {
-        "paper": Plan({250: 6, 500: 6, 1000: 20, 2000: 4, 4000: 3}, 6),
-        "resolved": Plan({250: 4, 500: 4, 1000: 2, 2000: 20, 4000: 1}, 2),
-    }
-)
-QUICK = Sizes({"paper": Plan({250: 1, 500: 1}, 1)}, 20_000)
+# By scene, how many Latin hypercube designs of each number of samples, and Monte Carlo and Sobol designs of the
+# largest; fewer samples are the first ones of these. 1000 solves of `paper` take a third of a second, `resolved` 12 s.
+Plan = tuple[dict[int, int], int]
+USUAL: dict[str, Plan] = {
+    "paper": ({250: 6, 500: 6, 1000: 20, 2000: 4, 4000: 3}, 6),
+    "resolved": ({250: 4, 500: 4, 1000: 2, 2000: 20, 4000: 1}, 2),
+}
+QUICK: dict[str, Plan] = {"paper": ({250: 1, 500: 1}, 1)}
+DRAWS, QUICK_DRAWS = 400_000, 20_000  # as in the study; a contact probability of 0.05 is then known to 0.7 %
 
 
 # The judge.
@@ -106,12 +85,6 @@ class MonteCarloReference:
         return math.sqrt(max(0.0, float(off[worst]) ** 2 - error**2))
 
 
-def read_references(name: str) -> list[MonteCarloReference]:
-    """Read the references of a scene in the order of PERCENTILES. Raises StoreError if the file is missing."""
-    kept = store.read(KEPT_RESULTS / name / "pressure.nc")
-    return [MonteCarloReference(kept, row) for row in range(len(PERCENTILES))]
-
-
 # Solves.
 
 
@@ -122,10 +95,6 @@ class Solved(NamedTuple):
     pressure: np.ndarray
     gap: np.ndarray
     seconds: float
-
-    def first(self, samples: int) -> Solved:
-        """Return so many samples."""
-        return Solved(self.xi[:samples], self.pressure[:samples], self.gap[:samples], self.seconds)
 
 
 class Square:
@@ -148,7 +117,7 @@ class Square:
         self.directions, self.odd = expansion.directions(
             self.model, self.grid, self.modes, self.nodes, self.scene.expansion.variables
         )
-        self.target = expansion.targets(self.scene, self.model, self.grid)[0]
+        self.target = expansion.target(self.scene, self.model, self.grid)
         self.planes = np.array([float(self.model.plane_height(percentile)) for percentile in PERCENTILES])
 
     def design(self, name: str, count: int, number: int) -> np.ndarray:
@@ -176,20 +145,16 @@ class Square:
 
     def designs(self, plan: Plan) -> Iterator[tuple[str, int, Solved]]:
         """Yield the kind of each design of a plan, its number, and its solves."""
+        latin_hypercube, others = plan
         for kind in ("monte_carlo", "sobol"):
-            for number in range(plan.others):
-                whole = self.solve(self.design(kind, max(plan.latin_hypercube), number))
-                for samples in plan.latin_hypercube:
-                    yield kind, number, whole.first(samples)
-        for samples, count in plan.latin_hypercube.items():
+            for number in range(others):
+                whole = self.solve(self.design(kind, max(latin_hypercube), number))
+                for samples in latin_hypercube:
+                    parts = (part[:samples] for part in whole[:3])
+                    yield kind, number, Solved(*parts, whole.seconds)
+        for samples, count in latin_hypercube.items():
             for number in range(count):
                 yield "latin_hypercube", number, self.solve(self.design("latin_hypercube", samples, number))
-
-    def fit(self, solved: Solved, level: int) -> LocalExpansion:
-        """Fit our local expansion at a penetration to all samples at all training nodes."""
-        variables = np.einsum("km,nvm->knv", solved.xi, self.directions)
-        pressure, gap = solved.pressure[:, level], solved.gap[:, level]
-        return fit_local(Samples(variables, self.nodes.distance2, pressure, gap, self.odd), self.degree, self.target)
 
 
 # Methods.
@@ -204,7 +169,10 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, draw
         return solved.pressure[:, level, : square.central].ravel()
     seed = [square.seed, geometry.STREAM_DRAWS, stream]
     if method == OURS:
-        return square.fit(solved, level).draw(np.random.default_rng(seed), draws)
+        variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
+        pressure, gap = solved.pressure[:, level], solved.gap[:, level]
+        samples = Samples(variables, square.nodes.distance2, pressure, gap, square.odd)
+        return fit_local(samples, square.degree, square.target).draw(np.random.default_rng(seed), draws)
     indices = multi_indices(square.scene.expansion.variables, square.degree)
     basis = hermite_basis(solved.xi @ square.directions[0].T, indices)
     one = Expansion(method, basis, solved.pressure[:, level, 0], indices)
@@ -231,7 +199,6 @@ def compare_methods(
                 continue
             distance = references[level].distance(pressure)
             found[level, method, samples].append((samples * solved.seconds + seconds, distance))
-        report_progress(f"{square.name}: {kind} {number} of {samples} solves")
     rows = []
     for (level, method, samples), results in sorted(found.items()):
         turns, distances = (list(column) for column in zip(*results, strict=True))
@@ -247,11 +214,12 @@ def case_of(scene: str, level: int) -> str:
 
 def measure(quick: bool, _: bool) -> dict[str, Any]:
     """Return the summary and the rows."""
-    sizes = QUICK if quick else USUAL
     rows: list[Row] = []
     refused: dict[str, str] = {}
-    for name, plan in sizes.plans.items():
-        of_scene, reasons = compare_methods(Square(name), read_references(name), plan, sizes.draws)
+    for name, plan in (QUICK if quick else USUAL).items():
+        draws, kept = QUICK_DRAWS if quick else DRAWS, store.read(KEPT_RESULTS / name / "pressure.nc")
+        references = [MonteCarloReference(kept, row) for row in range(len(PERCENTILES))]
+        of_scene, reasons = compare_methods(Square(name), references, plan, draws)
         rows += of_scene
         refused |= reasons
     return {"summary": {"refused": refused}, "rows": rows}

@@ -1,48 +1,52 @@
 """Measure the contact solver against public solvers at equal residual, and on larger meshes alone.
 
-One process, one thread, in turns. One judge computes the residual of every method (contact_problem.Judge). The
-tolerance of a peer is first tuned for each case to the loosest one that meets that of the case. Setting up operators
-and transforms is not timed.
+One process, one thread, in turns. One judge computes the residual of every method. It shares no code with any solver
+except Love's coefficients. The tolerance of a peer is first tuned for each case to the loosest one that meets that of
+the case. Setting up operators and transforms is not timed. Pressures and gaps scale with the heights, and pressures
+with E*, so Sq, E* and the edge only set units.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from scipy import fft
+from scipy.optimize import bisect
 
-from roughslip.contact.influence import Influence
-from roughslip.contact.solve import ContactSolution, solve
-from workflow.benchmarks.contact_peers import PEERS, tune
-from workflow.benchmarks.contact_problem import LEVELS, MODULUS, Judge, Problem, plane_height, square, surface
-from workflow.benchmarks.runner import OURS, make_row, race, report_progress, report_rows, run_command, summarise_speed
+from roughslip.contact.influence import Influence, love_coefficients
+from roughslip.contact.solve import solve
+from roughslip.grid import Grid
+from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
+from workflow.benchmarks.contact_peers import PEERS, Problem, tune
+from workflow.benchmarks.runner import OURS, make_row, race, run_command, summarise_speed
 from workflow.evidence.rows import Row, case, fields, power
 
 PACKAGES = ("ducc0", "tamaas", "ContactMechanics", "NuMPI", "muGrid", "SurfaceTopography")
-
+EDGE, RMS_HEIGHT, MODULUS = 100e-6, 0.5e-6, 2.3e11  # m, m, and Pa: E* of steel against a rigid plane
+SEED = 20260
+SURFACES = {
+    "gauss": covariance_of(kind="gaussian", rms_height_m=RMS_HEIGHT, correlation_length_m=EDGE / 16),
+    "exp": covariance_of(kind="exponential", rms_height_m=RMS_HEIGHT, correlation_length_m=EDGE / 64),
+    "white": None,
+}
+LEVELS = ("5", "25", "50", "75", "95", "contact90")  # per cent of the heights above the plane, or of nodes in contact
 # The largest mesh on which a peer takes part, at the median and at other planes: what its time allows.
 EXTENT = {"tamaas/load": (512, 256), "contactmechanics/bugnicourt": (512, 128), "polonsky-keer": (512, 128)}
-
-REFERENCE_TOLERANCE = 1e-12
 SETTINGS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+TOLERANCES = (1e-6, 1e-10)
 
 
 class Sizes(NamedTuple):
-    """What is measured, and on which meshes.
-
-    nodes : with the peers, every surface, level and tolerance
-    growing : ours alone, at the median of the smooth surface
-    precise : pressure error against time
-    quick : one turn each
-    """
+    """What is measured: nodes on an edge with the peers, of ours alone, and of pressure error against time."""
 
     nodes: tuple[int, ...] = (64, 128, 256, 512)
     growing: tuple[int, ...] = (1024, 2048)
     precise: tuple[int, ...] = (128, 256)
-    tolerances: tuple[float, ...] = (1e-6, 1e-10)
     levels: tuple[str, ...] = LEVELS
     quick: bool = False
 
@@ -50,77 +54,101 @@ class Sizes(NamedTuple):
 QUICK = Sizes((32,), (48,), (32,), levels=("50", "contact90"), quick=True)
 
 
-class Mesh:
-    """What is set up once for a mesh: our operator, the judge, the peers."""
+def square(n: int) -> Grid:
+    return Grid(n, n, EDGE / n, EDGE / n)
 
-    def __init__(self, n: int, peers: Iterable[str]) -> None:
-        grid = square(n)
-        self.influence, self.judge = Influence(grid, MODULUS), Judge(grid)
-        self.peers = {name: PEERS[name](grid) for name in peers if n <= EXTENT[name][0]}
+
+class Mesh:
+    """What is set up once for a mesh: our operator, the judge's, and the peers."""
+
+    def __init__(self, grid: Grid, peers: Iterable[str] = ()) -> None:
+        self.grid = grid
+        self.influence, self.displacement = Influence(self.grid, MODULUS), Convolution(self.grid, MODULUS)
+        self.peers = {name: PEERS[name](self.grid, self.displacement) for name in peers if grid.nx <= EXTENT[name][0]}
 
     def problem(self, kind: str, level: str) -> Problem:
-        heights = surface(kind, self.influence.grid)
-        return Problem(self.influence.grid, heights, plane_height(level, heights, self.influence))
+        """Return a surface, the same at every call, and its plane, to 0.1 % of Sq where it is one of contact."""
+        generator = np.random.default_rng([SEED, list(SURFACES).index(kind), *self.grid.shape])
+        covariance = SURFACES[kind]
+        white = covariance is None
+        z = (
+            RMS_HEIGHT * generator.standard_normal(self.grid.shape)
+            if white
+            else embed(covariance, self.grid).sample(generator)
+        )
+        if level != "contact90":
+            return Problem(z, float(np.percentile(z, 100 - float(level))))
 
-    def solve(self, problem: Problem, tolerance: float) -> ContactSolution:
-        return solve(self.influence, problem.interference, tolerance)
+        def excess(plane: float) -> float:
+            return solve(self.influence, z - plane, 1e-5).area_fraction - 0.9
+
+        high, depth = float(z.min()), 8 * float(z.std())
+        while excess(high - depth) < 0:
+            high, depth = high - depth, 2 * depth
+        return Problem(z, float(bisect(excess, high - depth, high, xtol=1e-3 * float(z.std()))))
+
+    def residual(self, problem: Problem, pressure: np.ndarray) -> float:
+        """Return ||min(gap, B_00 p)|| / ||max(u_bar, 0)||: 1 without pressure, 0 at the solution."""
+        gap = self.displacement(pressure) - problem.interference
+        unmet = np.minimum(gap, self.displacement.diagonal * pressure)
+        return float(np.linalg.norm(unmet) / np.linalg.norm(np.maximum(problem.interference, 0.0)))
 
 
-def cases(sizes: Sizes) -> list[tuple[int, str, str, float]]:
-    """Return nodes on an edge, surface, level and tolerance of every case: 10 x 10 nodes of white heights first."""
-    kinds = [(10, "white")] + [(n, kind) for n in sizes.nodes for kind in ("gauss", "exp")]
-    found = [(*kind, level, one) for kind in kinds for level in sizes.levels for one in sizes.tolerances]
-    return found + [(n, "gauss", "50", sizes.tolerances[-1]) for n in sizes.growing]
+class Convolution:
+    """u = B p by transforms padded to twice the mesh (Hockney's method). diagonal, modulus : B_00, E*"""
+
+    def __init__(self, grid: Grid, modulus: float) -> None:
+        coefficients = love_coefficients(grid, modulus)
+        self.modulus, self.diagonal, self.shape = modulus, coefficients[0, 0], grid.shape
+        self.padded = (2 * grid.nx, 2 * grid.ny)
+        i, j = (np.abs(fft.fftfreq(2 * n, 1 / (2 * n))).astype(int) % n for n in grid.shape)  # offset n is never used
+        self.symbol = fft.rfft2(coefficients[i[:, None], j])
+
+    def __call__(self, pressure: np.ndarray) -> np.ndarray:
+        """Return displacements (nx, ny) [m] under pressures (nx, ny) [Pa]."""
+        nx, ny = self.shape
+        return fft.irfft2(fft.rfft2(pressure, self.padded) * self.symbol, self.padded)[:nx, :ny]
 
 
-def compare_solvers(sizes: Sizes, peers: Sequence[str]) -> list[Row]:
-    """Return the rows of every case."""
+def compare_solvers(sizes: Sizes, peers: Iterable[str]) -> list[Row]:
+    """Return rows of every case: 10 x 10 nodes of white heights, a direct solve, first."""
+    kinds = [(10, "white"), *itertools.product(sizes.nodes, ("gauss", "exp"))]
+    cases = [(*kind, level, one) for kind in kinds for level in sizes.levels for one in TOLERANCES]
+    cases += [(n, "gauss", "50", TOLERANCES[-1]) for n in sizes.growing]
     rows: list[Row] = []
     tuned: dict[tuple[str, str, str], float] = {}  # peer, surface, level: the setting last found, over the tolerance
-    for n, of_mesh in itertools.groupby(cases(sizes), key=lambda entry: entry[0]):
-        mesh = Mesh(n, () if n in sizes.growing else peers)
+    for n, of_mesh in itertools.groupby(cases, key=lambda entry: entry[0]):
+        mesh = Mesh(square(n), () if n in sizes.growing else peers)
         for _, kind, level, tolerance in of_mesh:
-            takes_part = [peer for peer in mesh.peers if n <= EXTENT[peer][level != "50"]]
-            first = {peer: tolerance * tuned.get((peer, kind, level), 30.0) for peer in takes_part}
-            name = case(n=n, surface=kind, level=level, tolerance=power(tolerance))
-            found = compare_on_case(mesh, mesh.problem(kind, level), name, tolerance, first, sizes.quick)
-            tuned |= {(r["method"], kind, level): r["setting"] / tolerance for r in found if "setting" in r}
-            rows += found
-            report_rows(found)
+            name, problem = case(n=n, surface=kind, level=level, tolerance=power(tolerance)), mesh.problem(kind, level)
+            load = solve(mesh.influence, problem.interference, 1e-12).mean_pressure
+            calls, trials = {OURS: partial(solve, mesh.influence, problem.interference, tolerance)}, {}
+            for peer, solver in mesh.peers.items():
+                if n <= EXTENT[peer][level != "50"]:
+                    first = tolerance * tuned.get((peer, kind, level), 30.0)
+                    trials[peer] = tune(solver, problem, load, tolerance, first, mesh.residual)
+                    tuned[peer, kind, level] = trials[peer][0] / tolerance
+                    calls[peer] = partial(solver.solve, problem, load, trials[peer][0])
+            seconds, results = race(calls, sizes.quick, least=3 if level == "50" else 1)
+            ours, error = results[OURS], mesh.residual(problem, results[OURS].pressure)
+            rows.append(make_row(name, OURS, error, seconds[OURS], ours.work, solver=ours.method))
+            for peer, (setting, residual, work) in trials.items():
+                rows.append(make_row(name, peer, residual, seconds[peer], work, setting=setting))
     return rows
 
 
-def compare_on_case(
-    mesh: Mesh, problem: Problem, name: str, tolerance: float, first: dict[str, float], quick: bool
-) -> list[Row]:
-    """Return the rows of one case. `first` maps each peer that takes part to the setting where its tuning starts."""
-    load = mesh.solve(problem, REFERENCE_TOLERANCE).mean_pressure
-    calls, trials = {OURS: partial(mesh.solve, problem, tolerance)}, {}
-    for peer, start in first.items():
-        trials[peer] = tune(mesh.peers[peer], problem, load, tolerance, start, mesh.judge)
-        calls[peer] = partial(mesh.peers[peer].solve, problem, load, trials[peer].setting)
-    seconds, results = race(calls, quick, least=3 if fields(name)["level"] == "50" else 1)
-    ours = results[OURS]
-    error = mesh.judge.residual(problem, ours.pressure)
-    return [
-        make_row(name, OURS, error, seconds[OURS], ours.work, solver=ours.method),
-        *(make_row(name, p, t.residual, seconds[p], t.work, setting=t.setting) for p, t in trials.items()),
-    ]
-
-
-def pressure_errors(sizes: Sizes, peers: Sequence[str]) -> list[Row]:
+def pressure_errors(sizes: Sizes, peers: Iterable[str]) -> list[Row]:
     """Return rows of the relative error of the pressure at each method's own settings."""
     rows = []
     for n in sizes.precise:
-        mesh = Mesh(n, peers)
-        problem = mesh.problem("gauss", "50")
-        name = case(n=n, surface="gauss", level="50", quantity="pressure")
-        reference = mesh.solve(problem, 1e-13).pressure
+        mesh = Mesh(square(n), peers)
+        problem, name = mesh.problem("gauss", "50"), case(n=n, surface="gauss", level="50", quantity="pressure")
+        reference = solve(mesh.influence, problem.interference, 1e-13).pressure
         load = float(reference.mean())
         calls, answers = {}, {}
         for setting in SETTINGS:
-            ours = mesh.solve(problem, setting)
-            calls[OURS, setting] = partial(mesh.solve, problem, setting)
+            ours = solve(mesh.influence, problem.interference, setting)
+            calls[OURS, setting] = partial(solve, mesh.influence, problem.interference, setting)
             answers[OURS, setting] = ours.pressure, ours.work
             for peer, solver in mesh.peers.items():
                 calls[peer, setting] = partial(solver.solve, problem, load, setting)
@@ -129,24 +157,19 @@ def pressure_errors(sizes: Sizes, peers: Sequence[str]) -> list[Row]:
             pressure, work = answers[method, setting]
             error = float(np.linalg.norm(pressure - reference) / np.linalg.norm(reference))
             rows.append(make_row(name, method, error, turns, work, setting=setting))
-        report_progress(name)
     return rows
 
 
-def measure_sizes(sizes: Sizes, peers: Sequence[str]) -> dict[str, object]:
-    """Return the summary and the rows of these sizes. The summary lists 10 x 10 nodes, a direct solve, separately."""
-    rows = compare_solvers(sizes, peers)
+def measure(quick: bool, peers: bool) -> dict[str, object]:
+    """Return the summary and the rows. The summary lists 10 x 10 nodes separately."""
+    sizes, others = QUICK if quick else Sizes(), tuple(PEERS) if peers else ()
+    rows = compare_solvers(sizes, others)
     small = [row for row in rows if fields(row["case"])["n"] == "10"]
     summary = {
         "times_faster_than": summarise_speed([row for row in rows if row not in small]),
         "times_faster_than_on_10_x_10": summarise_speed(small),
     }
-    return {"summary": summary, "rows": rows + pressure_errors(sizes, peers)}
-
-
-def measure(quick: bool, peers: bool) -> dict[str, object]:
-    """Return the summary and the rows."""
-    return measure_sizes(QUICK if quick else Sizes(), tuple(PEERS) if peers else ())
+    return {"summary": summary, "rows": rows + pressure_errors(sizes, others)}
 
 
 if __name__ == "__main__":

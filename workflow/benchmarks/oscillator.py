@@ -23,7 +23,7 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
 from roughslip.oscillator.runge_kutta import PAIRS
 from roughslip.probability import BetaDistribution
-from workflow.benchmarks.runner import make_row, race, report_rows, run_command
+from workflow.benchmarks.runner import make_row, race, run_command
 from workflow.evidence.rows import Row, case, power
 
 PACKAGES = ("diffrax", "jax")
@@ -65,13 +65,9 @@ class Slip(NamedTuple):
 
     @property
     def scatter(self) -> CubicHermiteSpline | None:
-        """mu_S as a function of the slipped distance, for the peers; None without scatter."""
-        return interpolate(self.path, self.spacing) if self.path.any() else None
-
-
-def interpolate(path: np.ndarray, spacing: float) -> CubicHermiteSpline:
-    """Return mu_S as a function of the slipped distance, from its nodes, as our code interpolates."""
-    return CubicHermiteSpline(spacing * np.arange(len(path)), path, np.gradient(path, spacing))
+        """mu_S over the slipped distance, as our code interpolates its nodes; None without scatter."""
+        x = self.spacing * np.arange(len(self.path))
+        return CubicHermiteSpline(x, self.path, np.gradient(self.path, self.spacing)) if self.path.any() else None
 
 
 def choose_slips(nodes: int = NODES) -> tuple[Slip, Slip]:
@@ -111,22 +107,11 @@ def leave_belt(x: float, s: float, V: float) -> tuple[float, float, float]:
     return x + V * OFF - V * OFF**3 / 6, V - V * OFF**2 / 2, s + V * OFF**3 / 6
 
 
-def integrate_slip(
-    belt: Oscillator,
-    law: StribeckLaw,
-    scatter: Callable[[float], float] | None,
-    departure: tuple[float, float, float],
-    end: float,
-    method: str,
-    tolerance: float,
-) -> Any:
-    """Return what solve_ivp finds of a slip phase, with an event at X' = V.
-
-    departure : tau, X [m] and slipped distance [m] where the mass leaves the belt
-    end : of tau
-    """
-    F, V, D, omega = belt.F, belt.V, belt.damping_ratio, belt.natural_frequency_rad_per_s
-    fit, decay, quadratic, static = law.fit, law.decay_s_per_m, law.quadratic_s2_per_m2, law.static
+def slip_by_scipy(slip: Slip, method: str, tolerance: float) -> Found:
+    """Return the same of one cycle by solve_ivp, with an event at X' = V."""
+    F, V, D, omega = STUDY.F, STUDY.V, STUDY.damping_ratio, STUDY.natural_frequency_rad_per_s
+    fit, decay, quadratic, static = LAW.fit, LAW.decay_s_per_m, LAW.quadratic_s2_per_m2, LAW.static
+    scatter = slip.scatter
 
     def slope(_: float, y: np.ndarray) -> list[float]:
         v = omega * (V - y[1])
@@ -138,14 +123,8 @@ def integrate_slip(
         return float(y[1] - V)
 
     at_belt.terminal, at_belt.direction = True, 1.0  # type: ignore[attr-defined]
-    tau, x, s = departure
-    start = leave_belt(x, s, V)
-    return solve_ivp(slope, (tau + OFF, end), start, method, events=at_belt, rtol=tolerance, atol=tolerance * F)
-
-
-def slip_by_scipy(slip: Slip, method: str, tolerance: float) -> Found:
-    """Return the same of one cycle by solve_ivp."""
-    found = integrate_slip(STUDY, LAW, slip.scatter, (0.0, slip.start, 0.0), LONGEST, method, tolerance)
+    start = leave_belt(slip.start, 0.0, V)
+    found = solve_ivp(slope, (OFF, LONGEST), start, method, events=at_belt, rtol=tolerance, atol=tolerance * F)
     return float(found.y_events[0][0][0]), found.nfev, 1
 
 
@@ -223,7 +202,6 @@ def slip_phases(tolerances: Sequence[float], peers: Sequence[str], quick: bool) 
             place, evaluations, cycles = results[method, tolerance]
             name, error = case(motion=slip.name, asked=power(tolerance)), abs(place / exact - 1)
             rows.append(make_row(name, method, error, [one / cycles for one in turns], evaluations // cycles))
-            report_rows(rows[-1:])
     return rows
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -23,32 +23,28 @@ from roughslip.surface import models
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import Embedding, embed
 from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
-from workflow.benchmarks.runner import OURS, make_row, race, report_progress, report_rows, run_command, timed
+from workflow.benchmarks.runner import OURS, make_row, race, run_command, timed
 from workflow.evidence.rows import Row, case
 
 PACKAGES = ("ducc0", "gstools", "gstools-cython", "gstools-core")
 COVARIANCES = ("gaussian", "separable_exponential", "exponential", "matern", "rotated", "self_affine")
 LENGTH = 0.1
 RESIDUAL = "1e-9"
-LAGS = 0.3  # sample covariances are compared up to three correlation lengths on each axis
-LAGS_A_SIDE = 32  # lags on an edge, the same on every mesh
+LAGS, LAGS_A_SIDE = 0.3, 32  # sample covariances: up to three correlation lengths, the same lags on every mesh
 SEED = 20260
-
 # Waves of the randomization, and waves on an axis of the Fourier method.
-WAVES = {"gstools/randomization": (100, 1000), "gstools/fourier": (16, 32, 64)}
+PEERS = {"gstools/randomization": (100, 1000), "gstools/fourier": (16, 32, 64)}
 PERIOD = 1.5  # period of the Fourier method over the edge; images are at least half an edge away
 
 Sampler = Callable[[int], np.ndarray]  # heights (nx, ny) of the sample of a number
 
 
 class Sizes(NamedTuple):
-    """What is measured, and on which meshes.
+    """What is measured, on meshes of so many nodes on an edge.
 
-    leading : nodes on an edge and number of modes, every covariance
-    sampled : nodes on an edge of exact samples, every covariance
-    compared : nodes on an edge of the comparison with the peers
+    leading : nodes and number of modes, every covariance
+    sampled, compared : nodes of exact samples, every covariance, and of the comparison with the peers
     budget : [s] of samples for the error of a method
-    quick : one turn each
     """
 
     leading: tuple[int, int] = (512, 101)
@@ -63,7 +59,6 @@ QUICK = Sizes((48, 11), 64, 32, most_samples=16, budget=0.2, quick=True)
 
 
 def square(n: int) -> Grid:
-    """Return the mesh of n x n cells."""
     return Grid(n, n, 1 / n, 1 / n)
 
 
@@ -121,49 +116,29 @@ def sample_covariance(heights: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.n
     return sums[i, j] / ((nx - i) * (ny - np.abs(j)))
 
 
-# Generators.
+def sampler(covariance: StationaryCovariance, grid: Grid, method: str, waves: int) -> Sampler:
+    """Set up a generator: circulant embedding, ours, or one of GSTools on one thread.
 
-
-def set_up_embedding(covariance: StationaryCovariance, grid: Grid, _: int = 0) -> Sampler:
-    """Set up circulant embedding, ours."""
-    embedding = embed(covariance, grid)
-    return lambda number: embedding.sample(np.random.default_rng([SEED, number]))
-
-
-def set_up_randomization(covariance: StationaryCovariance, grid: Grid, waves: int) -> Sampler:
-    """Set up GSTools' randomization: plane waves of random wave vectors from the spectrum, redrawn for each sample.
-
-    F. Hesse et al., Environ. Model. Softw. 55 (2014) 32. Its ensemble has the model's covariance; one sample has that
-    of its few waves.
+    Randomization takes plane waves of random wave vectors from the spectrum, redrawn for each sample (F. Hesse et al.,
+    Environ. Model. Softw. 55 (2014) 32). Its ensemble has the model's covariance; one sample has that of its few waves.
+    The Fourier method sums waves x waves equidistant wave vectors at every node, of a period of PERIOD edges. Waves
+    beyond the last one and between two are missing, which is a systematic error.
     """
-    field, axes = gstools_field(covariance, generator="RandMeth", mode_no=waves), (grid.x(), grid.y())
-    return lambda number: field.structured(axes, seed=number, store=False)
-
-
-def set_up_fourier(covariance: StationaryCovariance, grid: Grid, waves: int) -> Sampler:
-    """Set up GSTools' Fourier method: plane waves at waves x waves equidistant wave vectors, summed at every node.
-
-    The period is PERIOD edges. Waves beyond the last one and between two are missing, which is a systematic error.
-    """
-    periods, axes = [PERIOD * grid.nx * grid.dx, PERIOD * grid.ny * grid.dy], (grid.x(), grid.y())
-    field = gstools_field(covariance, generator="Fourier", period=periods, mode_no=[waves, waves])
-    return lambda number: field.structured(axes, seed=number, store=False)
-
-
-def gstools_field(covariance: StationaryCovariance, **generator: object) -> Any:
-    """Return the field in GSTools, on one thread; with `rescale` 1 its length scale is our 1/e length."""
+    if method == OURS:
+        embedding = embed(covariance, grid)
+        return lambda number: embedding.sample(np.random.default_rng([SEED, number]))
     import gstools
 
     gstools.config.NUM_THREADS = 1
+    options: dict[str, Any] = {"generator": "RandMeth", "mode_no": waves}
+    if method == "gstools/fourier":
+        periods = [PERIOD * grid.nx * grid.dx, PERIOD * grid.ny * grid.dy]
+        options = {"generator": "Fourier", "period": periods, "mode_no": [waves, waves]}
     kinds = {"gaussian": gstools.Gaussian, "exponential": gstools.Exponential}
     length, variance = covariance.correlation_length_m, covariance.rms_height_m**2
-    return gstools.SRF(kinds[covariance.kind](dim=2, var=variance, len_scale=length, rescale=1.0), **generator)
-
-
-PEERS: dict[str, Callable[[StationaryCovariance, Grid, int], Sampler]] = {
-    "gstools/randomization": set_up_randomization,
-    "gstools/fourier": set_up_fourier,
-}
+    model = kinds[covariance.kind](dim=2, var=variance, len_scale=length, rescale=1.0)  # len_scale is our 1/e length
+    field, axes = gstools.SRF(model, **options), (grid.x(), grid.y())
+    return lambda number: field.structured(axes, seed=number, store=False)
 
 
 # What is measured.
@@ -178,7 +153,6 @@ def leading_modes(sizes: Sizes) -> list[Row]:
         seconds, results = race({OURS: partial(karhunen_loeve, covariance, grid, order)}, sizes.quick, least=3)
         label = case(n=n, covariance=name, modes=order, tolerance=RESIDUAL)
         rows.append(make_row(label, OURS, residual(covariance, results[OURS]), seconds[OURS], order))
-        report_rows(rows[-1:])
     return rows
 
 
@@ -194,17 +168,15 @@ def exact_samples(sizes: Sizes) -> tuple[list[Row], dict[str, str]]:
             setup, embedding = timed(partial(embed, covariance, grid))
         except IllPosedError as error:
             refused[label] = str(error)
-            report_progress(f"{label}: {error}")
             continue
         call = partial(embedding.sample, np.random.default_rng([SEED, grid.nx]))
         turns, error = race({OURS: call}, sizes.quick)[0][OURS], ensemble_error(covariance, embedding)
         rows.append(make_row(label, OURS, error, turns, 1, setup_seconds=setup, torus=list(embedding.torus)))
-        report_rows(rows[-1:])
         del embedding, call  # a quarter of a gigabyte
     return rows, refused
 
 
-def compare_samplers(name: str, sizes: Sizes, peers: Sequence[str]) -> list[Row]:
+def compare_samplers(name: str, sizes: Sizes, peers: bool) -> list[Row]:
     """Return rows of 1, 4, 16, ... samples of every method: the time for them and the error of their covariance.
 
     The error is the RMS over the lags, and over all available sets of so many samples, of covariance minus model.
@@ -213,39 +185,33 @@ def compare_samplers(name: str, sizes: Sizes, peers: Sequence[str]) -> list[Row]
     covariance, label = covariance_of(name, grid), case(n=grid.nx, covariance=name, quantity="covariance")
     i, j = lags_of(grid)
     asked = covariance(i * grid.dx, j * grid.dy)
-    samplers, setups, calls = {}, {}, {}
-    for key in [(OURS, 0), *((peer, waves) for peer in peers for waves in WAVES[peer])]:
-        make = PEERS.get(key[0], set_up_embedding)
-        setups[key], samplers[key] = timed(partial(make, covariance, grid, key[1]))
-        calls[key] = partial(lambda sampler, numbers: sampler(next(numbers)), samplers[key], itertools.count())
-    times, _ = race(calls, sizes.quick)
-    for (method, setting), sampler in samplers.items():
-        turns, setup = times[method, setting], setups[method, setting]
+    keys = [(OURS, 0), *((peer, waves) for peer in PEERS for waves in PEERS[peer] if peers)]
+    made = {key: timed(partial(sampler, covariance, grid, *key)) for key in keys}
+    calls = {
+        key: partial(lambda draw, numbers: draw(next(numbers)), draw, itertools.count())
+        for key, (_, draw) in made.items()
+    }
+    for (method, setting), turns in race(calls, sizes.quick)[0].items():
+        setup, draw = made[method, setting]
         count = int(min(max(sizes.budget / min(turns), 4), sizes.most_samples))
-        found = np.array([sample_covariance(sampler(number), i, j) - asked for number in range(1, count + 1)])
+        found = np.array([sample_covariance(draw(number), i, j) - asked for number in range(1, count + 1)])
         for samples in (4**power for power in range((count.bit_length() + 1) // 2)):
             sets = found[: count // samples * samples].reshape(-1, samples, *asked.shape).mean(axis=1)
             whole, error = [setup + samples * seconds for seconds in turns], math.sqrt(np.mean(sets**2))
             more = {"setting": setting, "samples": samples, "setup_seconds": setup}
             rows.append(make_row(label, method, error, whole, samples, **more))
-    report_rows([row for row in rows if row["samples"] == 1])
     return rows
-
-
-def measure_sizes(sizes: Sizes, peers: Sequence[str]) -> dict[str, object]:
-    """Return the summary and the rows of these sizes."""
-    samples, refused = exact_samples(sizes)
-    rows = leading_modes(sizes) + samples
-    for name in ("gaussian", "exponential"):
-        rows += compare_samplers(name, sizes, peers)
-    return {"summary": {"refused": refused}, "rows": rows}
 
 
 def measure(quick: bool, peers: bool) -> dict[str, object]:
     """Return the summary and the rows."""
     if peers:
         import gstools  # noqa: F401  takes a second, which is not set-up of a sampler
-    return measure_sizes(QUICK if quick else Sizes(), tuple(PEERS) if peers else ())
+    sizes = QUICK if quick else Sizes()
+    samples, refused = exact_samples(sizes)
+    rows = leading_modes(sizes) + samples
+    rows += [row for name in ("gaussian", "exponential") for row in compare_samplers(name, sizes, peers)]
+    return {"summary": {"refused": refused}, "rows": rows}
 
 
 if __name__ == "__main__":

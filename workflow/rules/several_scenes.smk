@@ -9,8 +9,8 @@ rule report_of_the_default_scenes:
     input:
         key=lambda wildcards: scenes.key_file(scenes.default[0], "report"),
         scenes=[f"results/{name}/report.html" for name in scenes.default],
-        kept=kept_evidence(),
-        drawn=[f"results/evidence/{Path(file).stem}.svg" for file in kept_evidence() if Path(file).stem in BENCHMARKS],
+        kept=KEPT_EVIDENCE,
+        drawn=[f"results/evidence/{file.stem}.svg" for file in KEPT_EVIDENCE if file.stem in BENCHMARKS],
     output:
         **outputs("report", "results"),
     log:

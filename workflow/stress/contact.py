@@ -1,4 +1,4 @@
-"""Stress campaign of contact: random problems, each solution judged by displacements in extended precision.
+"""Campaign of contact: random problems, each solution judged by displacements in extended precision.
 
 Meshes, surfaces, planes, loads and hardnesses have units far apart: heights over cells go from 1e-12 / 1e3 to
 1e3 / 1e-9. The problem is linear in heights and modulus, so that a solver with a fixed length or pressure fails here.
@@ -14,9 +14,7 @@ Where long doubles are doubles (some ARM and Windows machines) ROUNDING is too s
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Iterator
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import fft
@@ -26,12 +24,8 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve, solve_load, sweep
 from roughslip.errors import ConvergenceError, RoughslipError
 from roughslip.grid import Grid
-from workflow.evidence.rows import Row
-from workflow.stress import runner
-from workflow.stress.runner import Conditions, Verdict, choose, log_uniform
+from workflow.stress.runner import Conditions, Problem, Verdict, choose, log_uniform, verdict_of
 
-STAGE = "contact"
-PROBLEMS = 10_000
 DEMANDED = 1e-10  # Every problem must reach this residual. Short of a tighter tolerance, an error is an answer.
 LEAST_HARDNESS = 1.02  # mean pressures; at 1 all nodes yield
 
@@ -54,39 +48,8 @@ CONTROLS = ("plane", "load", "periodic-load", "sweep")
 CONTROL_SHARES = (0.55, 0.2, 0.15, 0.1)
 
 
-@dataclass(frozen=True)
-class ContactProblem:
-    """A rough surface pressed to a plane or by a load.
-
-    number : of the problem
-    grid : the mesh
-    modulus : E* [Pa]
-    heights : (nx, ny) [m]
-    surface, control : of SURFACES and CONTROLS
-    planes : [m] heights of the plane: several for a sweep, one without, and no plane under a load
-    load : mean pressure [Pa], or None
-    cap : the hardness over the elastic peak pressure, or infinity
-    tolerance : of the residual
-    """
-
-    number: int
-    grid: Grid
-    modulus: float
-    heights: np.ndarray
-    surface: str
-    control: str
-    planes: tuple[float, ...]
-    load: float | None
-    cap: float
-    tolerance: float
-
-    @property
-    def periodic(self) -> bool:
-        return self.control == "periodic-load"
-
-
-def random_problem(seed: int, number: int) -> ContactProblem:
-    """Return the problem of this number."""
+def problem(seed: int, number: int) -> Problem:
+    """Return the problem of this number. Only tolerances below DEMANDED may be missed, if DEMANDED is reached."""
     generator = np.random.default_rng([seed, number])
     control = choose(generator, CONTROLS, CONTROL_SHARES)
     surface = choose(generator, SURFACES, SURFACE_SHARES / SURFACE_SHARES.sum())
@@ -101,7 +64,7 @@ def random_problem(seed: int, number: int) -> ContactProblem:
     if generator.random() < 0.15:  # another zero of the heights
         heights += generator.choice((-1.0, 1.0)) * log_uniform(generator, -1, 2)
     heights *= scale
-    planes: tuple[float, ...] = ()
+    planes: tuple[float | None, ...] = (None,)
     load = None
     if control.endswith("load"):  # E* times the range of heights over the edge of the mesh, times 1e-4 to 1e3
         rise = (float(np.ptp(heights)) or scale) / math.sqrt(grid.size * grid.cell_area)
@@ -110,7 +73,37 @@ def random_problem(seed: int, number: int) -> ContactProblem:
         count = generator.integers(2, 7) if control == "sweep" else 1
         planes = tuple(_plane(generator, surface, heights, scale) for _ in range(count))
     cap = log_uniform(generator, -2, 1) if generator.random() < 0.4 else math.inf
-    return ContactProblem(number, grid, modulus, heights, surface, control, planes, load, cap, tolerance)
+    periodic = control == "periodic-load"
+
+    def solve_at(tolerance: float, hardness: float) -> list[ContactSolution]:
+        on = Influence(grid, modulus, periodic=periodic)
+        if load is not None:
+            return [solve_load(on, heights, load, tolerance, hardness_pa=hardness)]
+        if control == "sweep":
+            return list(sweep(on, heights, planes, tolerance, hardness))
+        return [solve(on, heights - planes[0], tolerance, hardness_pa=hardness)]
+
+    def solved() -> tuple[list[ContactSolution], float]:
+        """Return a solution for each plane, and the hardness [Pa]: `cap` times the elastic peak pressure."""
+        hardness = math.inf
+        if math.isfinite(cap):
+            peak = max(float(elastic.pressure.max()) for elastic in solve_at(1e-3, math.inf))
+            hardness = max(cap * peak, LEAST_HARDNESS * (load or 0.0)) or modulus
+        return solve_at(tolerance, hardness), hardness
+
+    def judged(found: tuple[list[ContactSolution], float]) -> Verdict:
+        solutions, hardness = found
+        judge_one = partial(judge, Displacement(grid, modulus, periodic), heights, load, tolerance, hardness)
+        verdicts = list(map(judge_one, solutions, planes))
+        broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
+        return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
+
+    case = {"tolerance": tolerance, "control": control, "surface": surface, "nx": grid.nx, "ny": grid.ny, "cap": cap}
+
+    def is_answer(error: RoughslipError) -> bool:
+        return isinstance(error, ConvergenceError) and tolerance < DEMANDED and error.residual <= DEMANDED
+
+    return Problem(case, solved, judged, is_answer)
 
 
 def _mesh(generator: np.random.Generator) -> Grid:
@@ -182,44 +175,6 @@ def _plane(generator: np.random.Generator, surface: str, heights: np.ndarray, sc
     return float(np.percentile(heights, 100 - 100 / (1 + math.exp(generator.uniform(-limit, limit)))))
 
 
-def row_of(seed: int, number: int) -> Row:
-    """Return the row of the problem of this number."""
-    return runner.problem_row(STAGE, random_problem(seed, number), judged, is_answer)
-
-
-def is_answer(problem: ContactProblem, error: RoughslipError) -> bool:
-    """Whether an error answers a problem: a tolerance below DEMANDED that is not reached, while DEMANDED is."""
-    tighter = problem.tolerance < DEMANDED
-    return isinstance(error, ConvergenceError) and tighter and error.residual <= DEMANDED
-
-
-def judged(problem: ContactProblem) -> Verdict:
-    """Solve a problem and judge every plane of it. A hardness follows from the peak pressure of elastic contact."""
-    displacement = Displacement(problem.grid, problem.modulus, problem.periodic)
-    influence = Influence(problem.grid, problem.modulus, periodic=problem.periodic)
-    hardness = math.inf
-    if math.isfinite(problem.cap):
-        peak = max(float(elastic.pressure.max()) for elastic in solve_planes(problem, influence, 1e-3, math.inf))
-        hardness = max(problem.cap * peak, LEAST_HARDNESS * (problem.load or 0.0)) or problem.modulus
-    found = solve_planes(problem, influence, problem.tolerance, hardness)
-    asked = problem.planes if problem.load is None else (None,)
-    verdicts = [judge(problem, displacement, one, plane, hardness) for one, plane in zip(found, asked, strict=True)]
-    broken = (f"plane {k}: {what}" for k, verdict in enumerate(verdicts) for what in verdict.broken)
-    return Verdict(max(verdict.residual for verdict in verdicts), tuple(broken))
-
-
-def solve_planes(
-    problem: ContactProblem, influence: Influence, tolerance: float, hardness: float
-) -> Iterator[ContactSolution]:
-    """Yield the solution for each plane, or under the load."""
-    if problem.load is not None:
-        yield solve_load(influence, problem.heights, problem.load, tolerance, hardness_pa=hardness)
-    elif problem.control == "sweep":
-        yield from sweep(influence, problem.heights, problem.planes, tolerance, hardness)
-    else:
-        yield solve(influence, problem.heights - problem.planes[0], tolerance, hardness_pa=hardness)
-
-
 def love(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.ndarray:
     """Return the integral of 1/r over a cell at the origin, at points (x, y) >= 0, in long doubles.
 
@@ -248,7 +203,7 @@ class Displacement:
     """
 
     def __init__(self, grid: Grid, modulus: float, periodic: bool) -> None:
-        self.grid = grid
+        self.grid, self.periodic = grid, periodic
         unit = math.sqrt(grid.cell_area)
         dx, dy = grid.dx / unit, grid.dy / unit
         factor = np.longdouble(unit) / (np.longdouble(np.pi) * np.longdouble(modulus))
@@ -301,11 +256,17 @@ def _ewald(shape: tuple[int, int], dx: float, dy: float) -> np.ndarray:
 
 
 def judge(
-    problem: ContactProblem, displacement: Displacement, solution: ContactSolution, plane: float | None, hardness: float
+    displacement: Displacement,
+    heights: np.ndarray,
+    load: float | None,
+    tolerance: float,
+    hardness: float,
+    solution: ContactSolution,
+    plane: float | None,
 ) -> Verdict:
     """Return the relative residual of a solution and the conditions of contact that it breaks, node by node.
 
-    plane : [m] the required one; None under a load, where the solution gives it
+    plane : [m] the required one; None under a load [Pa], where the solution gives it
 
     All lengths are compared with tolerance ||max(u_bar, 0)|| plus the rounding of the judge. In a periodic cell
     B_00 ||p|| replaces the norm where it is larger.
@@ -313,19 +274,19 @@ def judge(
     height = solution.plane if plane is None else plane
     p, plastic = solution.pressure, solution.plastic_displacement
     fields_ = (p, solution.gap, plastic)
-    if not all(f.shape == problem.grid.shape and f.dtype == np.float64 and np.isfinite(f).all() for f in fields_):
+    if not all(f.shape == displacement.grid.shape and f.dtype == np.float64 and np.isfinite(f).all() for f in fields_):
         return Verdict(math.inf, ("fields of another shape, or not finite",))
     lifted = displacement(p)
-    u_bar = problem.heights.astype(np.longdouble) - np.longdouble(height)
+    u_bar = heights.astype(np.longdouble) - np.longdouble(height)
     elastic = lifted - u_bar  # the gap without plastic displacement
     gap = elastic + plastic
     lift, highest = displacement.diagonal * p, displacement.diagonal * np.longdouble(hardness)
     unmet = lift - np.clip(lift - elastic, 0, highest)
     reach = _norm(np.maximum(u_bar, 0))
-    if problem.periodic:  # A mean pressure causes no displacement there, and u_bar may be far below B_00 p.
+    if displacement.periodic:  # A mean pressure causes no displacement there, and u_bar may be far below B_00 p.
         reach = max(reach, _norm(lift))
     node_rounding = ROUNDING * (np.abs(lifted) + np.abs(u_bar) + (abs(height) if plane is None else 0.0))
-    allowed = problem.tolerance * reach + _norm(np.where(unmet != 0, node_rounding, 0))
+    allowed = tolerance * reach + _norm(np.where(unmet != 0, node_rounding, 0))
     size = _norm(unmet)
     residual = 0.0 if size == 0 else math.inf if reach == 0 else float(size / reach)
     conditions: Conditions = {
@@ -337,16 +298,12 @@ def judge(
         "u_plastic >= 0": (-plastic.min(), 0),
         "u_plastic = 0 where p < H": (plastic[p < hardness].max(initial=0), 0),
         "its gap is B p - u_bar + u_plastic": (np.abs(solution.gap - gap).max(), allowed + node_rounding.max()),
-        "its residual": (solution.residual, problem.tolerance),
+        "its residual": (solution.residual, tolerance),
     }
-    if problem.load is not None:
-        conditions["the load"] = (abs(p.astype(np.longdouble).mean() / problem.load - 1), LOAD_ROUNDING)
-    return runner.verdict_of(conditions, residual)
+    if load is not None:
+        conditions["the load"] = (abs(p.astype(np.longdouble).mean() / load - 1), LOAD_ROUNDING)
+    return verdict_of(conditions, residual)
 
 
 def _norm(field: np.ndarray) -> np.longdouble:
     return np.sqrt((field**2).sum())
-
-
-if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, PROBLEMS))

@@ -1,45 +1,49 @@
-"""The campaigns' common parts: samplers, the outcome of a problem, its row, the command of a stage, and the joint file.
+"""Campaigns of random problems: what a problem is, the row that comes of it, and the command that runs them.
 
 A row is `{stage, case, outcome, residual}`, and `why` where it is a failure. The case is `key=value` pairs; its number
 and the seed of the campaign make the problem again. The outcome is one of
 
 - `converged`: the judge accepts the answer,
 - `false claim`: the judge finds a condition that the answer breaks; always a failure,
-- `accepted`: the package took bad input; always a failure,
 - the name of an exception: a failure unless it is a typed error that answers the problem.
 
-`python -m workflow.stress.contact -j 2 --output results/stress/contact.json` runs a campaign, `--only 17` one problem.
-`python -m workflow.stress.runner --campaigns FILE ... --output results/stress.json` joins the files of the stages.
+A plain loop over numbers draws the problems: judges hold at a stated risk for independent draws alone, and any number
+is solved again without those before it. Processes share the numbers:
+
+    python -m workflow.stress.runner --seed today --share 0.1 -j 2 --output results/stress.json
+    python -m workflow.stress.runner oscillator --seed 20261 --only 1830
 """
 
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import datetime
 import json
 import math
 import re
 import sys
-import time
 import warnings
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import ParameterError, RoughslipError
+from roughslip.errors import RoughslipError
 from workflow.evidence.rows import Row, case, fields, map_parallel
 
-CONVERGED, FALSE_CLAIM, ACCEPTED = "converged", "false claim", "accepted"
+# Problems of a whole campaign; the slow ones first, so that processes end together.
+CAMPAIGNS = {"accuracy": 100, "oscillator": 2000, "contact": 10_000, "chaos": 2000, "surface": 2000, "friction": 2000}
 SEED = 20261
-CHUNK = 20  # problems that a process takes at a time
-LISTED = 50  # failures that the log lists
+CHUNK = 5  # problems that a process takes at a time
+LISTED = 50  # failures that are printed
+
+CONVERGED, FALSE_CLAIM = "converged", "false claim"
 ADVICE = re.compile(
     r"\b(take|lower|use|ask|penetrate|expand|give|solve|lengthen|space|add|choose|cut|try|make|let)\b", re.IGNORECASE
 )
@@ -62,11 +66,7 @@ def choose(
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a judge finds.
-
-    residual : [-] relative, by the judge's own evaluation
-    broken : the conditions that the answer breaks, each with its value and limit; empty for an accepted answer
-    """
+    """What a judge finds: a relative residual [-] of its own, and the conditions that the answer breaks."""
 
     residual: float
     broken: tuple[str, ...] = ()
@@ -88,73 +88,47 @@ def verdict_of(conditions: Conditions, residual: float | None = None) -> Verdict
     return Verdict(residual, broken)
 
 
+@dataclass(frozen=True)
+class Problem:
+    """A random problem. case : its numbers and words; solve, judge : give the answer and the verdict on it
+
+    is_answer : whether a typed error answers the problem, because it has no solution or none that can be found
+    """
+
+    case: Mapping[str, object]
+    solve: Callable[[], Any]
+    judge: Callable[[Any], Verdict]
+    is_answer: Callable[[RoughslipError], bool]
+
+
+def unless(well_posed: bool, *errors: type[RoughslipError]) -> Callable[[RoughslipError], bool]:
+    """Answers are these errors, if they say what to try and the problem is not well posed."""
+    return lambda error: isinstance(error, errors) and has_advice(error) and not well_posed
+
+
 def has_advice(error: RoughslipError) -> bool:
     """Whether the message of an error says what to try."""
     return ADVICE.search(str(error)) is not None
 
 
-def case_of(problem: Any) -> str:
-    """Return the name of a problem: every number and word among its fields, the types of its parts, and their fields.
-
-    The tolerance is 1 for a problem that has none.
-    """
-    return case(**({"number": problem.number, "tolerance": 1} | _named_values(problem)))
-
-
-def _named_values(part: Any) -> dict[str, str]:
-    names: dict[str, str] = {}
-    for field in dataclasses.fields(part):
-        value = getattr(part, field.name)
-        if isinstance(value, dict):
-            names |= value
-        elif dataclasses.is_dataclass(value):
-            names |= {field.name: type(value).__name__, **_named_values(value)}
-        elif isinstance(value, str | int | float | tuple):
-            names[field.name] = ",".join(map(_short, value)) if isinstance(value, tuple) else _short(value)
-    return names
-
-
-def _short(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def problem_row(
-    stage: str, problem: Any, judged: Callable[[Any], Verdict], is_answer: Callable[[Any, RoughslipError], bool]
-) -> Row:
-    """Solve and judge a problem and return its row.
-
-    judged : solves the problem and returns the verdict
-    is_answer : whether a typed error answers the problem
-    """
-    return _row(stage, case_of(problem), partial(judged, problem), partial(is_answer, problem))
-
-
-def refusal_row(stage: str, case: str, call: Callable[[], object]) -> Row:
-    """Return the row of bad input, which only a ParameterError answers."""
-
-    def judged() -> Verdict:
-        call()
-        return Verdict(0.0)
-
-    row = _row(stage, case, judged, lambda error: isinstance(error, ParameterError))
-    return row | {"outcome": ACCEPTED, "why": "no error"} if row["outcome"] == CONVERGED else row
-
-
-def _row(stage: str, case: str, judged: Callable[[], Verdict], answers: Callable[[RoughslipError], bool]) -> Row:
-    """Return the row of a problem that is solved with every warning an error."""
-    residual, why = math.nan, ""
+def row_of(stage: str, number: int, drawn: Callable[[], Problem]) -> Row:
+    """Draw and solve a problem with every warning an error, judge the answer, and return the row."""
+    problem, residual, why = None, math.nan, ""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            verdict = judged()
+            problem = drawn()
+            verdict = problem.judge(problem.solve())
             outcome, residual = FALSE_CLAIM if verdict.broken else CONVERGED, verdict.residual
             why = "; ".join(verdict.broken)
         except Exception as error:  # Any exception but an answer is a failure, which the row names.
             outcome, residual = type(error).__name__, getattr(error, "residual", math.nan)
-            if not (isinstance(error, RoughslipError) and answers(error)):
+            if not (isinstance(error, RoughslipError) and problem and problem.is_answer(error)):
                 why = str(error) or repr(error)
-    finite = residual if math.isfinite(residual) else None
-    return {"stage": stage, "case": case, "outcome": outcome, "residual": finite} | ({"why": why} if why else {})
+    names = {"number": number, "tolerance": 1} | dict(problem.case if problem else {})
+    short = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in names.items()}
+    row = {"stage": stage, "case": case(**short), "outcome": outcome}
+    return row | {"residual": float(residual) if math.isfinite(residual) else None} | ({"why": why} if why else {})
 
 
 def failures(rows: Iterable[Row]) -> list[Row]:
@@ -167,35 +141,17 @@ def summary(rows: Iterable[Row]) -> list[dict[str, Any]]:
     stages: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
         stages[row["stage"]].append(row)
-    return [
-        {
-            "stage": stage,
-            "problems": len(members),
-            "outcomes": dict(sorted(Counter(row["outcome"] for row in members).items())),
-            "worst_residual_over_tolerance": max(
-                (
-                    row["residual"] / float(fields(row["case"])["tolerance"])
-                    for row in members
-                    if row["outcome"] == CONVERGED and row["residual"] is not None
-                ),
-                default=None,
-            ),
-            "failures": len(failures(members)),
-        }
-        for stage, members in stages.items()
-    ]
+    found = []
+    for stage, members in stages.items():
+        right = [row for row in members if row["outcome"] == CONVERGED and row["residual"] is not None]
+        worst = max((row["residual"] / float(fields(row["case"])["tolerance"]) for row in right), default=None)
+        outcomes = dict(sorted(Counter(row["outcome"] for row in members).items()))
+        counts = {"problems": len(members), "outcomes": outcomes, "worst_residual_over_tolerance": worst}
+        found.append({"stage": stage, **counts, "failures": len(failures(members))})
+    return found
 
 
-def run_problems(row_of: Callable[[int, int], Row], seed: int, numbers: Sequence[int], jobs: int = 1) -> list[Row]:
-    """Return the rows of the problems of these numbers, in their order for any number of processes.
-
-    row_of : (seed, number) -> row, a function at the top of a module
-    """
-    work = partial(row_of, seed)
-    return [work(number) for number in numbers] if jobs == 1 else map_parallel(work, numbers, jobs, CHUNK)
-
-
-def write_campaign(path: Path, rows: Sequence[Row], seeds: Mapping[str, int]) -> None:
+def write(path: Path, rows: Sequence[Row], seeds: Mapping[str, int]) -> None:
     """Write seeds, summary and rows, each row on a line of its own, in one step."""
     head = {"seeds": seeds, "problems": len(rows), "failures": len(failures(rows))}
     lines = [json.dumps(head, allow_nan=False)[:-1] + ","]
@@ -204,51 +160,40 @@ def write_campaign(path: Path, rows: Sequence[Row], seeds: Mapping[str, int]) ->
     store.write_text(path, "\n".join(lines) + "\n")
 
 
-def command(
-    description: str | None, stage: str, row_of: Callable[[int, int], Row], problems: int, most: int = sys.maxsize
-) -> int:
-    """Run the campaign of a stage from the command line and return the exit status, which is 1 if a problem failed.
+def solved(task: tuple[str, int, int]) -> Row:
+    """Return the row of the problem of (stage, seed, number)."""
+    stage, seed, number = task
+    return row_of(stage, number, partial(import_module(f"workflow.stress.{stage}").problem, seed, number))
 
-    problems : how many, if the command line does not say
-    most : how many there are, where they are a list
-    """
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--output", type=Path, help="the JSON file")
-    parser.add_argument("--seed", default=SEED, type=_seed, help=f"a whole number, or `today`; default {SEED}")
-    parser.add_argument("--problems", type=int, default=problems, help=f"how many, from number 0; default {problems}")
-    parser.add_argument("--share", type=float, default=1.0, help="of them, at least one; a list is always whole")
+
+def main() -> int:
+    """Return 1 if a problem failed."""
+    parser = argparse.ArgumentParser(description="Solve random problems and judge the answers by independent code.")
+    parser.add_argument("campaigns", nargs="*", help=f"of {', '.join(CAMPAIGNS)}; default all")
+    parser.add_argument("--seed", default=str(SEED), help=f"a whole number, or `today`; default {SEED}")
+    parser.add_argument("--share", type=float, default=1.0, help="of each campaign's problems, at least one")
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="only the problems of these numbers")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
-    arguments = parser.parse_args()
-    started = time.perf_counter()
-    share = arguments.share if most == sys.maxsize else 1.0
-    wanted = range(min(max(1, round(share * arguments.problems)), most))
-    rows = run_problems(row_of, arguments.seed, arguments.only or wanted, arguments.jobs)
-    if arguments.output:
-        write_campaign(arguments.output, rows, {stage: arguments.seed})
+    parser.add_argument("--output", type=Path, help="the JSON file")
+    given = parser.parse_args()
+    if not set(given.campaigns) <= set(CAMPAIGNS):
+        parser.error(f"campaigns are {', '.join(CAMPAIGNS)}")
+    if not 0 < given.share <= 1:
+        parser.error(f"--share is above 0 and at most 1, not {given.share}")
+    seed = int(f"{datetime.date.today():%Y%m%d}") if given.seed == "today" else int(given.seed)
+    stages = given.campaigns or list(CAMPAIGNS)
+    numbers = {stage: given.only or range(max(1, round(given.share * CAMPAIGNS[stage]))) for stage in stages}
+    rows = map_parallel(solved, [(s, seed, n) for s in stages for n in numbers[s]], given.jobs, CHUNK)
+    if given.output:
+        write(given.output, rows, dict.fromkeys(stages, seed))
+    for found in summary(rows):
+        counts = ", ".join(f"{count} {name}" for name, count in found["outcomes"].items())
+        print(f"{found['stage']}, seed {seed}: {counts}; {found['failures']} failures")
     wrong = failures(rows)
-    counts = ", ".join(f"{count} {name}" for name, count in Counter(row["outcome"] for row in rows).most_common())
-    title = f"{stage}, seed {arguments.seed}, {time.perf_counter() - started:.0f} s"
-    print(f"{title}: {len(rows)} problems: {counts}; {len(wrong)} failures", file=sys.stderr)
     for row in wrong[:LISTED]:
-        print(f"{row['outcome']}: {row['case']}: {row['why']}", file=sys.stderr)
+        print(f"{row['stage']} {row['outcome']}: {row['case']}: {row['why']}")
     return 1 if wrong else 0
 
 
-def _seed(text: str) -> int:
-    return int(f"{datetime.date.today():%Y%m%d}") if text == "today" else int(text)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description="Join the campaigns of all stages in one file.")
-    parser.add_argument("--campaigns", type=Path, nargs="+", required=True, help="files of the stages")
-    parser.add_argument("--output", type=Path, required=True, help="the JSON file")
-    arguments = parser.parse_args()
-    campaigns = [json.loads(path.read_text(encoding="utf-8")) for path in arguments.campaigns]
-    rows = [row for campaign in campaigns for row in campaign["rows"]]
-    seeds = {stage: seed for one in campaigns for stage, seed in one["seeds"].items()}
-    write_campaign(arguments.output, rows, seeds)
-
-
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -10,8 +10,8 @@ from typing import Any
 from roughslip.errors import InputError
 from roughslip.scene.mistakes import shown
 
-WHOLE_NUMBERS = ("memory_mb", "problems", "reference_surfaces", "reference_strips")
-KEYS = ("scenes", "compare", "peers", "quick", "seed", "share", *WHOLE_NUMBERS)
+WHOLE_NUMBERS = ("memory_mb", "reference_surfaces", "reference_strips")
+KEYS = ("scenes", "compare", *WHOLE_NUMBERS)
 _WITHOUT_VALUE = (
     "--dry-run",
     "--dryrun",
@@ -40,9 +40,6 @@ def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, 
         for name in WHOLE_NUMBERS
         if name in config and (type(config[name]) is not int or config[name] < 1)
     ]
-    share = config.get("share", 1)
-    if type(share) not in (int, float) or not 0 < share <= 1:
-        lines.append(f"config: share: {shown(share)} is not allowed; a number above 0, up to 1")
     given = config.get("scenes")
     names = given.split(",") if isinstance(given, str) else given
     if not isinstance(names, list) or not names:

@@ -21,20 +21,11 @@ from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
 from workflow.study.commands import job_name
-from workflow.study.surface_check import check_scan, scene_warnings, surface_of
+from workflow.study.surface_check import check_scan, length_mistake, load_mistake, scene_warnings
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
-MEASURED = [f"benchmark_{stage}{part}" for stage in BENCHMARKS for part in ("", "_figure")]
-STRESSED = ("surface", "contact", "chaos", "friction", "oscillator", "accuracy", "refusals")
-CAMPAIGNS = ("stress", *(f"stress_{stage}" for stage in STRESSED))
-EVIDENCE = (
-    "benchmark",
-    "evidence_drawn",
-    *MEASURED,
-    *CAMPAIGNS,
-    *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")),
-)
+EVIDENCE = ("evidence_drawn", *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")))
 RULES = frozenset({*declarations(), "scene_report", "report_of_the_default_scenes", "clean_unused", *EVIDENCE})
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
@@ -259,11 +250,14 @@ class Scenes:
         return f"results/{name}/{declarations()['grinding'].result}" if file is None else _scan_file(self.root, file)
 
     def _surface_mistakes(self, name: str) -> list[str]:
-        """A line if the scan of the scene cannot be read, or if no surface has the numbers of the scene."""
+        """A line if the scan of the scene cannot be read, if no surface has its numbers, or if none takes its load."""
+        file = scene_file(name, self.root / "config" / "scenes")
         try:
-            surface_of(self.valid[name])
+            if text := length_mistake(self.valid[name]):
+                return [strict_yaml.line(file, ("roughness",), text)]
+            if text := load_mistake(self.valid[name]):
+                return [strict_yaml.line(file, ("load",), text)]
         except RoughslipError as error:
-            file = scene_file(name, self.root / "config" / "scenes")
             return [strict_yaml.line(file, ("roughness",), str(error))]
         return self._scan_check(name)[0]
 
@@ -278,7 +272,8 @@ class Scenes:
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
-        own = inherited(name, self.root / "config" / "scenes") if "answer" in self.stages(name) else []
+        takes_curve = self.stages(name) & {"answer", "deterministic", "stick_slip_map"}
+        own = inherited(name, self.root / "config" / "scenes") if takes_curve else []
         return [*own, *scene_warnings(self.valid[name]), *self._scan_check(name)[1]]
 
     def products(self, name: str) -> list[str]:

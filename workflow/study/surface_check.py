@@ -10,7 +10,7 @@ from typing import Any
 from roughslip.atomic_write import replacing
 from roughslip.errors import InputError, ParameterError
 from roughslip.scene import plausibility
-from roughslip.scene.roughness import FIELD, FIELD_OPTIONS
+from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
 from roughslip.scene.strict_yaml import line
 from roughslip.scene.types import get, scene_of
 
@@ -21,9 +21,7 @@ def check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked
     A mistake is a line that names the key of the scene: the scan cannot be read as the scene states, or is form alone.
     checked : folder of marks that hold the warnings of scans that were read; reading one takes some seconds
     """
-    *stated, form = (
-        get(scene, f"roughness.scan.{key}") for key in ("spacing_x_m", "spacing_y_m", "height_unit", "form")
-    )
+    *stated, form = (get(scene, f"roughness.scan.{key}") for key in (*STATED, "form"))
     mark = checked / f"{hashlib.sha256(scan_file.read_bytes() + repr((stated, form)).encode()).hexdigest()}.txt"
     if mark.is_file():
         return [], mark.read_text(encoding="utf-8").splitlines()
@@ -33,7 +31,7 @@ def check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked
 
     spacing = None if None in stated[:2] else (stated[0], stated[1])
     try:
-        scan = remove_form(read_scan(scan_file, spacing, stated[2]), form)
+        scan = remove_form(read_scan(scan_file, spacing, *stated[2:]), form)
     except InputError as error:
         return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines], []
     except ParameterError as error:
@@ -64,6 +62,40 @@ def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | 
     given = {key: section[key] for key in FIELD_OPTIONS if key != "marginal" and section[key] is not None}
     field = covariance_of(*(section[key] for key in FIELD), **given)
     return field, field.axis_lengths_m, "roughness.correlation_length_m"
+
+
+FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
+
+
+def length_mistake(scene: dict[str, Any]) -> str:
+    """What is wrong with the lengths of a surface against the cells of the strip; raises as `surface_of`."""
+    cell, surface = plausibility.cells_of(scene).get("strip.cell_m"), surface_of(scene)
+    if cell is None or surface is None or min(surface[1]) * FINEST >= cell:
+        return ""
+    least = min(surface[1])
+    nodes = 4 * get(scene, "strip.length_m") / least
+    return (
+        f"a correlation length of {least:.3g} m ({surface[2]}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
+        f"to resolve it a strip would take {nodes:.2g} nodes along the belt. For heights independent from node to "
+        f"node, give {cell / 10:.2g} m"
+    )
+
+
+def load_mistake(scene: dict[str, Any]) -> str:
+    """What is wrong with the load of a scene on its surface, before any strip is solved; raises as `surface_of`."""
+    load, cells, surface = scene.get("load"), plausibility.cells_of(scene), surface_of(scene)
+    if load is None or surface is None or "strip.cell_m" not in cells:
+        return ""
+    from roughslip.contact.influence import Material  # with numpy, for such scenes alone
+    from roughslip.surface.plausibility import load_mistake as of_contact
+    from roughslip.surface.plausibility import rms_slope
+
+    solid, strip = get(scene, "material"), get(scene, "strip")
+    modulus = Material(solid["young_modulus_pa"], solid["poisson_ratio"]).plane_strain_modulus_pa
+    hardness = math.inf if solid["hardness_pa"] is None else solid["hardness_pa"]
+    lowest = min([*(strip["light_percentiles"] or ()), *strip["penetration_percentiles"]]) / 100.0
+    slope = rms_slope(surface[0], cells["strip.cell_m"])
+    return of_contact(load["nominal_pressure_pa"], modulus, slope, hardness, lowest)
 
 
 def scene_warnings(scene: dict[str, Any]) -> list[str]:

@@ -68,6 +68,7 @@ class FieldExpansion:
     deviation: Statistic
     missed: np.ndarray
 
+    @gate
     def expected_pressure(self, index: np.ndarray) -> np.ndarray:
         """E[p | t] : (..., nodes) [Pa] at indices : (..., nodes), such as xi @ direction."""
         return self.link(index)[1]

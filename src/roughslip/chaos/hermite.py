@@ -93,6 +93,7 @@ class HermiteBasis:
     def __init__(self, indices: np.ndarray) -> None:
         self.indices = indices
 
+    @gate
     def by_term(self, points: np.ndarray) -> np.ndarray:
         """Every term at every point.
 
@@ -105,6 +106,7 @@ class HermiteBasis:
         _multiply(values, *self._products, table)
         return table
 
+    @gate
     def sums(self, points: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
         """Expansions at every point, without a table of the terms.
 

@@ -45,12 +45,14 @@ class HertzSphere(_Problem):
     plane_strain_modulus_pa: float
 
     @classmethod
+    @gate
     def under_force(cls, radius_m: float, force_n: float, plane_strain_modulus_pa: float) -> HertzSphere:
         """The sphere under a force F: d = (9 F^2 / (16 R E*^2))^(1/3)."""
         penetration = (0.75 * force_n / (plane_strain_modulus_pa * math.sqrt(radius_m))) ** (2 / 3)
         return cls(radius_m, penetration, plane_strain_modulus_pa)
 
     @classmethod
+    @gate
     def at_yield(cls, radius_m: float, hardness_pa: float, plane_strain_modulus_pa: float) -> HertzSphere:
         """The sphere whose peak pressure just reaches a cap H: d = R (pi H / (2 E*))^2."""
         penetration = radius_m * (math.pi * hardness_pa / (2 * plane_strain_modulus_pa)) ** 2
@@ -76,6 +78,7 @@ class HertzSphere(_Problem):
         """U = 8/15 E* sqrt(R) d^(5/2), whose derivative by d is the force."""
         return 0.4 * self.force_n * self.penetration_m
 
+    @gate
     def pressure_pa(self, r: np.ndarray) -> np.ndarray:
         """p0 sqrt(1 - (r/a)^2), at distances r [m] from the axis."""
         return self.peak_pressure_pa * np.sqrt(np.maximum(1 - (r / self.contact_radius_m) ** 2, 0.0))
@@ -100,6 +103,7 @@ class CircularPunch(_Problem):
         """F = 2 E* a d."""
         return 2 * self.plane_strain_modulus_pa * self.radius_m * self.penetration_m
 
+    @gate
     def pressure_pa(self, r: np.ndarray) -> np.ndarray:
         """F / (2 pi a sqrt(a^2 - r^2)) at distances r < a [m] from the axis, unbounded at the edge, zero outside."""
         inside = r < self.radius_m
@@ -175,6 +179,7 @@ class SineWave(_Problem):
         shape = self.load**2 * (0.25 - 0.5 * math.log(self.load))
         return self.full_contact_pressure_pa * self.amplitude_m * shape
 
+    @gate
     def pressure_pa(self, x: np.ndarray) -> np.ndarray:
         """2 p* cos(pi x / l) sqrt(s - sin^2(pi x / l)) at positions x [m] from a crest."""
         phase = np.pi * x / self.wavelength_m
@@ -204,10 +209,12 @@ class CrossedWaves(_Problem):
         """p* = sqrt(2) pi E* D / l, since the wave number is sqrt(2) 2 pi / l."""
         return math.sqrt(2) * math.pi * self.plane_strain_modulus_pa * self.amplitude_m / self.wavelength_m
 
+    @gate
     def light_area_fraction(self, mean_pressure_pa: float) -> float:
         """A / l^2 = pi (3 p / (8 pi p*))^(2/3) as p goes to 0: every crest a sphere of radius l^2 / (4 pi^2 D)."""
         return math.pi * (3 * mean_pressure_pa / (8 * math.pi * self.full_contact_pressure_pa)) ** (2 / 3)
 
+    @gate
     def open_fraction(self, mean_pressure_pa: float) -> float:
         """1 - A / l^2 = 3 / (2 pi) (1 - p / p*) as p goes to p*: every trough a penny-shaped crack that closes."""
         return 3 / (2 * math.pi) * (1 - mean_pressure_pa / self.full_contact_pressure_pa)

@@ -20,6 +20,7 @@ from roughslip.figures.style import (
     with_ends,
     with_interval_names,
 )
+from roughslip.probability.nearest import nearest_level
 
 DRAWN = {
     "figure3": [
@@ -29,7 +30,7 @@ DRAWN = {
     "figure3_law": [
         *("percentile", "lag", "triangle", "histogram", "histogram_edge", "mean", "std", "family"),
         *("beta_a", "beta_b", "beta_lower", "beta_upper", "beta_at_bound"),
-        *("p_equal_distribution", "p_equal_correlation", "largest_lag", "triangle_log_line"),
+        *("p_equal_distribution", "p_equal_correlation", "least_p_value", "largest_lag", "triangle_log_line"),
         *("beta_distance_standardised", "standard_histogram", "standard_edge"),
         *with_interval_names("log_line"),
         *with_interval_names("combined_autocorrelation", "combined_length_least_squares"),
@@ -45,7 +46,6 @@ SOLVED = 0  # row of the sources
 PAPER_LENGTH = 250e-6  # m
 PAPER_BETA, PAPER_LABEL = (2.1, 5.0), "paper, Beta(2.1, 5)"
 PAPER_MOMENTS = {"skewness": 0.560, "kurtosis": -0.171}  # of this Beta
-SAME_SKEWNESS = 0.5  # relative, as the rule of the verdict has it
 PENETRATION = "penetration [percentile of heights]"
 PANELS = {"mean": "mean of $\\mu$", "std": "standard deviation of $\\mu$", "variation": "standard deviation over mean"}
 
@@ -83,7 +83,7 @@ def figure3_law(result: Arrays) -> Figure:
     _moment(grid[1, 3], result, "kurtosis", "excess kurtosis")
     several = len(result["percentile"]) > 1
     distribution, correlation = (
-        f", one for all: $p$ = {float(result[f'p_equal_{name}']):.2g}" if several else ""
+        f", one for all: {_p_value(result, f'p_equal_{name}')}" if several else ""
         for name in ("distribution", "correlation")
     )
     heads(
@@ -94,6 +94,12 @@ def figure3_law(result: Arrays) -> Figure:
     )
     despine(*figure.axes)
     return figure
+
+
+def _p_value(result: Arrays, name: str) -> str:
+    """A p-value; the least that its replicates allow is a bound."""
+    p = float(result[name])
+    return f"$p$ {'at most' if p <= (1 + 1e-9) * float(result['least_p_value']) else '='} {p:.2g}"
 
 
 def _median(result: Arrays) -> int:
@@ -145,9 +151,8 @@ def _largest_lags(axes: Axes, result: Arrays) -> None:
 
 def _nearest(axes: Axes, result: Arrays) -> None:
     """Standardised densities at the median, and where the skewness is near the paper's, the nearest level."""
-    near = np.abs(result["combined_skewness"] / PAPER_MOMENTS["skewness"] - 1.0) <= SAME_SKEWNESS
     distance = result["beta_distance_standardised"]
-    level = int(np.argmin(np.where(near, distance, 1.0 + distance)))
+    level = nearest_level(distance, result["combined_skewness"], distance >= 0)
     edges = result["standard_edge"]
     label = f"at {result['percentile'][level]:g} %, distance {distance[level]:.3f}"
     axes.stairs(result["standard_histogram"][level], edges, fill=True, color="C0", alpha=0.35, label=label)

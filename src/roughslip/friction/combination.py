@@ -33,7 +33,7 @@ from roughslip.probability import Estimate
 
 ORDERS = {"mean": (0.9, 2.2), "std": (1.25, 2.75), "autocorrelation": (1.0, 2.0)}
 """Minimum and maximum order of the error of the mesh: 1 at the sides of a strip, 2 at the edges of contacts.
-Measured on three scenes, docs/decisions.md."""
+Measured on three scenes, docs/notebook/friction.md."""
 
 POSITIVE = ("mean", "std", "quantiles")
 PLAIN = ("skewness", "kurtosis", "autocorrelation")

@@ -16,6 +16,7 @@ import numpy as np
 from numba.extending import overload
 
 from roughslip.errors import InputError, ParameterError, real
+from roughslip.validation import gate
 
 CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
 OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED, "forceinline": False}  # of the compiled formulas
@@ -98,10 +99,12 @@ class FrictionLaw(ABC):
         """The law with one row alone, continued to all speeds."""
         return law
 
+    @gate
     def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
         """mu_D at a relative velocity [m/s] of either sign; at 0 the limit from sliding."""
         return np.vectorize(friction, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
 
+    @gate
     def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
         """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a kink that of the row above it."""
         return np.vectorize(friction_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())

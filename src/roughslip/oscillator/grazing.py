@@ -39,6 +39,7 @@ class GrazingResponse:
     kernel: np.ndarray
     damping: float
 
+    @gate
     def scatter(self, correlation_length_m: float) -> float:
         """Standard deviation of the damping ratio at which a loop just grazes, for mu_S of unit variance.
 

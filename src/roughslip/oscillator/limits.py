@@ -16,7 +16,7 @@ import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.event_loop import REATTACHMENT
+from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.slip_flow import STIFF_TOLERANCE, check_free, next_peak, slip_flow, stiff_return
@@ -26,6 +26,7 @@ LARGEST_DAMPING = 1e3
 STIFF_LIMIT = 1e-6  # relative, of the existence limit of such a flow
 GRAZES = 1e-9  # excess of a peak, relative, below which rounding alone tells it from the belt's velocity
 LOOP_TOLERANCE = 1e-9  # of a slip phase; ends of ranges have 1e-6
+LIMIT_TOLERANCE = 1e-12  # of the loops whose limit is searched
 LOOP_PERIODS = 4.0  # most loops of slip take one natural period or two; longer ones are followed without a time limit
 LOOP_SAMPLES = 200  # a natural period
 
@@ -190,35 +191,60 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio above which the stick-slip cycle does not exist, for any damping ratio of the oscillator.
 
     At the limit the first loop of slip from the departure point only grazes the belt: its next peak, which falls with
-    D, is 1. The result is accurate to 1e-10. The departure point is y = (F / V) (static - mu_D(v0)) - 2 D and w = 1.
-    Where friction at vanishing speed is the limit of stick, departure is the grazing point, and the stick-slip cycle
-    has shrunk to a cycle of slip alone.
+    D, is that of the belt. The result is accurate to 1e-10, relative where it is above 1. Where friction at vanishing
+    speed is the limit of stick, departure is the grazing point, and the stick-slip cycle has shrunk to a cycle of slip
+    alone.
 
-    Of a flow that is too stiff for `next_peak` the sign alone is known (`stiff_return`), to STIFF_LIMIT. Raises
+    Of a flow that is too stiff for an explicit method the limit is known to STIFF_LIMIT (`stiff_return`). Raises
     IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any damping
     or slip is too stiff.
-    """
-    flow = slip_flow(oscillator, law)
-    departure = (oscillator.F * law.static - flow.steady) / oscillator.V
 
-    is_stiff = False
+    Method: bisection. A loop costs a millisecond, but its peak as a number, for faster root searches, some twenty.
+    """
+    undamped = replace(oscillator, damping_ratio=0.0)
+    is_stiff, flow = False, slip_flow(undamped, law)
 
     def excess(ratio: float) -> float:
         nonlocal is_stiff
-        damped, start = replace(flow, damping_ratio=ratio), departure - 2.0 * ratio
+        damped = replace(oscillator, damping_ratio=ratio)
         if not is_stiff:
             try:
-                return next_peak(damped, start, 1.0)[0] - 1.0
+                return 1.0 if _reaches_the_belt(damped, law) else -1.0
             except ConvergenceError:
                 is_stiff = True
-        return -1.0 if stiff_return(damped, start) is None else 1.0
+        start = (departure_point(damped, law) - flow.steady) / oscillator.V
+        return -1.0 if stiff_return(replace(flow, damping_ratio=ratio), start) is None else 1.0
 
-    if excess(0.0) <= GRAZES:
+    if not _excess_without_damping(undamped, law) > GRAZES:
         raise IllPosedError("no stick-slip cycle even without damping: friction must fall with sliding speed")
     low, high, trials = 0.0, max(hopf_damping(oscillator, law), 0.05), 2
     while (reached := excess(high)) > 0.0:
         if high > LARGEST_DAMPING:
             raise ConvergenceError("the cycle exists at every damping ratio tried", residual=reached, work=trials)
         low, high, trials = high, 2.0 * high, trials + 1
-    accuracy = STIFF_LIMIT * high if is_stiff else 1e-10
-    return float(scipy.optimize.brentq(excess, low, high, xtol=accuracy, rtol=8.9e-16))
+    accuracy = STIFF_LIMIT * high if is_stiff else 1e-10 * max(high, 1.0)
+    return float(scipy.optimize.bisect(excess, low, high, xtol=accuracy, rtol=8.9e-16))
+
+
+def _excess_without_damping(undamped: Oscillator, law: FrictionLaw) -> float:
+    """By how much the first loop of slip exceeds the belt's velocity, relative; its sign alone where slip is stiff."""
+    flow = slip_flow(undamped, law)
+    start = (departure_point(undamped, law) - flow.steady) / undamped.V
+    try:
+        return next_peak(flow, start, 1.0)[0] - 1.0
+    except ConvergenceError:
+        return -1.0 if stiff_return(flow, start) is None else 1.0
+
+
+def _reaches_the_belt(oscillator: Oscillator, law: FrictionLaw) -> bool:
+    """Whether slip from the departure point comes back to the belt, to stick or to pass its velocity."""
+    departure = departure_point(oscillator, law)
+    options = MotionOptions(LIMIT_TOLERANCE, integrator="dormand_prince853")
+    drawn = trajectory(oscillator, law, None, 0.0, 0.5 * LOOP_PERIODS, options, departure, LOOP_SAMPLES)
+    if np.any(drawn.motion.kind != DEPARTURE):
+        return True
+    rises = np.diff(drawn.velocity) > 0.0
+    if np.any(rises[:-1] & ~rises[1:]):
+        return False
+    flow = slip_flow(oscillator, law)
+    return next_peak(flow, (departure - flow.steady) / oscillator.V, 1.0)[0] > 1.0

@@ -44,6 +44,7 @@ class States:
     stick_slip_ended: np.ndarray
     sliding_ended: np.ndarray
 
+    @gate
     def share(self, begin: float = 0.0, end: float = math.inf) -> float:
         """Share of stick-slip in the time between two natural periods that belongs to a state; NaN where none does."""
         stuck, slid = (
@@ -52,6 +53,7 @@ class States:
         )
         return stuck / (stuck + slid) if stuck + slid > 0.0 else math.nan
 
+    @gate
     def is_stick_slip(self, periods: float) -> bool:
         """Whether a time [natural periods] lies in stick-slip; of random times of a state, the mean is `share`."""
         return bool(np.any((self.stick_slip[:, 0] <= periods) & (periods < self.stick_slip[:, 1])))

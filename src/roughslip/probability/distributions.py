@@ -166,16 +166,19 @@ class FamilyDistribution:
         """Fourth standardised moment less 3 [-]."""
         return self._moments.excess_kurtosis
 
+    @gate
     def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
         """x : (as normal) = F^-1(Phi(g)), increasing, of standard normal g."""
         sign = -1.0 if self.mirrored else 1.0
         x = FAMILIES[self.family].from_gaussian(sign * np.asarray(normal, dtype=float), *self.shapes)
         return sign * self.standard_deviation * (x - self._moments.mean) / self._moments.standard_deviation
 
+    @gate
     def quantile(self, probability: float | np.ndarray) -> np.ndarray:
         """x : (as probability) value below which that share of the ensemble lies."""
         return self.from_gaussian(normal_score(probability))
 
+    @gate
     def cdf(self, value: float | np.ndarray) -> np.ndarray:
         """F : (as value) [-] probability of lying below the value."""
         x = np.asarray(value, dtype=float) / self.standard_deviation
@@ -210,6 +213,7 @@ class BetaDistribution:
             raise ParameterError(f"the support must be finite and in order, not {self.lower} to {self.upper}")
 
     @classmethod
+    @gate
     def of_moments(cls, a: float, b: float, mean: float, standard_deviation: float) -> BetaDistribution:
         """The Beta distribution of these shapes, mean and standard deviation."""
         width = standard_deviation / beta_moments(a, b).standard_deviation
@@ -231,6 +235,7 @@ class BetaDistribution:
         """Width of the support, the unit of `centred`; 0 stands for no scatter."""
         return self.upper - self.lower
 
+    @gate
     def centred(self, normal: np.ndarray) -> np.ndarray:
         """(x - mean) / scale : (as normal) [-] at standard normal scores."""
         return beta_from_gaussian(normal, self.a, self.b) - self.a / (self.a + self.b)
@@ -267,6 +272,7 @@ class QuantileDistribution:
         """The standard deviation, the unit of `centred`; 0 stands for no scatter."""
         return self.standard_deviation
 
+    @gate
     def centred(self, normal: np.ndarray) -> np.ndarray:
         """(x - mean) / scale : (as normal) [-]; mean and variance of a piecewise linear quantile function are exact."""
         q = (self.quantiles - self.quantiles[0]) / (self.quantiles[-1] - self.quantiles[0])

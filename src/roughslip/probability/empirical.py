@@ -17,6 +17,8 @@ EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
 FINE = 1.0 / 256.0
 LEAST_BEYOND = 10  # values beyond the outermost node on either side
 MOST_SHARED = 0.05  # of the values at the lowest or at the highest one
+STEEPER = 5.0  # slope of a tail over that to the extreme value, at most
+MOST_STRETCH = 0.03  # by which all values are stretched for the deviation that the table lost or added
 TIE = 0.01  # of the mean deviation over n: the mean distance of neighbours is some three hundred times as long
 
 
@@ -45,14 +47,17 @@ class EmpiricalDistribution:
         """Standard deviation of x."""
         return math.sqrt(_moment(self.normal, self.values, 2))
 
+    @gate
     def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
         """x : (as normal) at standard normal scores g."""
         return np.interp(normal, self.normal, self.values)
 
+    @gate
     def quantile(self, probability: float | np.ndarray) -> np.ndarray:
         """x : (as probability) value below which that share of the ensemble lies."""
         return self.from_gaussian(normal_score(probability))
 
+    @gate
     def cdf(self, value: float | np.ndarray) -> np.ndarray:
         """F : (as value) [-] probability of lying below the value, the exact inverse of the quantile."""
         x = np.asarray(value, dtype=float)
@@ -66,14 +71,15 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     """The distribution of measured values.
 
     values : (any shape) [unit of x] finite values, of heights after removal of the form
-    standard_deviation : [unit of x] of the distribution; by default that of the values
+    standard_deviation : [unit of x] of the values, by default as it is; also of the distribution, but where outliers,
+        fewer than a table holds, make more than MOST_STRETCH of it: the bulk of the values is kept then
 
     Each value has the normal score of its middle rank. Ties share theirs, which bridges plateaus and the steps of a
     digitised instrument. Neighbours closer than TIE are ties: those of a plateau differ by rounding once its form is
     removed. Nodes are n^(-1/5) apart in the score, as the width of a kernel in a density estimate. They
     reach as far as ten values and the middle of the extreme ones lie beyond, and a monotone cubic joins them (Fritsch
     and Carlson, SIAM J. Numer. Anal. 17 (1980) 238). In the tails x is linear in the score with the slope of the last
-    interval: a normal tail of that local spread.
+    interval, a normal tail of that local spread, or STEEPER times that to the extreme value if outliers begin there.
 
     Raises IllPosedError for constant values, fewer than 100, or more than 5 % at one end.
     """
@@ -96,15 +102,22 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     half = math.floor(reach / spacing)
     inner = spacing * np.arange(-half, half + 1)
     known = np.interp(inner, score, values)
-    slope_low, slope_high = (known[1] - known[0]) / spacing, (known[-1] - known[-2]) / spacing
-    ends = known[0] - slope_low * (EDGE + inner[0]), known[-1] + slope_high * (EDGE - inner[-1])
+    slopes = [
+        min(
+            abs(known[one] - known[two]) / spacing,
+            STEEPER * abs((values[one] - known[one]) / (score[one] - inner[one])),
+        )
+        for one, two in ((0, 1), (-1, -2))
+    ]
+    ends = known[0] - slopes[0] * (EDGE + inner[0]), known[-1] + slopes[1] * (EDGE - inner[-1])
     curve = scipy.interpolate.PchipInterpolator(
         np.concatenate(([-EDGE], inner, [EDGE])), np.concatenate((ends[:1], known, ends[1:]))
     )
     normal = np.linspace(-EDGE, EDGE, round(2.0 * EDGE / FINE) + 1)
     table = curve(normal)
     table -= _moment(normal, table, 1)
-    table *= deviation / math.sqrt(_moment(normal, table, 2))
+    lost = float(np.std(x)) / math.sqrt(_moment(normal, table, 2))
+    table *= deviation / float(np.std(x)) * min(max(lost, 1.0 - MOST_STRETCH), 1.0 + MOST_STRETCH)
     return EmpiricalDistribution(normal, table, float(ndtr(inner[0])))
 
 

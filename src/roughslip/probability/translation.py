@@ -58,6 +58,7 @@ class Translation:
     left_out: float
     quadrature_error: float
 
+    @gate
     def apply(self, gaussian: np.ndarray) -> np.ndarray:
         """x - E x : (as gaussian) of standard normal variables [-], constant beyond the table."""
         if not np.isfinite(reals("the Gaussian field", gaussian)).all():
@@ -69,6 +70,7 @@ class Translation:
         """rho_x as a polynomial in rho."""
         return np.polynomial.Polynomial(np.concatenate(([0.0], self.shares)))
 
+    @gate
     def correlation(self, gaussian_correlation: float | np.ndarray) -> np.ndarray:
         """rho_x : (as the argument) [-] of variables whose Gaussian ones have that correlation."""
         return self.series(checked_correlations(gaussian_correlation))
@@ -83,6 +85,7 @@ class Translation:
         """Bound of the error of the least correlation [-]."""
         return 1e-9 + 2.0 * abs(self.left_out)
 
+    @gate
     def gaussian_correlation(self, correlation: float | np.ndarray) -> np.ndarray:
         """rho : (as the argument) [-] of the Gaussian variables that give x the correlation.
 

@@ -28,7 +28,6 @@ from roughslip.report.sections import (
     section,
     under_which,
 )
-from roughslip.report.sensitivity_table import legend, sensitivity_bars, sensitivity_line
 
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
@@ -36,7 +35,7 @@ OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu
 ACCURACY = re.compile(r"(\w+?)_(asked|expected|reached|from_\w+)")  # counts of stages in costs.json
 FOR_VERDICTS = re.compile(r"strips_(to_decide|beyond_limit_for)_(.+)")  # the same, of stage strip_allocation
 MEASURED = {
-    "surface": "Surfaces: times of leading modes and exact samples; error of the covariance against time.",
+    "surface": "Surfaces: error of the covariance of samples against time.",
     "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
     "chaos": "Pressure at the centre: distance of the distribution from its Monte Carlo reference against contact "
     "solves.",
@@ -137,9 +136,6 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "strips_for_verdicts": _strips_for_verdicts,
         "headlines": lambda claims: Counter(claim["headline"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,
-        "sensitivity_legend": legend,
-        "sensitivity_line": sensitivity_line,
-        "sensitivity_bars": sensitivity_bars,
         "section": section,
         "in_brackets": in_brackets,
         "number": our_number,

@@ -129,10 +129,6 @@ SECTIONS = {
         "A map over two parameters, coloured by the probability of stick-slip, with dots where it was computed and "
         "lines of the limits without scatter.",
     ),
-    "figure_design": Section(
-        "The cheapest change that keeps stick-slip rare",
-        "A plane of two parameters with the scene, the line of the limit, the cheapest point and its cost.",
-    ),
     "figure_lifetimes": Section(
         "How long stick-slip lasts near its limit",
         "Three panels: share of runs still in stick-slip against time, mean lifetimes against damping, and bands of "
@@ -177,10 +173,17 @@ def rows(readings: Mapping[str, Sequence[Claim]], ids: Iterable[str] | None = No
 
 
 def under_which(claim: Claim) -> str:
-    """The first reading under which a statement holds, and how many do of those tried: `given contact (2 of 3)`."""
+    """The first reading under which a statement holds, and how many do of those tried: `given contact (2 of 3)`.
+
+    One that was chosen with its number known does not count as one that holds.
+    """
     if not claim["tried"]:
         return ""
-    holds = [one["id"].replace("-", " ") for one in claim["readings"] if one["verdict"] == "reproduced"]
+    holds = [
+        one["id"].replace("-", " ")
+        for one in claim["readings"]
+        if one["verdict"] == "reproduced" and not one.get("chosen")
+    ]
     return f"{holds[0] if holds else 'none'} ({len(holds)} of {claim['tried']})"
 
 

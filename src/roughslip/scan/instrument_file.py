@@ -22,8 +22,9 @@ import numpy as np
 from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
 from roughslip.scan.limits import check_archive, check_hdf5, check_points, check_size, check_text, first_line
+from roughslip.scan.named_arrays import ARRAYS, read_arrays
 from roughslip.scan.netcdf_map import read_netcdf
-from roughslip.scan.reading import METRES, MOST_LISTED, Reading, array_of_heights, by_name, metres, no_length, settled
+from roughslip.scan.reading import ARRAY_KEY, METRES, MOST_LISTED, Reading, by_name, metres, no_length, settled
 from roughslip.scan.text_table import STATED_UNIT, HasHeader, read_table
 from roughslip.scan.topography import Topography, topography
 from roughslip.validation import gate
@@ -31,47 +32,55 @@ from roughslip.validation import gate
 SPACINGS = (1e-11, 1e-2)  # [m] what the distance of neighbouring points may be: from below an atom to a centimetre
 MOST_HEIGHT = 1.0  # [m] from zero; far beyond any scan, and squares stay finite
 TEXT = (".txt", ".csv", ".tsv", ".dat", ".asc", ".prn", ".xyz")
-ARRAYS = ("h5", "mat", "npz")  # formats of named arrays, which say nothing of what they hold
 
 _INSTALL = "install it with: pip install 'roughslip[scans]'"
 _EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
 
 
 @gate
-def read_scan(path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None) -> Topography:
+def read_scan(
+    path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None, array: str | None = None
+) -> Topography:
     """Read a scan from a file.
 
     path : an instrument's file in any format that SurfaceTopography reads; a `.nc` map; text, such as `.txt` or `.csv`
     spacing : (dx, dy) [m] distances of neighbouring points, where the file does not give them
     unit : unit of the heights, a key of METRES, where the file does not give it
+    array : name of the array or channel of heights, where several can be
 
     Text without a header is a matrix, a row for each y, or points x, y, z. Values in the file cannot be replaced. Of
-    several arrays or channels the one of heights is that whose name is one of NAMES. Without such a name the first
-    channel of an instrument is taken, and arrays are refused. `read` of the scan says what was. Raises InputError.
+    several arrays or channels the one of heights is `array`, or that whose name is one of NAMES. Without such a name
+    the first channel of an instrument is taken, and arrays are refused. `read` of the scan says what was.
+
+    Raises InputError where the file is no scan or gives too little, in a line that names the key of a scene that helps.
     """
     path = Path(path)
-    found = _read(path, spacing, unit)
+    found = _read(path, spacing, unit, array)
     by_file = f"so its reader takes {path.suffix or path.name} files; if that cannot be, export it in another format"
-    check = by_file if unit is None else "check the unit"
+    heights = found.heights[np.isfinite(found.heights)]
+    ends = "from {:.4g} to {:.4g} m".format(*(np.min(heights), np.max(heights)) if heights.size else (0.0, 0.0))
+    check = f"they go {ends}: " + (
+        by_file if unit is None else "check the unit, and that neither end stands for missing points"
+    )
     for step in found.spacing:
         if not SPACINGS[0] <= step <= SPACINGS[1]:
             raise InputError(
                 f"{path}: points {step:.3g} m apart; from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed: "
                 f"{by_file if spacing is None else 'check the unit'}"
             )
-    if not np.all(np.abs(found.heights[np.isfinite(found.heights)]) <= MOST_HEIGHT):
-        raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m: {check}")
+    if not np.all(np.abs(heights) <= MOST_HEIGHT):
+        raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m; {check}")
     scan = topography(found.heights, *found.spacing, str(path), found.words)
     deviation, diagonal = float(np.std(scan.heights)), math.hypot(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
     if not deviation < diagonal:
         raise InputError(
             f"{path}: heights scatter by {deviation:.3g} m over a scan of {diagonal:.3g} m; they must scatter by less "
-            f"than its length: {check}"
+            f"than its length; {check}"
         )
     return scan
 
 
-def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> Reading:
+def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None, array: str | None) -> Reading:
     if unit is not None and unit not in METRES:
         raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; allowed are {', '.join(METRES)}")
     if not path.is_file():
@@ -82,10 +91,12 @@ def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> 
     check_hdf5(path)
     suffix = path.suffix.lower()
     if suffix == ".nc":
-        return read_netcdf(path, spacing, unit)
+        return read_netcdf(path, spacing, unit, array)
+    if suffix in ARRAYS:
+        return read_arrays(path, spacing, unit, array)
     if suffix in TEXT and _is_text(path):
-        return _read_text(path, spacing, unit)
-    return _read_instrument(path, spacing, unit)
+        return _read_text(path, spacing, unit, array)
+    return _read_instrument(path, spacing, unit, array)
 
 
 def _is_text(path: Path) -> bool:
@@ -94,12 +105,14 @@ def _is_text(path: Path) -> bool:
     return start.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" not in start
 
 
-def _read_text(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> Reading:
+def _read_text(path: Path, spacing: tuple[float, float] | None, unit: str | None, array: str | None) -> Reading:
     """A table without a header of sizes, else what SurfaceTopography makes of the header."""
     try:
         table = read_table(path)
     except HasHeader as header:
-        return _read_instrument(path, spacing, unit, header)
+        return _read_instrument(path, spacing, unit, array, header)
+    if array is not None:
+        raise InputError(f"{path}: text has one matrix, without a name; remove {ARRAY_KEY} = {array}")
     own, hint = None, ""
     if table.steps is not None:
         hint = f" (its points lie {table.steps[0]:.4g} x {table.steps[1]:.4g} apart, in a unit that it does not give)"
@@ -151,7 +164,11 @@ def _library(path: Path) -> ModuleType:
 
 
 def _read_instrument(
-    path: Path, spacing: tuple[float, float] | None, unit: str | None, header: HasHeader | None = None
+    path: Path,
+    spacing: tuple[float, float] | None,
+    unit: str | None,
+    array: str | None,
+    header: HasHeader | None = None,
 ) -> Reading:
     """Heights of an instrument's file. A reader of such files can fail in any way on a damaged one.
 
@@ -164,7 +181,9 @@ def _read_instrument(
         with library.open_topography(path, format=_format(library, path)) as reader:
             if reader.format() == "hgt":  # radar maps of the Earth: the reader accepts any file of 2 n^2 bytes
                 raise library.IO.CannotDetectFileFormat("no signature")
-            channel, words = _channel(path, reader.channels, reader.format())
+            if f".{reader.format()}" in ARRAYS:
+                raise InputError(f"{path}: a file of named arrays; give it the ending .{reader.format()}")
+            channel, words = _channel(path, reader.channels, array)
             check_points(path, channel.nb_grid_pts)
             unit, spacing = settled(path, (channel.unit, _found_spacing(channel)), (unit, spacing))
             scale = metres(path, unit)
@@ -186,18 +205,18 @@ def _read_instrument(
     )
 
 
-def _channel(path: Path, channels: Sequence[Any], form: str) -> tuple[Any, str]:
+def _channel(path: Path, channels: Sequence[Any], wanted: str | None) -> tuple[Any, str]:
     """The channel of heights, and which it is in words."""
     heights = {channel.name: channel for channel in reversed(channels) if channel.is_height_channel}
     names = list(reversed(heights))
-    if form in ARRAYS:
-        name = array_of_heights(path, {name: tuple(heights[name].nb_grid_pts) for name in names})
-        return heights[name], f"array '{name}'"
     if not names:
         kinds = ", ".join(f"'{c.name}' in {c.data_unit or 'no unit'}, {c.data_kind.value}" for c in channels)
         raise InputError(f"{path}: no height channel found ({kinds or 'no channel'}); export the heights, as a length")
-    name = (by_name(names) if len(by_name(names)) == 1 else names)[0]
-    others = f" of {len(names)} with heights ({', '.join(names[:MOST_LISTED])})" if len(names) > 1 else ""
+    listed = ", ".join(names[:MOST_LISTED])
+    if wanted is not None and wanted not in names:
+        raise InputError(f"{path}: no channel of heights is named '{wanted}' ({ARRAY_KEY}); it has {listed}")
+    name = wanted or (by_name(names) if len(by_name(names)) == 1 else names)[0]
+    others = f" of {len(names)} with heights ({listed})" if len(names) > 1 else ""
     return heights[name], f"channel '{name}'{others}"
 
 

@@ -12,7 +12,7 @@ from roughslip.scan.limits import check_points, first_line
 from roughslip.scan.reading import Reading, array_of_heights, metres, settled
 
 
-def read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | None) -> Reading:
+def read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | None, wanted: str | None) -> Reading:
     """A variable `heights(x, y)` with attribute `units`, and coordinates x, y with theirs.
 
     The variable may have another name that `array_of_heights` chooses. `mask` is 1 at missing points.
@@ -26,7 +26,7 @@ def read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | Non
             }
             if "heights" in numbers:
                 check_points(path, numbers["heights"])
-            name = array_of_heights(path, numbers)
+            name = array_of_heights(path, numbers, wanted=wanted)
             heights = file.variables[name]
             check_points(path, heights.shape)
             if sorted(heights.dimensions) != ["x", "y"]:

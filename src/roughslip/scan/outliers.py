@@ -1,4 +1,4 @@
-"""Outliers of a scan, as dust and bad pixels: points far from the bulk of the heights and from their neighbours."""
+"""Outliers of a scan, as dust, dirt and bad pixels: spots far from the bulk of heights and from their surroundings."""
 
 from __future__ import annotations
 
@@ -6,23 +6,28 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import rank_filter
+from scipy.ndimage import binary_dilation, find_objects, label
 
 from roughslip.scan.topography import Form, Topography, remove_form
 
 MAD = 1.4826  # standard deviation of Gaussian heights over their median absolute deviation
 TAIL = 1.645  # and the distance of their 5 % quantiles from the median, in standard deviations
 FAR = 6.0  # deviations of the bulk from the median
-ABOVE = 4.0  # deviations of the bulk beyond the neighbours
-RINGS = (2, 4)  # nodes from a point to its neighbours: spots of up to four nodes are found
+ABOVE = 4.0  # deviations of the bulk beyond the surroundings
+SURROUNDINGS = (1, 3)  # nodes from a spot to them, its flanks left out
+MOST_BELOW = 0.9  # share of the surroundings that must lie below: a groove that goes on takes more of them
+LARGEST = 0.01  # share of the scan in a spot
+LONGEST = 5.0  # square of the diagonal of its box over its area: 2.5 of a disc, larger for a scratch or groove
+SQUARE = np.ones((3, 3), dtype=bool)
 
 
 def outliers(scan: Topography) -> np.ndarray:
     """(nx, ny) bool, true at measured points that are outliers.
 
     The deviation of the bulk, a side, is the larger of those that the median absolute deviation and the 5 % quantile
-    give: deep valleys of a plateau widen it. A point must lie FAR of them from the median, and ABOVE of them beyond all
-    but one point of a square ring around it. A groove or scratch leaves the ring at its own depth twice, and is kept.
+    give: deep valleys of a plateau, or the dimples of a texture, widen it. A spot is a connected set of points that lie
+    FAR of them from the median. It is one of outliers where it is small and compact, and its median lies ABOVE of them
+    beyond its surroundings. Grooves and scratches are no such spots. A few deep pores are, as nothing tells them apart.
     """
     measured = scan.heights[scan.measured]
     z = scan.heights - np.median(measured)
@@ -30,13 +35,21 @@ def outliers(scan: Topography) -> np.ndarray:
     found = np.zeros(z.shape, dtype=bool)
     for side in (z, -z):
         deviation = max(spread, float(np.quantile(side[scan.measured], 0.95)) / TAIL)
-        far = side > FAR * deviation
-        if deviation == 0.0 or not far.any():
+        if deviation == 0.0:
             continue
-        for reach in RINGS:
-            ring = np.ones((2 * reach + 1, 2 * reach + 1), dtype=bool)
-            ring[1:-1, 1:-1] = False
-            found |= far & (side - rank_filter(side, -2, footprint=ring, mode="mirror") > ABOVE * deviation)
+        spots, _ = label(side > FAR * deviation, SQUARE)
+        for number, box in enumerate(find_objects(spots), start=1):
+            area = np.count_nonzero(spots[box] == number)
+            diagonal = sum((part.stop - part.start) ** 2 for part in box)
+            if area > LARGEST * z.size or diagonal > LONGEST * area:
+                continue
+            near, far = SURROUNDINGS
+            around = tuple(slice(max(0, part.start - far), part.stop + far) for part in box)
+            spot = spots[around] == number
+            ring = binary_dilation(spot, SQUARE, far) & ~binary_dilation(spot, SQUARE, near) & (spots[around] == 0)
+            heights = side[around]
+            if ring.any() and np.median(heights[spot]) - np.quantile(heights[ring], MOST_BELOW) > ABOVE * deviation:
+                found[around] |= spot
     return found & scan.measured
 
 

@@ -19,6 +19,7 @@ KEYS = {
 
 NAMES = ("heights", "height", "topography", "z")  # of the array of heights among several, in any case of letters
 MOST_LISTED = 8
+ARRAY_KEY = "roughness.scan.array"
 
 
 @dataclass(frozen=True)
@@ -74,21 +75,25 @@ def no_length(path: Path, unit: str) -> InputError:
     )
 
 
-def array_of_heights(path: Path, arrays: Mapping[str, tuple[int, ...]]) -> str:
-    """The name of the array of heights: the only map, or the only one whose name is one of NAMES.
+def array_of_heights(
+    path: Path, arrays: Mapping[str, tuple[int, ...]], other: Mapping[str, str] | None = None, wanted: str | None = None
+) -> str:
+    """The name of the array of heights: the wanted one, else the only map, else the only one with one of NAMES.
 
     arrays : shapes by name; what has no two dimensions of at least two numbers is no map
+    other : of arrays that hold no real numbers, what they hold
     """
     maps = {name: shape for name, shape in arrays.items() if len(shape) == 2 and min(shape) > 1}
     if not maps:
-        raise InputError(f"{path}: holds no array of numbers with two dimensions; it has {_list(arrays) or 'no array'}")
+        held = _list(arrays, other or {}) or "no array"
+        raise InputError(f"{path}: holds no array of numbers with two dimensions; it has {held}")
+    if wanted is not None and wanted not in maps:
+        raise InputError(f"{path}: no map of heights is named '{wanted}' ({ARRAY_KEY}); it has {_list(maps)}")
+    maps = {name: shape for name, shape in maps.items() if name == wanted} or maps
     chosen = by_name(maps) if len(maps) > 1 else list(maps)
     if len(chosen) != 1:
         listed = _list({name: maps[name] for name in chosen or maps})
-        raise InputError(
-            f"{path}: {listed} can be the heights; export the heights alone, or name one of them alone "
-            f"{', '.join(NAMES[:-1])} or {NAMES[-1]}"
-        )
+        raise InputError(f"{path}: {listed} can be the heights; name one of them in {ARRAY_KEY}")
     return chosen[0]
 
 
@@ -97,7 +102,8 @@ def by_name(names: Iterable[str]) -> list[str]:
     return [name for name in names if name.rpartition("/")[2].strip().lower() in NAMES]
 
 
-def _list(arrays: Mapping[str, tuple[int, ...]]) -> str:
+def _list(arrays: Mapping[str, tuple[int, ...]], other: Mapping[str, str] | None = None) -> str:
     names = [f"'{name}' ({' x '.join(map(str, shape))})" for name, shape in arrays.items()]
+    names += [f"'{name}' ({kind})" for name, kind in (other or {}).items()]
     more = [f"{len(names) - MOST_LISTED} more"] if len(names) > MOST_LISTED else []
     return ", ".join([*names[:MOST_LISTED], *more])

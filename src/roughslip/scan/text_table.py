@@ -20,7 +20,7 @@ from roughslip.scan.reading import METRES
 from roughslip.scan.topography import FEWEST_NODES
 
 MISSING = frozenset(
-    ["", "bad", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "invalid", "-", "--", "---", "*", "***"]
+    ["", "bad", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "invalid", "nodata", "-", "--", "---", "*", "***"]
 )
 SAMPLE = 200  # lines that show how values are written
 MOST_HEADINGS = 20  # lines
@@ -71,6 +71,8 @@ def read_table(path: Path) -> Table:
     if rows.shape[1] == 3 and len(rows) >= FEWEST_NODES**2:
         values, steps = _on_mesh(path, rows)
         return Table(values, steps, units if len(units) == 3 else (), f"points x, y, z{how}")
+    if min(rows.shape) < FEWEST_NODES and len(rows) >= FEWEST_NODES**2:
+        raise _no_matrix(path, f"{len(rows)} lines of {rows.shape[1]} numbers; points have three, x, y and z")
     check_points(path, rows.shape)
     for lines, what in ((rows, "the first row"), (rows.T, "the first column")):
         if _rises_evenly(lines[0]) and not any(map(_rises_evenly, lines[1:2])):  # heights of a slope do so in every row
@@ -82,7 +84,9 @@ def _lines(path: Path, *, sizes: bool = True) -> Iterator[tuple[int, str]]:
     """Numbers and texts of the lines that are neither empty nor comments. sizes : whether comments may give none"""
     with path.open("rb") as file:
         start = file.read(2**16)
-    if start.startswith((b"\xff\xfe", b"\xfe\xff")):
+    if start.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        encoding = "utf-32"
+    elif start.startswith((b"\xff\xfe", b"\xfe\xff")):
         encoding = "utf-16"
     else:
         try:
@@ -95,12 +99,15 @@ def _lines(path: Path, *, sizes: bool = True) -> Iterator[tuple[int, str]]:
             if sizes and line.lstrip().startswith("#") and (_SIZE.search(line) or STATED_UNIT.search(line)):
                 raise _header(path, line.strip(" #"), number)
             text = _COMMENT.sub("", line.rstrip("\r\n")) if "#" in line else line.rstrip("\r\n")
-            if text.strip():
-                yield number, _unquoted(text)
+            if text.strip() and not re.fullmatch("sep=.", text.strip()):  # the separator, as Excel notes it
+                yield number, _plain(text)
 
 
-def _unquoted(line: str) -> str:
-    """Without quotes; a comma inside quotes is a decimal one."""
+def _plain(line: str) -> str:
+    """Without quotes, a comma inside them being a decimal one; the sign of minus and two words as one."""
+    line = line.replace("\u2212", "-")
+    if "data" in line.lower():
+        line = re.sub("no data", "nodata", line, flags=re.IGNORECASE)
     return re.sub(r'"([^"]*)"', lambda found: found[1].replace(",", "."), line) if '"' in line else line
 
 
@@ -109,7 +116,7 @@ def _rows(path: Path) -> tuple[np.ndarray, list[str], list[str]]:
     separator, comma, written = _style(path)
     headings: list[tuple[str, int, int]] = []  # text, cells, number of the line
     rows: list[np.ndarray] = []
-    trailing, first = False, 0
+    trailing, first, last, step = False, 0, 0, 0
     for number, line in _lines(path):
         cells = line.split(separator) if separator else line.split()
         row = _numbers(cells, comma)
@@ -122,8 +129,10 @@ def _rows(path: Path) -> tuple[np.ndarray, list[str], list[str]]:
                     raise _no_matrix(path, f"{met!r} in line {number}, column {wrong[0] + 1}")
             if isinstance(row, int) or (len(cells) == 1 and not np.isfinite(row).all()):
                 headings.append((line.strip(), len(cells), number))
-                if re.search("[=:]", line) or len(headings) > MOST_HEADINGS:
+                if re.search("[=:]", line):
                     raise _header(path, line, number)
+                if len(headings) > MOST_HEADINGS:
+                    raise _header(path, headings[0][0], headings[0][2])
                 continue
             trailing, first = separator is not None and len(cells) > 1 and not cells[-1].strip(), number
             for text, count, place in headings:
@@ -135,6 +144,9 @@ def _rows(path: Path) -> tuple[np.ndarray, list[str], list[str]]:
             row = row[:-1]
         if rows and len(row) != len(rows[0]):
             raise _no_matrix(path, f"{len(row)} values in line {number}, {len(rows[0])} in line {first}")
+        if rows and len(row) != 3 and number - last != (step := step or number - last):
+            raise _no_matrix(path, f"a gap before line {number}, perhaps of two matrices")
+        last = number
         rows.append(row)
         if len(rows) * len(row) > 3 * MOST_POINTS:  # points have three columns
             raise InputError(f"{path}: more than {MOST_POINTS} points; at most {MOST_POINTS} are read")
@@ -182,6 +194,9 @@ def _numbers(cells: list[str], comma: bool) -> np.ndarray | int:
         if mixed >= 0:
             return mixed
         cells = [cell.replace(",", ".") for cell in cells]
+    marked = next((place for place, cell in enumerate(cells) if "_" in cell), -1)  # 1_000 is one of Python alone
+    if marked >= 0:
+        return marked
     try:
         return np.array(cells, dtype=np.float64)
     except ValueError:

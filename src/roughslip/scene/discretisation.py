@@ -2,7 +2,7 @@
 
 At x = cell / correlation length the cells of strips leave a x^p of the number after extrapolation, and those of the
 square a x^p of the distribution of the pressure, with and without the error at edges of contacts. Modes that are left
-out leave it a share of their variance. Measured on smooth heights at percentiles 20 to 95, docs/decisions.md. Pilots
+out leave it a share of their variance. Measured on smooth heights at percentiles 20 to 95, docs/notebook. Pilots
 then show what remains on the scene's own surface. Where that is too much, they refuse it with advice.
 """
 

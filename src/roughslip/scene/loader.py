@@ -76,7 +76,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     return derived(accuracy.settled(cast(Values, _with_floats(whole, schema))))
 
 
-OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m", "static_friction")
+OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
 
 
 def inherited(name: str, scenes_folder: Path) -> list[str]:

@@ -29,7 +29,7 @@ def path_nodes(length: float, velocity: float, omega: float, periods: float) -> 
 
 def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: Any) -> bool:
     """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept."""
-    if process == "recursion" or nodes == AUTO:
+    if process == "recursion" or nodes == AUTO or path_nodes(length, velocity, omega, periods) > MOST_NODES:
         return True
     return velocity * periods * 2 * math.pi / omega / length * nodes <= MOST_NUMBERS
 
@@ -79,10 +79,8 @@ RULES = (
         f"a mean between the least and the largest of {_TABLE}.values = {{1}}",
     ),
     Rule(
-        (_LENGTH, _VELOCITY, _OMEGA, "ensemble.duration_periods", _PROCESS),
-        lambda length, velocity, omega, periods, process: (
-            process != "recursion" or path_nodes(length, velocity, omega, periods) <= MOST_NODES
-        ),
+        (_LENGTH, _VELOCITY, _OMEGA, "ensemble.duration_periods"),
+        lambda length, velocity, omega, periods: path_nodes(length, velocity, omega, periods) <= MOST_NODES,
         f"a length that the belt, {{1}} m/s, passes at most {MOST_NODES // PATH_NODES} times in {{3}} natural periods, "
         f"or a run takes more than {MOST_NODES} nodes of friction",
     ),

@@ -32,7 +32,7 @@ from roughslip.scene.friction import Friction
 from roughslip.scene.load import Load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
-from roughslip.scene.ranges import Design, StickSlipMap
+from roughslip.scene.ranges import StickSlipMap
 from roughslip.scene.roughness import Roughness
 
 ContactArea = Literal["corrected", "nodes"]
@@ -91,7 +91,8 @@ class Scene(Section):
             "A figure of the paper, or one of three others. In figure_scan, a scan is compared with surfaces sampled "
             "from its models. In figure_field, statistics of the pressure are shown at every node of the square. In "
             "figure_map, the probability of stick-slip is shown over two parameters. "
-            "answer, without a figure, is that probability and its limits; it comes with figure5 and figure_map",
+            "Two have no figure of their own. readings are small ensembles by which the statements on figure5 are also "
+            "judged. answer is that probability and its limits; it comes with figure5 and figure_map",
             longest=40,
         ),
         unique=True,
@@ -109,7 +110,6 @@ class Scene(Section):
     map: StickSlipMap = group(StickSlipMap)
     survival: Survival = group(Survival)
     answer: Answer = group(Answer)
-    design: Design = group(Design)
     numerics: Numerics = group(Numerics)
     batches: Batches = group(Batches)
 

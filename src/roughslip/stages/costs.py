@@ -23,15 +23,16 @@ def total(
     """A row a stage, in the order of their names, and a last row for the whole scene.
 
     not_needed : stages that did not run, and why; they stand in the last row
-    warnings : on the scene itself; the last row holds them behind accuracies that are missed, of which the end of a
-        run must not be silent, and then those of the stages, each with the stage's name
+    warnings : on the scene itself; the last row holds the first of them, on an inherited friction curve where there is
+        one, then accuracies that are missed, so that the end of a run shows both, the others, and those of the stages
 
     Seconds and counts add up over the jobs; peak memory is that of the largest job. `core_share` is the share of the
     CPU time spent solving, fitting and integrating; the rest is start-up, imports, compilation and files.
     """
     stages = sorted({record["stage"] for record in records})
     rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
-    found = [*missed(rows), *warnings, *(f"{row['stage']}: {text}" for row in rows for text in row["warnings"])]
+    of_stages = (f"{row['stage']}: {text}" for row in rows for text in row["warnings"])
+    found = [*warnings[:1], *missed(rows), *warnings[1:], *of_stages]
     return [*rows, _sum("all", records) | {"warnings": found, "not_needed": dict(sorted(not_needed.items()))}]
 
 

@@ -1,11 +1,8 @@
-"""Stage deterministic: limits, limit cycle and counts of the oscillator without scatter (mu_S = 0).
-
-And how far mass and belt velocity may move until cycle or stability are others.
-"""
+"""Stage deterministic: limits, limit cycle and counts of the oscillator without scatter (mu_S = 0)."""
 
 import math
-from collections.abc import Callable, Hashable, Sequence
-from dataclasses import asdict, replace
+from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,14 +12,13 @@ from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.counts import counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import cycle_period, departure_point, existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.limits import departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.verdicts.bracket import REACH, end
 
 STAGE = Stage(
     name="deterministic",
@@ -33,7 +29,6 @@ STAGE = Stage(
     memory_mb=520,
 )
 
-PARAMETERS = ("mass_kg", "belt_velocity_m_per_s")
 MISSED = 2.0  # factor between the windows of a scene and those of its load, above which it warns
 
 LIMITS = {
@@ -45,12 +40,6 @@ CYCLE = {
     "reattachment": ("m", "X at the start of stick"),
     "period": ("1", "period of the cycle in tau"),
     "slipped_distance": ("m", "slipped distance of a cycle"),
-}
-RANGES = {
-    "cycle_range": "factor of the input at which the stick-slip cycle begins or ceases to exist at the scene's damping",
-    "unstable_range": "factor of the input at which steady sliding gains or loses stability at the scene's damping",
-    "sides_range": "factor of the input at which the list of damping ratios comes to lie on one side of the limit, "
-    "or on both",
 }
 
 
@@ -76,7 +65,7 @@ def work(job: Job) -> None:
         if belt.excitation_force_n == 0:
             limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law, job)
             cycle = where_it_exists(limit_cycle, belt, law, job)
-        options = MotionOptions(tolerance, integrator=scene.oscillator.integrator)
+        options = MotionOptions(tolerance)
         duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, job.arguments.friction)
         if ensemble.count_by_period:
             counts = counts_by_period(belt, law, duration, dampings, options)
@@ -84,7 +73,6 @@ def work(job: Job) -> None:
             counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
         periods = ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, options)
-        ranges = range_variables(belt, law, dampings, scene.oscillator.stiffness_n_per_m)
     loading = departure_point(belt, law) / belt.V / (2 * np.pi) if belt.V > 0 else math.inf
     if belt.q == 0.0 and loading >= duration:
         job.usage.warn(
@@ -101,7 +89,7 @@ def work(job: Job) -> None:
         for (name, title), value in zip(LIMITS.items(), limits, strict=True)
     }
     variables |= {name: store.Variable((), getattr(cycle, name, np.nan), *title) for name, title in CYCLE.items()}
-    variables |= ranges | {
+    variables |= {
         "damping_ratio": store.Variable(("damping",), counts.damping_ratios, "1", "damping ratio D"),
         "cycles": store.Variable(("damping",), counts.cycles, "1", "cycles M_d"),
         "time": store.Variable(("time",), drawn.time[kept], "1", "tau = omega t"),
@@ -138,60 +126,6 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
             f"{force / needed:.3g} N, so the force needs {needed:.4g} windows ({low:.4g} to {high:.4g}). Their "
             f"friction would scatter by {std:.2g} in place of {scatter:.2g}; give load, or other windows or penetration"
         )
-
-
-def range_variables(
-    belt: Oscillator, law: FrictionLaw, dampings: Sequence[float], stiffness: float | None = None
-) -> dict[str, store.Variable]:
-    """Ranges of mass and belt velocity, each alone, as factors of the scene's value, without scatter.
-
-    dampings : the list of damping ratios, ascending
-    stiffness : [N/m] where the scene gives it, so that the natural frequency follows from the mass
-
-    Each variable is (parameter, 2, 2): lower and upper end, up to where it is as in the scene and from where it is
-    not; NaN where nothing changes within a factor of ten, or where an excited oscillator, or a belt at rest, has none.
-    """
-
-    def cycle(oscillator: Oscillator) -> Hashable:
-        period = cycle_period(oscillator, law)
-        return None if period is None else period < math.inf
-
-    def unstable(oscillator: Oscillator) -> Hashable:
-        return oscillator.damping_ratio < hopf_damping(oscillator, law)
-
-    def sides(oscillator: Oscillator) -> Hashable:
-        least, most = (
-            cycle_period(replace(oscillator, damping_ratio=ratio), law) for ratio in (dampings[0], dampings[-1])
-        )
-        return None if least is None or most is None else (least < math.inf, most < math.inf)
-
-    free = belt.q == 0.0 and belt.V > 0.0
-    answers = dict(zip(RANGES, (cycle, unstable, sides), strict=True))
-    variables = {"parameter": store.Variable(("parameter",), np.array(PARAMETERS), "1", "input of the oscillator")}
-    for name, answer in answers.items():
-        ends = [
-            _ends(belt, parameter, answer, stiffness) if free else np.full((2, 2), np.nan) for parameter in PARAMETERS
-        ]
-        variables[name] = store.Variable(("parameter", "end", "side"), np.array(ends), "1", RANGES[name])
-    return variables
-
-
-def _ends(
-    belt: Oscillator, parameter: str, answer: Callable[[Oscillator], Hashable | None], stiffness: float | None
-) -> np.ndarray:
-    """(2, 2) lower and upper end: the last factor with the answer of the scene, the first with another one."""
-    value = getattr(belt, parameter)
-
-    def of_factor(factor: float) -> Hashable | None:
-        changed = {parameter: factor * value}
-        if parameter == "mass_kg" and stiffness is not None:
-            changed["natural_frequency_rad_per_s"] = math.sqrt(stiffness / changed[parameter])
-        return answer(replace(belt, **changed))
-
-    if of_factor(1.0) is None:
-        return np.full((2, 2), np.nan)
-    found = [end(of_factor, 1.0, reach) for reach in (1.0 / REACH, REACH)]
-    return np.array([[one.stands, np.nan if one.changes is None else one.changes] for one in found])
 
 
 if __name__ == "__main__":

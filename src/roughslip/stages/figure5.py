@@ -11,10 +11,12 @@ STAGE = Stage(
     name="figure5",
     reads="description",
     many={"results": "cycles"},
+    collects={"readings": "belt_readings"},
     result="figure5.nc",
     target="figure5",
     caption="Figure 5. As in the paper (a) the limit cycle, (b) the point where the mass sticks again, and (c) the "
-    "cycles lost to the scatter against damping; (d) the cycles themselves. The paper's dimensionless numbers are ours "
+    "cycles lost to the scatter against damping, also where the friction lies nearest to the paper's Beta if the scene "
+    "has readings; (d) the cycles themselves. The paper's dimensionless numbers are ours "
     "in metres.",
     memory_mb=320,
 )

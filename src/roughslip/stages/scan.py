@@ -42,7 +42,7 @@ def work(job: Job) -> None:
     wanted = job.scene.roughness.scan
     sides = wanted.spacing_x_m, wanted.spacing_y_m
     spacing = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
-    scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit), wanted.form)
+    scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit, wanted.array), wanted.form)
     print(f"scan: {scan.read}", file=sys.stderr, flush=True)
     if scan.cut > WIDE_RIM:
         job.usage.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")

@@ -148,6 +148,7 @@ class Covariance:
         along, across = self.lengths_m
         return self.correlation(x / along, np.asarray(y) / across)
 
+    @gate
     def spectrum(self, qx: np.ndarray, qy: np.ndarray | float = 0.0) -> np.ndarray:
         """S : (broadcast of qx and qy) [m^4] spectral density at the wave vector (qx, qy) [rad/m]."""
         (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
@@ -208,6 +209,7 @@ class IsotropicCovariance(Covariance):
         """The model of the same shape with unit variance and lengths, which is the key of the cache."""
         return replace(self, rms_height_m=1.0, correlation_length_m=1.0, correlation_length_across_m=None, lay_rad=0.0)
 
+    @gate
     def correlation(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """C / Sq^2 : (broadcast of a and b) [-] at the scaled lag."""
         return self.profile(self.scale * np.hypot(a, b))
@@ -219,6 +221,7 @@ class IsotropicCovariance(Covariance):
         r = np.hypot(x, y) / along if along == across else np.hypot(x / along, np.asarray(y) / across)
         return self.profile(self.scale * r)
 
+    @gate
     def density(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Spectrum of the correlation : (broadcast of a and b) [-]."""
         return self.transform(np.hypot(a, b) / self.scale) / self.scale**2

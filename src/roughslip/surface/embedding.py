@@ -40,6 +40,7 @@ class Embedding:
     clipped_variance: float
     image_share: float = 0.0
 
+    @gate
     def sample(self, generator: np.random.Generator) -> np.ndarray:
         """z : (nx, ny) [m] heights, stationary with the covariance asked for: white noise on the torus, filtered.
 

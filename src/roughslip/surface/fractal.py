@@ -99,6 +99,7 @@ class WeierstrassMandelbrot:
             total += 0.5 * a**2 * np.cos(kx * np.asarray(x) + ky * np.asarray(y))
         return total
 
+    @gate
     def correlation_length(self, azimuth: float = 0.0) -> float:
         """Shortest distance [m] along `azimuth` [rad] from x at which the autocorrelation is 1/e.
 

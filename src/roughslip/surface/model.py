@@ -79,14 +79,17 @@ class GaussianModel:
     def _translation(self) -> Translation | None:
         return None if self.marginal is None else translate(self.marginal)
 
+    @gate
     def sampler(self, grid: Grid) -> Sampler:
         """Exact sampling by circulant embedding."""
         return embed(self.covariance, grid).sample
 
+    @gate
     def heights(self, field: np.ndarray) -> np.ndarray:
         """z : (as field) [m]; of a truncated expansion, whose variance is smaller, so is that of the heights."""
         return field if self._translation is None else self._translation.apply(field / self.rms_height_m)
 
+    @gate
     def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
         """h_p [m] from the quantiles of the law of the heights."""
         if self.marginal is None:
@@ -116,15 +119,18 @@ class FractalModel:
         """Not known: waves may run in any set of directions."""
         return False
 
+    @gate
     def sampler(self, grid: Grid) -> Sampler:
         """One standard normal variable a wave, mapped to its phase."""
         waves, variables = plane_waves(self.law, grid), self.law.variables
         return lambda generator: waves.heights(generator.standard_normal(variables))
 
+    @gate
     def heights(self, field: np.ndarray) -> np.ndarray:
         """The field itself."""
         return field
 
+    @gate
     def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
         """h_p [m] from the exact law of a sum of cosines."""
         return self.law.marginal().quantile(1.0 - np.asarray(percentile, dtype=float) / 100.0)

@@ -28,6 +28,7 @@ class Gaussian(IsotropicCovariance):
     def profile(self, u: np.ndarray) -> np.ndarray:
         return np.exp(-(u**2))
 
+    @gate
     def correlation(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return np.exp(-(a**2) - b**2)
 
@@ -61,9 +62,11 @@ class SeparableExponential(Covariance):
     quadratic_power = 2.0
     is_fitted_with_lay = False  # its axes are those of the mesh, else it would not be separable
 
+    @gate
     def correlation(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return np.exp(-np.abs(a)) * np.exp(-np.abs(b))
 
+    @gate
     def density(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return 4.0 / ((1 + a**2) * (1 + b**2))
 

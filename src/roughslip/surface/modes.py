@@ -41,6 +41,7 @@ class KarhunenLoeve:
         """Var z : (nx, ny) [m^2]; a truncated expansion is not stationary, so it differs from node to node."""
         return np.sum(self.modes**2, axis=0)
 
+    @gate
     def captured_at(self, node: tuple[int, int]) -> float:
         """Share [-] of the variance of one node, such as `grid.centre` or the corner (0, 0), that the modes carry."""
         whole = self.eigenvalues.sum() / (self.captured_variance * self.grid.size)

@@ -10,6 +10,10 @@ import numpy as np
 MOST_SLOPE = 0.5  # rms; a half-space stands for a surface of small slopes
 CELLS = 4.0  # a correlation length, at least
 LENGTHS = 10.0  # correlation lengths a window, at least
+FULL = 2.0  # p / (E* h') of four rms pressures of full contact, E* h' / 2: a share of 3e-5 would be in tension
+LIGHT = (
+    0.1  # contact over the share of heights above the plane, at least; it tends to a half, Bush, Gibson & Thomas (1975)
+)
 ROUNDING = 1e-9
 
 
@@ -23,6 +27,34 @@ def rms_slope(covariance: Callable[..., np.ndarray], step_m: float) -> float:
     """
     whole, along, across = covariance(np.array([0.0, step_m, 0.0]), np.array([0.0, 0.0, step_m])).tolist()
     return math.sqrt(max(4 * whole - 2 * along - 2 * across, 0.0)) / step_m
+
+
+def load_mistake(pressure_pa: float, modulus_pa: float, slope: float, hardness_pa: float, lowest: float) -> str:
+    """What no strip has to be solved for: a nominal pressure of full contact, or of none; "" for others.
+
+    modulus_pa : E* [Pa]
+    slope : h' [-] rms
+    hardness_pa : highest contact pressure, infinite in elastic contact
+    lowest : [-] share of the heights above the plane at the lightest penetration that is solved
+
+    Real contact is 2 p / (E* h') of the area while it is small, and at least p / H.
+    """
+    full = min(FULL * modulus_pa * slope, hardness_pa)
+    if pressure_pa >= full:
+        reason = f"{FULL:g} E* h' with E* = {modulus_pa:.3g} Pa, rms slope h' = {slope:.3g}"
+        reason = "material.hardness_pa" if full == hardness_pa else reason
+        return (
+            f"a nominal pressure of {pressure_pa:.4g} Pa presses the surface into full contact, without scatter of "
+            f"friction; take less than {full:.3g} Pa ({reason})"
+        )
+    least = LIGHT * lowest * min(modulus_pa * slope / 2.0, hardness_pa)
+    if pressure_pa < least:
+        return (
+            f"a nominal pressure of {pressure_pa:.4g} Pa is no contact: less of the surface carries it than a tenth of "
+            f"the {100 * lowest:g} % above the plane at the lightest penetration. Take at least {least:.3g} Pa, or "
+            "lower strip.light_percentiles"
+        )
+    return ""
 
 
 def warnings(

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from roughslip.friction.marginal import SET_WINDOWS
+from roughslip.probability.nearest import nearest_level
 from roughslip.verdicts.centre_pressure import shown
 from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
 from roughslip.verdicts.friction_correlation import ONE_LEVEL, window
@@ -85,17 +86,11 @@ def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
     return f"a window of {length:.0f} µm would have the skewness of Beta(2.1, 5), {BETA_SKEWNESS:.2f}"
 
 
-def nearest_level(friction: Arrays) -> int:
-    """Number of the level other than the median that follows the paper's Beta best, by verdict and by distance."""
-    levels = [level for level in range(len(friction["percentile"])) if level != median(friction)]
-    judged = {level: like_beta(friction, level) for level in levels}
-    return max(levels, key=lambda level: (judged[level].holds(judged[level].interval), -judged[level].ours))
-
-
 def _at_another_level(friction: Arrays) -> Finding | str:
     if len(friction["percentile"]) == 1:
         return ONE_LEVEL
-    level = nearest_level(friction)
+    others = friction["percentile"] != 50.0
+    level = nearest_level(friction["beta_distance_standardised"], friction["combined_skewness"], others)
     tried = len(friction["percentile"]) - 1
     skewness, kurtosis = (shown(number(friction, f"combined_{name}", level)) for name in ("skewness", "kurtosis"))
     note = (

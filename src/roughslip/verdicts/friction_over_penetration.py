@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from roughslip.verdicts.finding import Arrays, Finding, Interval, inside
+from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside
 from roughslip.verdicts.friction_rules import FRICTION_RULES
 from roughslip.verdicts.reading import PValue, Reading, Statement
 
@@ -43,6 +43,29 @@ def _every_step(friction: Arrays, key: str, title: str) -> Finding | str:
     return Finding(float(steps[worst]), ends[worst], note, says, (0.0,))
 
 
+def _by_sums(friction: Arrays) -> Finding | str:
+    """The last less the first level; their errors are taken as independent, so this is wide."""
+    value, low, high = (friction[f"ratio_of_sums{end}"] for end in ("", "_low", "_high"))
+    if len(value) == 1:
+        return ONE_LEVEL
+    change = float(value[-1] - value[0])
+    below = float(np.hypot(value[-1] - low[-1], high[0] - value[0]))
+    above = float(np.hypot(high[-1] - value[-1], value[0] - low[0]))
+    note = (
+        f"change of all areas over all forces from the first to the last level, from {value[0]:.3g} to {value[-1]:.3g}"
+    )
+    return judged_inside((change, (change - below, change + above)), note, high=0.0)
+
+
+SUMS = Reading(
+    "sums",
+    "sum of the areas over sum of the forces of all windows, so that each window weighs as its force",
+    "section 4: “A_c and the normal force N are obtained by averaging the pressure field”; the weights are not stated",
+    "the interval of the last less the first level lies below zero",
+    _by_sums,
+)
+
+
 def _statement(name: str, key: str, title: str) -> Statement:
     return Statement(
         name,
@@ -66,6 +89,7 @@ def _statement(name: str, key: str, title: str) -> Statement:
                 "the interval of every change from a level to the next lies below zero",
                 partial(_every_step, key=key, title=title),
             ),
+            *((SUMS,) if key == "mean" else ()),
         ),
     )
 

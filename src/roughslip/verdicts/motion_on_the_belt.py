@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -19,7 +20,7 @@ from roughslip.verdicts.thresholds import (
     SEEN_SHARE,
     VISIBLE,
 )
-from roughslip.verdicts.turning import SHARE
+from roughslip.verdicts.turning import SHARE, UNITLESS, Unit
 
 LEAST_P = 1e-16  # smallest p-value reported
 LEAST_ANDERSON_P = 1 / 400  # of 399 Gaussian ensembles, see oscillator.cycles
@@ -27,24 +28,20 @@ NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cyc
 OF_LOAD = "penetration and windows follow from the load, so the runs have its scatter already"
 NO_END = "the list of damping ratios does not reach surely beyond the range, or its runs are too few"
 ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
+NOT_RUN = "the scene does not run this reading: its targets lack readings, or it gives the friction as numbers"
 MOVES = "section 5: “Figure 5 displays the limit cycle”"
 SEEN = "section 5: “it can be clearly seen that also the reattachment point is nonnormally distributed”"
 RANGE = "section 5: a range of damping “where the stochastic system can still move on the limit cycle”"
 
 
-def share_in_stick_slip(oscillator: Arrays, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Share of the time that the runs are in stick-slip, of that of the undisturbed cycle, with its 95 % interval.
+def under(name: str, judge: Callable[[Arrays], Finding | str]) -> Callable[[Arrays], Finding | str]:
+    """The same rule for the runs of a reading that stage belt_readings made."""
 
-    rows : of the damping ratios
+    def judged(oscillator: Arrays) -> Finding | str:
+        own = {key.removeprefix(f"{name}_"): value for key, value in oscillator.items() if key.startswith(f"{name}_")}
+        return judge(own) if own else NOT_RUN
 
-    Cycles have nearly one period, so their mean number over that of the undisturbed cycle is the share of the time:
-    E[M_S] of Figure 5 over M_d. Beyond the limit M_d is that of the last damping below it.
-    """
-    cycles, below = oscillator["deterministic_cycles"], oscillator["damping_ratio"] < _limit(oscillator)
-    undisturbed = np.where(below, cycles, cycles[below][-1])
-    low, high = (cycles - oscillator[f"difference_{end}"] for end in ("high", "low"))
-    value, low, high = ((one / undisturbed)[rows] for one in (oscillator["mean_cycles"], low, high))
-    return value, np.maximum(low, 0.0), high
+    return judged
 
 
 def _limit(oscillator: Arrays) -> float:
@@ -70,9 +67,8 @@ def _time_on_the_cycle(oscillator: Arrays) -> Finding | str:
     rows = np.flatnonzero((damping == nominal) & (damping < limit))
     if not rows.size:
         return f"the scene's own damping ratio, {nominal:g}, is not in the list below the limit {limit:.4f}"
-    value, low, high = (float(one[0]) for one in share_in_stick_slip(oscillator, rows))
-    note = f"share of the time in stick-slip at D = {nominal:g}, of that of the undisturbed cycle"
-    return judged_inside((value, (low, high)), note, low=CYCLING, centre=1.0)
+    note = f"share of the time in stick-slip at D = {nominal:g}; without scatter it is 1"
+    return judged_inside(number(oscillator, "stick_slip_share", int(rows[0])), note, low=CYCLING, centre=1.0)
 
 
 def _sharp_limit(oscillator: Arrays) -> Finding | str:
@@ -88,23 +84,38 @@ def _sharp_limit(oscillator: Arrays) -> Finding | str:
 
 
 def _lost_cycles(oscillator: Arrays) -> Finding | str:
-    """M_diff at the damping above the limit where the stochastic system has the most cycles."""
+    """Share of the time in stick-slip, and M_diff, at the damping above the limit where the share is surest."""
     limit, damping = _limit(oscillator), oscillator["damping_ratio"]
     if not np.isfinite(limit):
         return NO_LIMIT
     rows = np.flatnonzero(damping > limit)
     if not rows.size or len(rows) == len(damping):
         return ONE_SIDE.format(limit)
-    value, low, high = share_in_stick_slip(oscillator, rows)
-    best = int(np.argmax(low))
-    row, seen = rows[best], damping[rows[low > SEEN_SHARE]]
+    low = np.nan_to_num(oscillator["stick_slip_share_low"][rows], nan=-1.0)  # where no run reaches a state
+    row, seen = int(rows[np.argmax(low)]), damping[rows[low > SEEN_SHARE]]
     difference = [-float(oscillator[f"difference{end}"][row]) for end in ("", "_high", "_low")]
     reach = f"; above {SEEN_SHARE:.0%} up to D = {seen[-1]:g}" if seen.size else ""
     note = (
         f"share of the time in stick-slip at D = {damping[row]:g}, where M_diff = {-difference[0]:.2f} "
         f"({-difference[2]:.2f} to {-difference[1]:.2f}){reach}. A run may leave the cycle and come back to it"
     )
-    return judged_inside((float(value[best]), (float(low[best]), float(high[best]))), note, low=SEEN_SHARE)
+    return judged_inside(number(oscillator, "stick_slip_share", row), note, low=SEEN_SHARE)
+
+
+def _every_return(oscillator: Arrays) -> Finding | str:
+    """Returns to the belt beyond the limit, over the cycles without scatter at the last damping below it."""
+    limit, damping = _limit(oscillator), oscillator["damping_ratio"]
+    if not np.isfinite(limit):
+        return NO_LIMIT
+    if not (np.any(damping > limit) and np.any(damping < limit)):
+        return ONE_SIDE.format(limit)
+    cycles = float(oscillator["deterministic_cycles"][damping < limit][-1])
+    row = int(np.argmax(np.where(damping > limit, oscillator["returns_low"], -np.inf)))
+    value, (low, high) = number(oscillator, "returns", row)
+    note = (
+        f"mean returns to the belt at D = {damping[row]:g}, {value:.1f}, over the {cycles:.0f} cycles below the limit"
+    )
+    return judged_inside((value / cycles, (low / cycles, high / cycles)), note, low=SEEN_SHARE)
 
 
 def _runs_at_the_end(oscillator: Arrays) -> Finding | str:
@@ -177,6 +188,62 @@ def _visible(oscillator: Arrays) -> Finding:
     return judged_inside(number(oscillator, "reattachment_distance_to_normal"), note, low=VISIBLE)
 
 
+OTHERS = {
+    "nearest-penetration": (
+        "at the penetration, other than the scene's, where the friction lies nearest to the paper's Beta",
+        "section 5: “μ_fit(d) obtained from the mean value curve, Figure 3 a)”; no penetration is stated for Figure 5",
+    ),
+    "paper-process": (
+        "with the paper's Beta(2.1, 5) and 250 µm for the stochastic part, and our scatter",
+        "section 4 finds them, and section 5 takes “a stochastic process”",
+    ),
+    "belt-travel": (
+        "with the travel v0 t of the belt in place of the slipped distance",
+        "section 5: realizations of the process are “transformed from space to time domain”",
+    ),
+    "mean-stick-limit": (
+        "with the stochastic part in slip alone, and a limit of stick without scatter",
+        "eq. (12) has a static friction F_Rst of its own, and section 5 gives μ_S for μ(v_rel) “in slip mode”",
+    ),
+    "half-damping": (
+        "with 0.17 as d_k / (m ω), so that D = 0.085",
+        "section 5: “a damping coefficient of 0.17”, with no definition",
+    ),
+    "plain-damping": (
+        "with 0.17 N s/m as d_k itself, so that D = 0.00027",
+        "section 5: “damping constant d_k” and “a damping coefficient of 0.17”",
+    ),
+}
+"""Readings that stage belt_readings runs: what is taken how, and its place."""
+
+
+def _others(
+    rule: str, judge: Callable[[Arrays], Finding | str], unit: Unit = UNITLESS, names: tuple[str, ...] = tuple(OTHERS)
+) -> tuple[Reading, ...]:
+    """The same rule under the readings that have runs of their own."""
+    return tuple(
+        Reading(name, taken, place, rule, under(name.replace("-", "_"), judge), unit=unit)
+        for name, (taken, place) in OTHERS.items()
+        if name in names
+    )
+
+
+WITH_RANGE = ("nearest-penetration", "paper-process", "belt-travel", "mean-stick-limit")
+ON_THE_CYCLE = (
+    "the damping lies below the deterministic limit, and the interval of the share of runs with a cycle in the last "
+    f"ten natural periods lies above {CYCLING}"
+)
+BEYOND_NORMAL = (
+    f"the interval of the skewness or that of the excess kurtosis lies beyond {NON_NORMAL} on either side of zero"
+)
+SHARP = (
+    "every damping of the list below the limit gives at least half the cycles of the least damping, and every one "
+    "above it gives at most one. It is not tested if the list has only one side"
+)
+IN_STICK_SLIP = (
+    "at some damping of the list above the deterministic limit the interval of the share of the time in stick-slip "
+    f"lies above {SEEN_SHARE:.0%}; that of the undisturbed cycle is 1. It is not tested if the list has none"
+)
 STATEMENTS = (
     Statement(
         "fig5-limit-cycle",
@@ -187,20 +254,20 @@ STATEMENTS = (
                 "runs-at-the-end",
                 "share of the runs with a cycle in the closing periods, at the paper's damping",
                 MOVES,
-                "the damping lies below the deterministic limit, and the interval of the share of runs with a cycle in "
-                f"the last ten natural periods lies above {CYCLING}",
+                ON_THE_CYCLE,
                 _limit_cycle,
                 natural="the figure shows the motion at this damping after its start",
                 unit=SHARE,
             ),
             Reading(
                 "time-in-stick-slip",
-                "share of the time in stick-slip, of that of the undisturbed cycle, at the paper's damping",
+                "share of the time in stick-slip, at the paper's damping",
                 "section 5: the numbers of cycles “in the same amount of time”",
                 f"the interval of that share lies above {CYCLING}",
                 _time_on_the_cycle,
                 unit=SHARE,
             ),
+            *_others(ON_THE_CYCLE, _limit_cycle, SHARE),
         ),
     ),
     Statement(
@@ -212,8 +279,7 @@ STATEMENTS = (
                 "moments",
                 "skewness and excess kurtosis of the point",
                 SEEN,
-                "the interval of the skewness or that of the excess kurtosis lies beyond "
-                f"{NON_NORMAL} on either side of zero",
+                BEYOND_NORMAL,
                 _moments,
                 natural="the statement is of the distribution; whether it is seen is another matter",
             ),
@@ -224,6 +290,7 @@ STATEMENTS = (
                 f"the interval of the Kolmogorov distance to the normal lies above {VISIBLE}",
                 _visible,
             ),
+            *_others(BEYOND_NORMAL, _moments),
         ),
     ),
     Statement(
@@ -235,11 +302,11 @@ STATEMENTS = (
                 "existence",
                 "damping at which the cycle ceases to exist",
                 "section 5: a “sharp limit for the damping coefficient where the limit cycle ceases to exist”",
-                "every damping of the list below the limit gives at least half the cycles of the least damping, and "
-                "every one above it gives at most one. It is not tested if the list has only one side",
+                SHARP,
                 _sharp_limit,
                 natural="the sentence names existence",
             ),
+            *_others(SHARP, _sharp_limit, names=("nearest-penetration",)),
         ),
     ),
     Statement(
@@ -251,9 +318,7 @@ STATEMENTS = (
                 "lost-cycles",
                 "M_diff = M_d - E[M_S] below zero beyond the limit, by more than a few single returns",
                 "section 5: “Figure 5 c) displays the difference M_diff”, and the range is read from it",
-                "at some damping of the list above the deterministic limit the interval of the share of the time in "
-                f"stick-slip, of that of the undisturbed cycle, lies above {SEEN_SHARE:.0%}. It is not tested if the "
-                "list has none",
+                IN_STICK_SLIP,
                 _lost_cycles,
                 natural="it is the quantity of the paper's own figure",
                 unit=SHARE,
@@ -267,6 +332,16 @@ STATEMENTS = (
                 _runs_at_the_end,
                 unit=SHARE,
             ),
+            Reading(
+                "every-return",
+                "every return to the belt as a cycle, without backward motion too",
+                "section 5: “the mean number of limit cycles”; what counts as one is not said",
+                "at some damping of the list above the deterministic limit the interval of the mean returns, over the "
+                f"cycles at the last damping below it, lies above {SEEN_SHARE:.0%}",
+                _every_return,
+                unit=SHARE,
+            ),
+            *_others(IN_STICK_SLIP, _lost_cycles, SHARE, WITH_RANGE),
         ),
     ),
 )

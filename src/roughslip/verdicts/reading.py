@@ -47,6 +47,7 @@ class Reading:
     rule : what the 95 % interval of our number must satisfy, in words
     judge : our number with the rule, or the reason why there is none
     natural : why it is the natural reading; empty for the others
+    chosen : what was chosen with its number known; that the reading holds is then no evidence for the headline
     unit : of our number; p_value : of the note
     """
 
@@ -56,6 +57,7 @@ class Reading:
     rule: str
     judge: Callable[[Arrays], Finding | str]
     natural: str = ""
+    chosen: str = ""
     unit: Unit = UNITLESS
     p_value: PValue | None = None
 
@@ -83,19 +85,24 @@ class Statement:
         found = {one.id: _judged(one, arrays) for one in self.readings}
         own = self.natural
         verdicts = [one["verdict"] for one in found.values()]
+        counted = [
+            UNDECIDED if one.chosen and verdict == REPRODUCED else verdict
+            for one, verdict in zip(self.readings, verdicts, strict=True)
+        ]
         head = {"id": self.id, "statement": self.text, "paper": self.paper}
         readings = [
             {**head, "id": one.id, "taken": one.taken, "place": one.place, "rule": one.rule}
-            | {"natural": bool(one.natural), "why": one.natural, "unit": one.unit.name, **found[one.id]}
+            | {"natural": bool(one.natural), "why": one.natural, "chosen": one.chosen, "unit": one.unit.name}
+            | found[one.id]
             for one in self.readings
         ]
-        judged = {"headline": headline(found[own.id]["verdict"], verdicts), "unit": own.unit.name, **found[own.id]}
+        judged = {"headline": headline(found[own.id]["verdict"], counted), "unit": own.unit.name, **found[own.id]}
         tried = sum(verdict != NOT_TESTED for verdict in verdicts)
         return {**head, **judged, "rule": own.rule, "tried": tried, "readings": readings}
 
 
 def headline(natural: str, verdicts: Sequence[str]) -> str:
-    """The headline of a statement from the verdict of its natural reading and those of all its readings."""
+    """The headline of a statement from the verdict of its natural reading and those of all that are evidence."""
     if natural == REPRODUCED:
         return REPRODUCED
     if REPRODUCED in verdicts:

@@ -20,7 +20,7 @@ from roughslip.stages.from_scene import elastic, expansion, geometry, surface_mo
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 
-FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, see docs/decisions.md
+FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, docs/notebook/friction.md
 
 
 def expand_strips(job: Job, numbers: range, solved: int) -> tuple[np.ndarray, np.ndarray]:
@@ -30,7 +30,7 @@ def expand_strips(job: Job, numbers: range, solved: int) -> tuple[np.ndarray, np
     """
     scene, arguments = job.scene, job.arguments
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, arguments.scan)
-    stored, target = store.read(arguments.expansion), expansion.strip_target(scene, model, grid)
+    stored, target = store.read(arguments.expansion), expansion.target(scene, model, grid)
     lattice, windows = geometry.lattice(scene), geometry.windows(scene)
     stencil = expansion.stencil(model, lattice.grid)
     fitted = StripExpansion(stored["indices"], stored["whiten"], stored["coefficients"], stencil, target)

@@ -71,7 +71,7 @@ def execute(stage: Stage, work: Callable[[Job], None]) -> None:
                 made=_paths(arguments, stage.results),
             )
     except RoughslipError as error:
-        print(f"{stage.name}: {error}", file=sys.stderr)
+        print(f"{stage.name}: error: {error}", file=sys.stderr)
         sys.exit(1)
     if IS_JOB:
         sys.stdout.flush()

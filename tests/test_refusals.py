@@ -1,18 +1,15 @@
 """Bad input to every subject, which only a ParameterError answers.
 
-Each entry of a table is a good call, and by parameter the bad values that replace one of its arguments. Problem N of
-this campaign is the bad input of that number, for any seed. The tests run over the same tables.
-
-`python -m workflow.stress.refusals --output results/stress/refusals.json` runs the campaign.
+Each entry of a table is a good call, and by parameter the bad values that replace one of its arguments.
 """
 
 from __future__ import annotations
 
-import sys
 from functools import partial
 from typing import Any
 
 import numpy as np
+import pytest
 
 from roughslip import probability
 from roughslip.chaos.enrichment import enrich
@@ -21,11 +18,12 @@ from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
 from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
-from roughslip.chaos.regression import censored_regression, least_squares
+from roughslip.chaos.regression import least_squares
 from roughslip.chaos.sampling import cumulative_given_contact, design, kolmogorov_distance, wilson_interval
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
+from roughslip.errors import ParameterError
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
@@ -52,9 +50,7 @@ from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_w
 from roughslip.surface.lanczos import leading_modes
 from roughslip.surface.models import Matern, covariance_of, self_affine
 from roughslip.surface.modes import karhunen_loeve, representation
-from workflow.evidence.rows import Row, case
-from workflow.stress import runner
-from workflow.stress.bad_input import (
+from tests.bad_input import (
     INFINITY,
     NAN,
     NEGATIVE,
@@ -71,8 +67,6 @@ from workflow.stress.bad_input import (
     spoilt,
     with_value,
 )
-
-STAGE = "refusals"
 
 GRID = Grid(4, 3, 1e-6, 1e-6)
 OUTSIDE = {"zero": 0.0, "one": 1.0, "negative": -0.1, "nan": NAN, "text": "half", "none": None}  # of probabilities
@@ -206,7 +200,6 @@ def regression_refusals() -> Calls:
         spoilt(squares, basis=tables, target=targets),
         spoilt(squares, weights=weights | {"negative": -np.ones(60), "zero": np.zeros(60)}),
         spoilt(in_contact, basis=tables, pressure=targets),
-        spoilt(partial(censored_regression, basis=table, target=target), basis=tables, target=targets),
         spoilt(partial(residual_scatter, predicted=target, target=target), predicted=targets, target=targets),
         spoilt(partial(sobol_indices, indices, directions=np.eye(2)), coefficients=not_a_table(np.ones(6))),
         spoilt(partial(multi_indices, variables=2, degree=2), variables=NOT_A_COUNT, degree=NOT_A_DEGREE),
@@ -234,7 +227,6 @@ def pressure_refusals() -> Calls:
     return joined(
         spoilt(partial(Samples, **parts, gap=np.zeros((30, 1))), **bad),
         spoilt(strip, functionals=not_a_table(functionals), target_values=not_a_table(values)),
-        spoilt(strip, target={"censored": PressureTarget("censored", 1.0)}),
         spoilt(partial(local_functionals, stencil=stencil), heights=not_an_array(np.ones((9, 5)))),
         spoilt(partial(whitening, odd=NO_SYMMETRY), samples=not_an_array(functionals[:, 0])),
         spoilt(partial(fit_local, samples=known, target=trial), degree=NOT_A_DEGREE),
@@ -323,14 +315,14 @@ def path_refusals() -> Calls:
     """Return bad input to friction processes and their paths."""
     beta, quantiles = probability.BetaDistribution(2.1, 5.0, 0.2, 0.6), np.arange(20.0)
     process = FrictionProcess(beta, 1e-4)
-    embedded = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="embedding")
+    waves = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="spectral")
     spacings = NOT_POSITIVE | {"far-too-fine": 1e-12, "far-too-wide": 1.0}
     bounds = partial(probability.BetaDistribution, a=2.1, b=5.0, lower=0.0, upper=1.0)
     empirical = partial(probability.QuantileDistribution, quantiles=quantiles, mean=0.3, standard_deviation=0.1)
     tables = not_a_table(quantiles) | {"falling": -quantiles, "too-few": quantiles[:5]}
     many_nodes = {"of-too-many-nodes": 1e4}
     return joined(
-        spoilt(embedded, spacing_m=NOT_POSITIVE, length_m=NOT_POSITIVE | many_nodes, method=UNKNOWN),
+        spoilt(waves, spacing_m=NOT_POSITIVE, length_m=NOT_POSITIVE | many_nodes, method=UNKNOWN),
         spoilt(partial(recursion, process), spacing_m=spacings),
         spoilt(partial(recursion(process, 1e-5).realisation, [1]), piece_nodes=NOT_A_COUNT),
         spoilt(bounds, a=NOT_POSITIVE, b=NOT_POSITIVE, lower=NOT_FINITE | {"above": 2.0}, upper=NOT_FINITE),
@@ -357,7 +349,7 @@ def oscillator_refusals() -> Calls:
         "too-short": np.zeros(8),
     }
     at_rest = {"of-a-belt-at-rest": study(belt_velocity_m_per_s=0.0)}
-    words = dict.fromkeys(("interpolation", "friction_follows", "negative_friction", "integrator"), UNKNOWN)
+    words = dict.fromkeys(("interpolation", "friction_follows", "integrator"), UNKNOWN)
     tables = partial(TableLaw, speeds_m_per_s=(0.0, 1.0), values=(0.4, 0.3))
     values = {name: (0.4, value) for name, value in NEGATIVE.items()} | {"of-another-length": (0.4,)}
     speeds = {name: (0.0, value) for name, value in NEGATIVE.items()} | {"falling": (0.0, -1.0)}
@@ -370,7 +362,7 @@ def oscillator_refusals() -> Calls:
         spoilt(tables, values=values, speeds_m_per_s=speeds, interpolation=UNKNOWN),
         spoilt(run, duration_periods=numbers, path=paths),
         spoilt(MotionOptions, tolerance=numbers | {"large": 1e-2}, **words),
-        spoilt(run, start_position_m={"nan": NAN, "infinite": INFINITY}),
+        spoilt(run, **{key: {"nan": NAN, "infinite": INFINITY} for key in ("start_position_m", "start_velocity_m")}),
         spoilt(partial(run, path=np.zeros(9)), spacing_m=numbers),
         spoilt(partial(run, options=MotionOptions(friction_follows="belt")), oscillator=at_rest),
         spoilt(partial(trajectory, study(), law, None, 0.0, 1.0), samples_per_period={"zero": 0}),
@@ -385,14 +377,19 @@ REFUSALS = {
     "friction": joined(window_refusals(), curve_refusals(), path_refusals()),
     "oscillator": oscillator_refusals(),
 }
-NUMBERED = [(subject, name, call) for subject, calls in REFUSALS.items() for name, call in calls.items()]
 
 
-def row_of(seed: int, number: int) -> Row:
-    """Return the row of the bad input of this number; the seed plays no part."""
-    subject, name, call = NUMBERED[number]
-    return runner.refusal_row(subject, f"{case(number=number, entry='refused')} {name}", call)
-
-
-if __name__ == "__main__":
-    sys.exit(runner.command(__doc__, STAGE, row_of, len(NUMBERED), len(NUMBERED)))
+@pytest.mark.parametrize("subject", REFUSALS)
+def test_bad_input_is_refused(subject):
+    """By a ParameterError alone, and without a warning."""
+    assert len(REFUSALS[subject]) >= 80
+    wrong = {}
+    for name, call in REFUSALS[subject].items():
+        try:
+            call()
+            wrong[name] = "accepted"
+        except ParameterError:
+            pass
+        except Exception as error:
+            wrong[name] = repr(error)
+    assert wrong == {}

@@ -1,0 +1,131 @@
+"""Stage belt_readings: the mass on the belt as the paper's text can also be taken, one small ensemble for each reading.
+
+Each reading changes one thing against the ensemble of figure 5. Their places in the text stand with the statements.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.oscillator.counts import ensemble_counts
+from roughslip.oscillator.limits import limit_cycle
+from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.path import KeptPath
+from roughslip.probability.nearest import nearest_level
+from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene, scene_of
+from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
+from roughslip.stages.from_scene.own_limits import limits_or_nan
+from roughslip.stages.result_tables.ensemble_table import Runs, ensemble_variables
+from roughslip.stages.runtime.command import Job, execute
+
+STAGE = Stage(
+    name="belt_readings",
+    reads="seed oscillator ensemble numerics.oscillator_tolerance",
+    reads_if_given="friction.statistics",
+    optional={"friction": "friction"},
+    result="oscillator/readings.nc",
+    target="readings",
+    memory_mb=520,
+    memory_doubles={"path_nodes": 10, "realisations": 2000},
+)
+
+RUNS = 80  # of each reading, at most those of the scene: if all show a cycle, the interval of the share lies above 0.95
+NODES = 4  # of a path per correlation length
+PAPER_LENGTH = 250e-6  # m
+CURVE, BEYOND = (0.75, 0.9, 0.997, 1.003, 1.03, 1.1, 1.2), (1.003, 1.03)  # damping ratios over the limit of existence
+Reading = tuple[str, Scene, FrictionNumbers, tuple[float, ...]]
+
+
+def readings(job: Job) -> Iterator[Reading]:
+    """Name, scene and friction of each reading, and its damping ratios over the limit beside its own."""
+    section, statistics = job.scene.oscillator, job.arguments.friction
+    numbers = mass_on_belt.friction_numbers(job.scene, statistics)
+    if statistics is not None and section.penetration_percentile is not None:
+        found = store.read(statistics)
+        others = found["percentile"] != section.penetration_percentile
+        level = nearest_level(found["beta_distance_standardised"], found["combined_skewness"], others)
+        scene = _changed(job, "oscillator", penetration_percentile=float(found["percentile"][level]))
+        yield "nearest_penetration", scene, mass_on_belt.friction_numbers(scene, statistics), CURVE
+    own = replace(numbers, correlation_length_m=PAPER_LENGTH)
+    yield "paper_process", _changed(job, "ensemble", marginal="paper"), own, BEYOND
+    yield "belt_travel", _changed(job, "oscillator", friction_follows="belt"), numbers, BEYOND
+    yield "mean_stick_limit", _changed(job, "oscillator", stochastic_static_limit=False), numbers, BEYOND
+    damping, rate = section.damping_ratio, section.mass_kg * section.natural_frequency_rad_per_s
+    yield "half_damping", _changed(job, "oscillator", damping_ratio=damping / 2), numbers, ()
+    yield "plain_damping", _changed(job, "oscillator", damping_ratio=damping / (2 * rate)), numbers, ()
+
+
+def _changed(job: Job, section: str, **keys: object) -> Scene:
+    """The scene with other values in a section."""
+    values = job.key.configuration
+    return scene_of(values | {section: values[section] | keys}, STAGE.keys)
+
+
+_limits = cache(limits_or_nan)  # the readings share them, unless the law is another
+
+
+def work(job: Job) -> None:
+    """Write for each reading what stage cycles writes for the ensemble, its name before that of each variable."""
+    variables: dict[str, store.Variable] = {}
+    with job.usage.core():
+        for name, scene, numbers, of_limit in readings(job):
+            percentile = scene.oscillator.penetration_percentile
+            found = _summed_up(job, scene, numbers, of_limit) | {
+                "percentile": store.Variable((), np.nan if percentile is None else percentile, "percent", "penetration")
+            }
+            for key, one in found.items():
+                dimensions = tuple(f"{name}_{dimension}" for dimension in one.dimensions)
+                variables[f"{name}_{key}"] = one._replace(dimensions=dimensions)
+    store.write(job.arguments.output, variables, job.key)
+
+
+def _summed_up(
+    job: Job, scene: Scene, numbers: FrictionNumbers, of_limit: tuple[float, ...]
+) -> dict[str, store.Variable]:
+    """The runs of one reading around its own limit of existence, and at its own damping ratio."""
+    ensemble, statistics = scene.ensemble, job.arguments.friction
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    process = mass_on_belt.friction_process(scene, numbers, statistics)
+    is_free = belt.excitation_force_n == 0
+    hopf, limit = _limits(replace(belt, damping_ratio=0.0), law) if is_free else (np.nan, np.nan)
+    nominal = belt.damping_ratio
+    dampings = sorted({nominal, *(factor * limit for factor in of_limit if np.isfinite(limit))})
+    options, periods = mass_on_belt.motion_options(scene), ensemble.duration_periods
+    plain = ensemble_counts(belt, law, None, 0.0, periods, dampings, replace(options, friction_follows="slip"))
+    count = RUNS if isinstance(ensemble.realisations, str) else min(RUNS, ensemble.realisations)
+    paths, counts, motions = mass_on_belt.friction_paths(scene, process, NODES), [], []
+    for number in range(count):
+        path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
+        counts.append(ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options))
+        motions.append(simulate(belt, law, path, paths.spacing, periods, options))
+    places = [motion.reattachments(ensemble.discarded_periods) for motion in motions]
+    cycles, micro_slips, last_cycle, stick_slip = (
+        np.array([getattr(one, name) for one in counts]) for name in Runs._fields[:4]
+    )
+    nominal_last_cycle = np.array([motion.last_cycle for motion in motions])
+    owner = np.repeat(np.arange(count), [len(one) for one in places])
+    runs = Runs(cycles, micro_slips, last_cycle, stick_slip, nominal_last_cycle, np.concatenate(places), owner)
+    try:
+        period = limit_cycle(belt, law).period if is_free else np.nan
+    except (IllPosedError, ConvergenceError):
+        period = np.nan
+    without = {
+        "damping_ratio": plain.damping_ratios,
+        "cycles": plain.cycles,
+        "period": np.array(period),
+        "hopf_damping": np.array(hopf),
+        "existence_limit": np.array(limit),
+    }
+    job.usage.count(runs=count * (len(dampings) + 1) + len(dampings), cycles=int(runs.cycles.sum()))
+    generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
+    return ensemble_variables(without, runs, (periods, nominal), generator, job.usage.warn)
+
+
+if __name__ == "__main__":
+    execute(STAGE, work)

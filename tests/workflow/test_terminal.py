@@ -1,0 +1,54 @@
+"""What the terminal shows of a job that fails, and of Ctrl-C: one line."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SNAKEFILE = """\
+import sys
+sys.path[:0] = [{root!r}, {root!r} + "/src"]
+from workflow.study.terminal import show_own_errors
+
+show_own_errors()
+rule broken:
+    output: "results/a/made"
+    log: "results/a/logs/broken.log"
+    shell: "{command}"
+"""
+STATED = "echo 'broken: 3 of 4 after 1 s' > {log}; echo 'broken: error: load.area_m2 = 1: too large' >> {log}; exit 1"
+
+
+@pytest.mark.slow  # Snakemake itself starts in two seconds
+@pytest.mark.parametrize(
+    ("command", "lines"),
+    [
+        (STATED, ["a: broken: load.area_m2 = 1: too large [results/a/logs/broken.log]"]),
+        ("kill -INT $PPID; sleep 1; exit 1", ["Terminating processes on user request, this might take some time."]),
+    ],
+)
+def test_an_error_is_one_line(tmp_path, command, lines):
+    said = output(tmp_path, command)
+    after_the_job = said[next(i for i, line in enumerate(said) if "rule broken:" in line) :]
+    shown = [line for line in after_the_job if not line.startswith((" ", "local", "rule", "Complete log", "Elapsed"))]
+    assert [line for line in shown if line] == lines
+    (log,) = (tmp_path / ".snakemake" / "log").glob("*.log")
+    assert "Error in rule broken" in log.read_text()
+
+
+@pytest.mark.slow
+def test_a_fault_of_the_code_is_shown_with_its_log(tmp_path):
+    said = output(tmp_path, "echo 'ZeroDivisionError: x' > {log}; exit 1")
+    assert "Error in rule broken:" in said
+    assert "ZeroDivisionError: x" in said
+
+
+def output(folder: Path, command: str) -> list[str]:
+    """What Snakemake prints of a job with that command."""
+    (folder / "Snakefile").write_text(SNAKEFILE.format(root=str(ROOT), command=command))
+    options = ["-j1", "--show-failed-logs", "--quiet", "host", "reason", "--nocolor"]
+    run = subprocess.run([sys.executable, "-m", "snakemake", *options], cwd=folder, capture_output=True, text=True)
+    assert run.returncode == 1
+    return (run.stdout + run.stderr).splitlines()

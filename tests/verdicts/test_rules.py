@@ -14,10 +14,10 @@ from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
 from roughslip.report.sections import under_which
 from roughslip.verdicts.finding import inside
+from roughslip.verdicts.friction_distribution import BETA_KURTOSIS, BETA_SKEWNESS
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
-from roughslip.verdicts.reading import headline
+from roughslip.verdicts.reading import VISIBLE, headline
 from roughslip.verdicts.rules import STATEMENTS, claims
-from roughslip.verdicts.thresholds import BETA_KURTOSIS, BETA_SKEWNESS, VISIBLE
 from tests.verdicts.claimed import LEVELS, P_VALUES, READINGS, friction, judge, oscillator, square, with_interval
 
 IDS = [

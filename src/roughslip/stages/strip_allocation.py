@@ -33,6 +33,7 @@ from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.bounds import Bound
 from roughslip.verdicts.strips import ODDS, strips_from_pilot
 
 STAGE = Stage(
@@ -122,7 +123,8 @@ def _for_verdicts(
     except IllPosedError as error:
         job.usage.warn(f"no strips are added for verdicts, raise strip.training_samples: {error}")
         return {}
-    return strips_from_pilot(estimates, percentiles, len(solved[0][0]))
+    rules = {name: [Bound(*bound) for bound in bounds] for name, bounds in job.key.given["bounds"].items()}
+    return strips_from_pilot(estimates, percentiles, len(solved[0][0]), rules)
 
 
 def _with_verdicts(

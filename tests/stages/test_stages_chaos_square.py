@@ -418,22 +418,3 @@ def test_the_scatter_of_a_correction_enters_that_of_its_expansion():
     curves, error = moved_local(Uniform(), np.array([0.5]), [1], EdgeCorrection(cells, points, np.arange(2000) % 20))
     assert error == pytest.approx(math.sqrt(2 * 0.2 * 0.8 / 2000), rel=0.4)
     assert curves.std() > 0
-
-
-@pytest.mark.slow
-def test_raw_modes_are_the_variables_at_the_centre_where_the_scene_says_so(expanded, designs, variables):
-    """Three of sixteen modes miss the square of the response in the others, and the error of ten coefficients.
-
-    The latter, from 200 samples, is known to three standard deviations of sqrt(2 / 200).
-    """
-    found = expanded(rotation="none", variables=3)
-    np.testing.assert_array_equal(found["direction"], np.eye(MODES)[:3])
-    assert found["fit_samples"][2] == 200
-    left = 1 - np.sum((RESPONSE @ variables[0])[:3] ** 2)
-    assert found["cross_validated"] == pytest.approx(left * (1 + 10 / 200), rel=0.3)
-    assert list(found["count"]) == [found.attributes["variables"]] == [3]
-    found = expanded(rotation="none", variables=10)  # the paper takes the same, but eight at most
-    assert len(found["direction"]) == 10
-    in_contact = trial_pressure(designs["latin_hypercube"], variables[0]) > 0
-    basis = hermite_basis(designs["latin_hypercube"][in_contact, :8], multi_indices(8, 2))
-    assert found["fit_condition_number"][0] == pytest.approx(np.linalg.cond(basis / np.linalg.norm(basis, axis=0)))

@@ -117,7 +117,7 @@ class Square:
         self.directions, self.odd = expansion.directions(
             self.model, self.grid, self.modes, self.nodes, self.scene.expansion.variables
         )
-        self.target = expansion.targets(self.scene, self.model, self.grid)[0]
+        self.target = expansion.target(self.scene, self.model, self.grid)
         self.planes = np.array([float(self.model.plane_height(percentile)) for percentile in PERCENTILES])
 
     def design(self, name: str, count: int, number: int) -> np.ndarray:

@@ -1,14 +1,11 @@
 # The mass on the belt: Figure 5, and where stick-slip occurs.
 # In:  friction/statistics.nc unless the scene gives the statistics as numbers.
 # Out: oscillator/deterministic.nc, oscillator/ensemble-<first>-<last>.nc, oscillator/statistics.nc, oscillator/map.nc,
-#      oscillator/readings.nc, oscillator/lifetimes.nc, oscillator/cheapest_change.nc, answer.json;
-#      oscillator/allocation.nc where an accuracy is asked.
+#      oscillator/readings.nc, oscillator/lifetimes.nc, answer.json; oscillator/allocation.nc where an accuracy is asked.
 
 
 # Stages that take the friction statistics alone.
-FROM_FRICTION = ("deterministic", "belt_readings", "ensemble_pilot", "stick_slip_map", "lifetimes", "cheapest_change")
-
-for stage in (*FROM_FRICTION, "answer"):
+for stage in ("deterministic", "belt_readings", "ensemble_pilot", "stick_slip_map", "lifetimes", "answer"):
 
     rule:
         name:

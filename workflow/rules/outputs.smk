@@ -4,7 +4,7 @@
 
 FIGURES = (
     *("figure2", "figure2_traps", "figure3", "figure3_law"),
-    *("figure_design", "figure_field", "figure_lifetimes", "figure_map", "figure_scan"),
+    *("figure_field", "figure_lifetimes", "figure_map", "figure_scan"),
 )
 
 for figure in FIGURES:

@@ -19,7 +19,6 @@ STREAM_FIELD, STREAM_FIELD_DRAWS = 13, 14
 STREAM_MAP, STREAM_SURVIVAL = 15, 16
 STREAM_SQUARE_PILOT = 17
 STREAM_ANSWER = 18
-STREAM_CHANGE = 19
 APART = 0.5  # correlation lengths from the central nodes to the outer ones; of 0.5, 1 and 1.5 it has the least bias
 
 

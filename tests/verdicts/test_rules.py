@@ -221,19 +221,19 @@ def scaled(arrays, scale, widen):
 
 
 def test_each_rule_gives_each_of_its_verdicts():
-    """With every number at -1 to 100 times that of a scene in which all hold, and half or 60 times its interval.
+    """With every number at -1 to 100 times that of a scene in which all hold, and half or 30 times its interval.
 
     A sharp limit is exact, so it is never open. The kurtosis of the paper's Beta contradicts itself in any case.
     """
     seen = {f"{name}/{reading.id}": set() for name, reading in READINGS}
-    for scale in (-1.0, 0.01, 1.0, 1.5, 100.0):
-        for widen in (0.5, 60.0):
+    for scale in (-1.0, 0.01, 1.0, 1.5, 10.0, 100.0):
+        for widen in (0.5, 30.0):
             found = judge(**{f"{name}_": scaled(branch(), scale, widen) for name, branch in BRANCHES.items()})
             for name, verdicts in seen.items():
                 verdicts.add(found[name]["verdict"])
     for name, verdicts in seen.items():
         expected = {"reproduced", "contradicted"} | ({"undecided"} if "sharp-limit" not in name else set())
-        assert verdicts == ({"contradicts itself"} if "by-the-beta" in name else expected), name
+        assert verdicts - {"not tested"} == ({"contradicts itself"} if "by-the-beta" in name else expected), name
 
 
 def test_numbers_are_shown_in_the_unit_of_a_reader():

@@ -27,6 +27,7 @@ from roughslip.errors import ParameterError
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.level import levels_of
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
 from roughslip.friction.paths import prepare
 from roughslip.friction.penetration import between, penetration_curve, trend
@@ -265,8 +266,11 @@ def window_refusals() -> Calls:
     good = {"mu": mu, "valid": valid, "weights": weights}
     distance = partial(distance_to_beta, mu, valid, weights)
     pair = (mu, valid)
-    both = partial(combine, pair, control_same=pair, control_many=pair, weights=weights, weights_many=weights)
-    controls = {"narrow": (mu[:, :3], valid[:, :3]), "nan": (with_value(mu, NAN), valid)}
+    more = (np.concatenate((mu, mu)), np.concatenate((valid, valid)))
+    levels, groups = levels_of(pair, more), [weights, weights]
+    both = partial(combine, levels=levels, weights=groups)
+    narrow, unknown = (mu[:, :3], valid[:, :3]), (with_value(mu, NAN), valid)
+    bad_levels = {"narrow": levels_of(narrow, more), "nan": levels_of(unknown, more)}
     sums = partial(window_sums, column_sums=mu, window_nodes=3, stride_nodes=1)
     friction = partial(friction_coefficient, area=mu, force=mu, shear_strength_pa=1.0, least_area_m2=0.1)
     areas, forces = not_an_array(mu) | {"negative": -mu}, not_an_array(mu) | {"zero-in-contact": 0 * mu}
@@ -277,8 +281,8 @@ def window_refusals() -> Calls:
         spoilt(partial(autocorrelation, **good, lags=4), **bad),
         spoilt(distance, a=NOT_POSITIVE, b=NOT_POSITIVE),
         spoilt(ratio, area=bad["mu"], weights=bad_weights),
-        spoilt(both, control_same=controls, weights_many=bad_weights),
-        spoilt(both, weights_many={"of-other-replicates": np.concatenate((weights, weights[1:]))}),
+        spoilt(both, levels=bad_levels, weights={name: [weights, group] for name, group in bad_weights.items()}),
+        spoilt(both, weights={"of-other-replicates": [weights, np.concatenate((weights, weights[1:]))]}),
         spoilt(sums, column_sums=not_an_array(mu), stride_nodes=NOT_A_COUNT),
         spoilt(sums, window_nodes=NOT_A_COUNT | {"wider-than-the-strip": 13}),
         spoilt(friction, area=areas, force=forces, shear_strength_pa=NOT_POSITIVE, least_area_m2=NOT_POSITIVE),

@@ -5,15 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
-from roughslip.chaos.local import LocalExpansion, Samples, fit_local
-from roughslip.chaos.regression import Fit
-from roughslip.chaos.sampling import NORMAL_95, kolmogorov_distance, monte_carlo, quantile_levels
-from roughslip.errors import IllPosedError
-from roughslip.limits import designs_of
-from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import expansion, geometry, surface_model
-from roughslip.stages.result_tables.centre_distribution import (
+from roughslip.chaos.centre_distribution import (
     EXPANDED,
     METHODS,
     REPLICATES,
@@ -33,6 +25,15 @@ from roughslip.stages.result_tables.centre_distribution import (
     refused_rows,
     sampled_rows,
 )
+from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
+from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.chaos.regression import Fit
+from roughslip.chaos.sampling import kolmogorov_distance, monte_carlo, quantile_levels
+from roughslip.errors import IllPosedError
+from roughslip.limits import designs_of
+from roughslip.probability.estimate import NORMAL_95
+from roughslip.scene.declarations import Stage
+from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute

@@ -13,14 +13,13 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import stdtrit
 
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.limits import MOST_RUNS
 from roughslip.oscillator.counts import ensemble_counts
 from roughslip.oscillator.path import KeptPath
-from roughslip.probability.estimate import variance_margin
+from roughslip.probability.estimate import student_95, variance_margin
 from roughslip.scene.declarations import Stage
 from roughslip.scene.expansion import AUTO
 from roughslip.stages.from_scene import geometry, mass_on_belt
@@ -66,7 +65,7 @@ def half_width(deviation: np.ndarray, pilot: int, runs: int, *, safe: bool = Tru
     safe : whether to allow for their own error, else as expected
     """
     margin = math.sqrt(variance_margin(pilot)) if safe else 1.0
-    return margin * float(deviation.max()) * float(stdtrit(runs - 1, 0.975)) / math.sqrt(runs)
+    return margin * float(deviation.max()) * float(student_95(runs)) / math.sqrt(runs)
 
 
 def runs_for(deviation: np.ndarray, pilot: int, largest: float) -> int:

@@ -108,6 +108,11 @@ def windows(scene: Scene, step: int = 1) -> Windows:
     return Windows(middle(scene, step), length, spacing)
 
 
+def least_contact_area(scene: Scene) -> float:
+    """[m2] below which a window has no friction coefficient."""
+    return scene.friction.least_contact_fraction * (scene.strip.window_m * scene.strip.width_m)
+
+
 def training_columns(middle: slice) -> np.ndarray:
     """Columns of a strip whose pressure and gap train the expansion, all of them on its stationary middle."""
     return np.arange(middle.start + TRAINING_SPACING // 2, middle.stop, TRAINING_SPACING)

@@ -1,17 +1,19 @@
 """The README agrees with the kept results; the scenes in the documents are valid."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
 
-from roughslip.report.sections import under_which
+from roughslip.report.sections import BY_CHANCE, by_chance, under_which
 from roughslip.scene.schema import scene_schema
 from tests.scene.shipped import properties
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENES = ("paper", "resolved")
+DECIDED = ("reproduced", "contradicted")
 
 
 def row(pair):
@@ -25,6 +27,18 @@ def test_the_table_of_verdicts_is_that_of_the_kept_results():
     rows = [row(pair) for pair in zip(*kept, strict=True)]
     found = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith("| ")]
     assert [line for line in found if line in rows] == rows
+
+
+def test_the_results_say_how_hard_the_kept_verdicts_are():
+    text = " ".join((ROOT / "docs/results.md").read_text().split())
+    for scene in SCENES:
+        kept = json.loads((ROOT / f"results/reference/{scene}/claims.json").read_text())
+        decided = [one for claim in kept for one in claim["readings"] if one["verdict"] in DECIDED]
+        hard = [one for one in decided if one["at_half"]]
+        stand = [one for one in hard if one["at_half"] == one["at_twice"] == one["verdict"]]
+        assert f"{len(stand)} of {len(hard)} in `{scene}`" in text
+        assert by_chance(kept).startswith(f"{len(decided)} verdicts")
+        assert re.search(rf"\b{len(decided)}\b.* {BY_CHANCE * len(decided):.1f} .*wrong by chance", text)
 
 
 def test_it_is_short_and_every_picture_and_page_that_it_links_exists():

@@ -32,6 +32,7 @@ from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.bounds import Bound
 from roughslip.verdicts.strips import ODDS, strips_from_pilot
 
 STAGE = Stage(
@@ -115,7 +116,8 @@ def _for_verdicts(job: Job, levels: Sequence[Level]) -> dict[str, int]:
     except IllPosedError as error:
         job.usage.warn(f"no strips are added for verdicts, raise strip.training_samples: {error}")
         return {}
-    return strips_from_pilot(estimates, percentiles, levels[0].strips)
+    rules = {name: [Bound(*bound) for bound in bounds] for name, bounds in job.key.given["bounds"].items()}
+    return strips_from_pilot(estimates, percentiles, levels[0].strips, rules)
 
 
 def _with_verdicts(

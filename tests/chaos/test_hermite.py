@@ -39,6 +39,8 @@ def test_basis_is_orthonormal():
     weight = np.prod(list(product(weights / math.sqrt(2 * math.pi), repeat=3)), axis=1)
     basis = hermite_basis(xi, multi_indices(3, 3))
     np.testing.assert_allclose(basis.T @ (weight[:, None] * basis), np.eye(20), atol=1e-13)
+    # terms of several variables start from earlier ones, here from the first of all, which is no constant
+    np.testing.assert_allclose(hermite_basis(xi, multi_indices(3, 3)[1:]), basis[:, 1:], rtol=1e-14)
 
 
 def test_polynomials_are_normalised_hermite_polynomials():

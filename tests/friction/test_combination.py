@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.combination import ORDERS, combine, mesh_factors
+from roughslip.friction.combination import ORDERS, combine, controlled, mesh_factors
 from roughslip.friction.level import Level, group_sizes, group_weights, levels_of
 from roughslip.friction.statistics import strip_weights
 from tests.friction.test_windows import autoregressive
@@ -70,6 +70,15 @@ def test_the_truth_as_control_returns_the_pooled_sample() -> None:
     assert found["variation"].value == pytest.approx(found["std"].value / found["mean"].value, rel=1e-12)
     assert found["autocorrelation"].value[0] == 1.0
     assert found["quantiles"].value.shape == (5,)
+
+
+def test_the_scatter_of_the_other_strips_lowers_the_weight_of_the_control() -> None:
+    """Other strips with a quarter of the variance, by their number or their replicates: alpha = 1 / (1 + 1/4)."""
+    same, many = np.array([3.0, 1.0, -1.0, 1.0, -1.0]), np.array([1.0, 0.5, 0.5, -0.5, -0.5])
+    for strips in (0.25, None):
+        found, kept = controlled({"mean": same}, {"mean": same}, {"mean": many}, strips)
+        assert found["mean"][0] == pytest.approx(3.0 - 0.8 * 2.0, rel=1e-14)
+        assert kept["mean"] == pytest.approx(0.2, rel=1e-14)
 
 
 def test_a_control_that_does_not_scatter_between_strips_is_refused() -> None:

@@ -18,6 +18,7 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import (
+    cycle_period,
     equilibrium,
     existence_limit,
     hopf_damping,
@@ -139,6 +140,7 @@ def test_cycle_on_either_side_of_the_existence_limit():
     assert limit_cycle(below, LAW).period > 2.0 * math.pi
     with pytest.raises(IllPosedError, match="no stick-slip cycle"):
         limit_cycle(above, LAW)
+    assert cycle_period(above, LAW) == math.inf
     assert simulate(below, LAW, None, 0.0, 30.0, MotionOptions(1e-11)).cycles > 20
     assert simulate(above, LAW, None, 0.0, 30.0, MotionOptions(1e-11)).cycles == 0
 
@@ -147,6 +149,7 @@ def test_cycle_of_the_study():
     """Values of an independent trial with DOP853 at 1e-13, to their last digit."""
     cycle = limit_cycle(STUDY, LAW)
     assert cycle.period == pytest.approx(6.868535, abs=5e-7)
+    assert cycle_period(STUDY, LAW) == pytest.approx(6.868535 / (2 * math.pi), abs=1e-7)
     assert cycle.reattachment == pytest.approx(0.003280209, abs=5e-10)
     assert cycle.departure == pytest.approx(0.008994421, abs=5e-10)
     assert existence_limit(STUDY, LAW) == pytest.approx(0.3244, abs=5e-5)

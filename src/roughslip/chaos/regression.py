@@ -282,7 +282,9 @@ def censored_regression(basis: np.ndarray, target: np.ndarray) -> CensoredFit:
                 break
             size /= 2
         else:
-            raise ConvergenceError("no step along Newton's direction raises the likelihood", decrement, step)
+            raise ConvergenceError(
+                "no step along Newton's direction raises the likelihood; take more samples", decrement, step
+            )
         found, value = new, value + rise
         if found[-1] * LEAST_SCATTER > 1:
             raise IllPosedError("samples in contact have no scatter around the expansion: take trial_pressure")

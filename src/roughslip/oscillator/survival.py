@@ -155,7 +155,7 @@ def damping_band(
         if not np.isfinite(at[0]) or np.mean(np.isnan(at)) > 0.05:
             raise IllPosedError(
                 f"the damping ratios from {damping[0]:.4g} to {damping[-1]:.4g} do not hold the one at which the mean "
-                f"share is {level:g}: widen them or run more realisations"
+                f"share is {level:g}: widen them (ensemble.damping_ratios) or run more realisations"
             )
         band[row] = at[0], *np.nanquantile(at[1:], TAILS)
     return band

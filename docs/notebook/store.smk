@@ -83,4 +83,4 @@ for name, output in {"publish": "results/{scene}/published.json", "one_file": "r
         output: output
         params: root=ROOT, python=PYTHON, pairs=lambda w: json.dumps(published(w)), listed=lambda w: "" if hasattr(w, "file") else f"results/{w.scene}/published.json"
         localrule: True
-        shell: "{params.python} publish(json.loads(sys.argv[2])); sys.argv[3] and pathlib.Path(sys.argv[3]).write_text(sys.argv[2])\" {params.root} {params.pairs:q} {params.listed:q}"
+        shell: "{params.python} publish(json.loads(sys.argv[2])); [pathlib.Path(f).write_text(sys.argv[2]) for f in sys.argv[3:] if f]\" {params.root} {params.pairs:q} {params.listed:q}"

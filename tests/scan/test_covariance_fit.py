@@ -241,6 +241,15 @@ def test_lags_are_thinned_about_lag_zero(scans):
     np.testing.assert_array_equal(data.correlation, at)
 
 
+def test_standard_errors_are_the_jackknife_s(scans):
+    """Of lags as they are and of the logarithm of rings, widened for what neighbouring sub-areas share."""
+    scan, found = scans[0]
+    lags, rings = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found)
+    for error, parts in ((lags.standard_error, lags.without_part), (rings.standard_error, np.log(rings.without_part))):
+        jackknife = np.sqrt((len(parts) - 1) * np.var(parts, axis=0))
+        np.testing.assert_allclose(error, found.sub_areas.widening * jackknife, rtol=1e-9)
+
+
 def test_errors_that_all_parts_share_are_one_estimate():
     independent = np.random.default_rng(5).standard_normal((2000, 6))
     assert effective_number(independent) == pytest.approx(6.0, rel=0.02)

@@ -58,6 +58,7 @@ def test_what_has_one_meaning_is_read(tmp_path, text, words, encoding):
     np.testing.assert_allclose(scan.heights, 1e-6 * HEIGHTS, rtol=1e-12)
     assert (scan.dx, scan.dy) == spacing
     assert scan.read.startswith(words)
+    assert "cut off" not in scan.read  # as an empty column after separators at the ends of lines would be
 
 
 @pytest.mark.parametrize("word", ["BAD", "---", "NaN", "n/a", "#N/A", "--", "", "inf", "No Data"])

@@ -45,6 +45,9 @@ def test_one_correlation_length_leaves_one_over_e(kind):
         np.testing.assert_allclose(covariance(np.zeros(1), 0.0), 4.0, rtol=1e-13)
         x, y = covariance.axis_lengths_m
         np.testing.assert_allclose([covariance(np.array(x)), covariance(np.array(0.0), y)], 4.0 / np.e, rtol=1e-9)
+    if kind != "separable_exponential":  # the others depend on the distance alone, in a unit of their own
+        r = np.array([0.5, 2.0])
+        np.testing.assert_allclose(covariance.profile(covariance.scale * r), covariance.correlation(r, 0.0), rtol=1e-14)
 
 
 @pytest.mark.parametrize("hurst", [0.01, 0.02, 0.8])

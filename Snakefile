@@ -20,6 +20,7 @@ configfile: f"{ROOT}/config/config.yaml"
 
 
 from roughslip.errors import InputError
+from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.sweep import all_names
 from roughslip.stages.runtime.parent import PARENT
@@ -27,7 +28,7 @@ from workflow.keys import key_files
 from workflow.recovery import earlier_runs, start
 from workflow.recovery.snakemake_metadata import SHARED
 from workflow.study.closing import closing_lines
-from workflow.study.commands import log, outputs, run
+from workflow.study.commands import command, log, outputs, run
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes
 from workflow.study.terminal import show_own_errors
@@ -113,13 +114,9 @@ rule all:
         "results/report.html",
 
 
-include: "workflow/rules/surface.smk"
-include: "workflow/rules/square.smk"
-include: "workflow/rules/strip.smk"
-include: "workflow/rules/oscillator.smk"
+include: "workflow/rules/stages.smk"
 include: "workflow/rules/references.smk"
 include: "workflow/rules/evidence.smk"
-include: "workflow/rules/outputs.smk"
 include: "workflow/rules/several_scenes.smk"
 
 

@@ -18,7 +18,7 @@ from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
 from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
-from roughslip.chaos.regression import censored_regression, least_squares
+from roughslip.chaos.regression import least_squares
 from roughslip.chaos.sampling import cumulative_given_contact, design, kolmogorov_distance, wilson_interval
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
@@ -27,6 +27,7 @@ from roughslip.errors import ParameterError
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.level import levels_of
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
 from roughslip.friction.paths import prepare
 from roughslip.friction.penetration import between, penetration_curve, trend
@@ -199,7 +200,6 @@ def regression_refusals() -> Calls:
         spoilt(squares, basis=tables, target=targets),
         spoilt(squares, weights=weights | {"negative": -np.ones(60), "zero": np.zeros(60)}),
         spoilt(in_contact, basis=tables, pressure=targets),
-        spoilt(partial(censored_regression, basis=table, target=target), basis=tables, target=targets),
         spoilt(partial(residual_scatter, predicted=target, target=target), predicted=targets, target=targets),
         spoilt(partial(sobol_indices, indices, directions=np.eye(2)), coefficients=not_a_table(np.ones(6))),
         spoilt(partial(multi_indices, variables=2, degree=2), variables=NOT_A_COUNT, degree=NOT_A_DEGREE),
@@ -227,7 +227,6 @@ def pressure_refusals() -> Calls:
     return joined(
         spoilt(partial(Samples, **parts, gap=np.zeros((30, 1))), **bad),
         spoilt(strip, functionals=not_a_table(functionals), target_values=not_a_table(values)),
-        spoilt(strip, target={"censored": PressureTarget("censored", 1.0)}),
         spoilt(partial(local_functionals, stencil=stencil), heights=not_an_array(np.ones((9, 5)))),
         spoilt(partial(whitening, odd=NO_SYMMETRY), samples=not_an_array(functionals[:, 0])),
         spoilt(partial(fit_local, samples=known, target=trial), degree=NOT_A_DEGREE),
@@ -267,8 +266,11 @@ def window_refusals() -> Calls:
     good = {"mu": mu, "valid": valid, "weights": weights}
     distance = partial(distance_to_beta, mu, valid, weights)
     pair = (mu, valid)
-    both = partial(combine, pair, control_same=pair, control_many=pair, weights=weights, weights_many=weights)
-    controls = {"narrow": (mu[:, :3], valid[:, :3]), "nan": (with_value(mu, NAN), valid)}
+    more = (np.concatenate((mu, mu)), np.concatenate((valid, valid)))
+    levels, groups = levels_of(pair, more), [weights, weights]
+    both = partial(combine, levels=levels, weights=groups)
+    narrow, unknown = (mu[:, :3], valid[:, :3]), (with_value(mu, NAN), valid)
+    bad_levels = {"narrow": levels_of(narrow, more), "nan": levels_of(unknown, more)}
     sums = partial(window_sums, column_sums=mu, window_nodes=3, stride_nodes=1)
     friction = partial(friction_coefficient, area=mu, force=mu, shear_strength_pa=1.0, least_area_m2=0.1)
     areas, forces = not_an_array(mu) | {"negative": -mu}, not_an_array(mu) | {"zero-in-contact": 0 * mu}
@@ -279,8 +281,8 @@ def window_refusals() -> Calls:
         spoilt(partial(autocorrelation, **good, lags=4), **bad),
         spoilt(distance, a=NOT_POSITIVE, b=NOT_POSITIVE),
         spoilt(ratio, area=bad["mu"], weights=bad_weights),
-        spoilt(both, control_same=controls, weights_many=bad_weights),
-        spoilt(both, weights_many={"of-other-replicates": np.concatenate((weights, weights[1:]))}),
+        spoilt(both, levels=bad_levels, weights={name: [weights, group] for name, group in bad_weights.items()}),
+        spoilt(both, weights={"of-other-replicates": [weights, np.concatenate((weights, weights[1:]))]}),
         spoilt(sums, column_sums=not_an_array(mu), stride_nodes=NOT_A_COUNT),
         spoilt(sums, window_nodes=NOT_A_COUNT | {"wider-than-the-strip": 13}),
         spoilt(friction, area=areas, force=forces, shear_strength_pa=NOT_POSITIVE, least_area_m2=NOT_POSITIVE),
@@ -313,14 +315,14 @@ def path_refusals() -> Calls:
     """Return bad input to friction processes and their paths."""
     beta, quantiles = probability.BetaDistribution(2.1, 5.0, 0.2, 0.6), np.arange(20.0)
     process = FrictionProcess(beta, 1e-4)
-    embedded = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="embedding")
+    waves = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="spectral")
     spacings = NOT_POSITIVE | {"far-too-fine": 1e-12, "far-too-wide": 1.0}
     bounds = partial(probability.BetaDistribution, a=2.1, b=5.0, lower=0.0, upper=1.0)
     empirical = partial(probability.QuantileDistribution, quantiles=quantiles, mean=0.3, standard_deviation=0.1)
     tables = not_a_table(quantiles) | {"falling": -quantiles, "too-few": quantiles[:5]}
     many_nodes = {"of-too-many-nodes": 1e4}
     return joined(
-        spoilt(embedded, spacing_m=NOT_POSITIVE, length_m=NOT_POSITIVE | many_nodes, method=UNKNOWN),
+        spoilt(waves, spacing_m=NOT_POSITIVE, length_m=NOT_POSITIVE | many_nodes, method=UNKNOWN),
         spoilt(partial(recursion, process), spacing_m=spacings),
         spoilt(partial(recursion(process, 1e-5).realisation, [1]), piece_nodes=NOT_A_COUNT),
         spoilt(bounds, a=NOT_POSITIVE, b=NOT_POSITIVE, lower=NOT_FINITE | {"above": 2.0}, upper=NOT_FINITE),
@@ -347,7 +349,7 @@ def oscillator_refusals() -> Calls:
         "too-short": np.zeros(8),
     }
     at_rest = {"of-a-belt-at-rest": study(belt_velocity_m_per_s=0.0)}
-    words = dict.fromkeys(("interpolation", "friction_follows", "negative_friction", "integrator"), UNKNOWN)
+    words = dict.fromkeys(("interpolation", "friction_follows", "integrator"), UNKNOWN)
     tables = partial(TableLaw, speeds_m_per_s=(0.0, 1.0), values=(0.4, 0.3))
     values = {name: (0.4, value) for name, value in NEGATIVE.items()} | {"of-another-length": (0.4,)}
     speeds = {name: (0.0, value) for name, value in NEGATIVE.items()} | {"falling": (0.0, -1.0)}
@@ -360,7 +362,7 @@ def oscillator_refusals() -> Calls:
         spoilt(tables, values=values, speeds_m_per_s=speeds, interpolation=UNKNOWN),
         spoilt(run, duration_periods=numbers, path=paths),
         spoilt(MotionOptions, tolerance=numbers | {"large": 1e-2}, **words),
-        spoilt(run, start_position_m={"nan": NAN, "infinite": INFINITY}),
+        spoilt(run, **{key: {"nan": NAN, "infinite": INFINITY} for key in ("start_position_m", "start_velocity_m")}),
         spoilt(partial(run, path=np.zeros(9)), spacing_m=numbers),
         spoilt(partial(run, options=MotionOptions(friction_follows="belt")), oscillator=at_rest),
         spoilt(partial(trajectory, study(), law, None, 0.0, 1.0), samples_per_period={"zero": 0}),

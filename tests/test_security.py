@@ -12,7 +12,7 @@ RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow/rules").glob("*.smk"))]
 
 # Calls that run text, or objects from files.
 RUNS_TEXT = {"eval", "exec", "compile", "os.system", "os.popen", "subprocess.getoutput", "subprocess.getstatusoutput"}
-UNPICKLES = {"pickle.load", "pickle.loads", "marshal.load", "marshal.loads", "shelve.open", "np.load", "numpy.load"}
+UNPICKLES = {"pickle.load", "pickle.loads", "marshal.load", "marshal.loads", "shelve.open"}
 UNSAFE_YAML = {"yaml.load", "yaml.load_all", "yaml.unsafe_load", "yaml.full_load"}
 IMPORTS = {"pickle", "marshal", "shelve", "dill", "joblib", "cloudpickle"}
 
@@ -35,6 +35,9 @@ def offences(source: str) -> list[str]:
         if isinstance(node, ast.Call):
             if called(node) in RUNS_TEXT | UNPICKLES | UNSAFE_YAML:
                 found.append(f"{node.lineno}: {called(node)}")
+            stated = [keyword.arg for keyword in node.keywords]
+            if called(node) == "np.load" and "allow_pickle" not in stated:
+                found.append(f"{node.lineno}: np.load")
             for keyword in node.keywords:
                 if keyword.arg in ("shell", "allow_pickle") and not (
                     isinstance(keyword.value, ast.Constant) and keyword.value.value is False

@@ -8,7 +8,6 @@ SHARES = 8  # of the samples of a stage, where the study finds their number; a j
 MOST_RUNS = 20_000  # at each damping ratio, where the study finds the number of runs
 MOST_WINDOWS = 20_000_000  # of all strips and penetrations, where the study finds the number of strips: 2.5 GB
 
-VARIABLE_COUNTS = (2, 4, 6, 8, 9, 10, 12)  # of a pressure expansion, from which the best number is chosen
 FUNCTIONALS = 8  # local functionals of the heights, in the order of chaos.functionals.NAMES
 TRAINING_SPACING = 8  # columns of a strip from one training column to the next: closer columns add little information
 TRAINING_NODES = 16  # at most, on each surface of the square

@@ -8,7 +8,6 @@ from roughslip.chaos.functionals import (
     NAMES,
     Stencil,
     local_functionals,
-    moving_frame,
     orthonormal_directions,
     whitening,
 )
@@ -160,39 +159,3 @@ def test_functionals_of_mirrored_surfaces_have_the_stated_signs(axis, symmetry):
     found = np.flip(local_functionals(np.flip(heights, axis), stencil), 1 + axis)
     signs = (-1.0) ** MIRRORED[:, symmetry]
     np.testing.assert_allclose(found, local_functionals(heights, stencil) * signs[:, None, None], rtol=0, atol=1e-14)
-
-
-def node_functionals(nodes=3, n=4, modes=9, seed=0):
-    """Functionals at nodes that differ by a tenth, and two directions in use at each."""
-    generator = np.random.default_rng([6, seed])
-    both = generator.standard_normal((n + 2, modes)) + 0.1 * generator.standard_normal((nodes, n + 2, modes))
-    return both[:, :n], np.linalg.qr(both[:, n:].transpose(0, 2, 1))[0].transpose(0, 2, 1)
-
-
-def test_a_frame_is_orthonormal_to_the_directions_and_spans_the_rest_of_the_node_functionals():
-    points, used = node_functionals()
-    frame = moving_frame(points, used)
-    assert frame.shape == (3, 4, 9)
-    np.testing.assert_allclose(frame @ frame.transpose(0, 2, 1), np.broadcast_to(np.eye(4), (3, 4, 4)), atol=1e-14)
-    np.testing.assert_allclose(frame @ used.transpose(0, 2, 1), 0, atol=1e-14)
-    left = points - (points @ used.transpose(0, 2, 1)) @ used
-    np.testing.assert_allclose(left @ frame.transpose(0, 2, 1) @ frame, left, atol=1e-13)
-
-
-def test_a_frame_moves_with_the_node():
-    """Modes turned at every node: the same frame, turned. Its rows at nodes that are alike are the same."""
-    points, used = node_functionals(nodes=1)
-    turns = np.linalg.qr(np.random.default_rng(7).standard_normal((3, 9, 9)))[0]
-    frame = moving_frame(points[0] @ turns, used[0] @ turns)
-    np.testing.assert_allclose(frame, np.broadcast_to(frame[0] @ turns[0].T, (3, 4, 9)) @ turns, atol=1e-13)
-
-
-def test_a_frame_has_no_row_for_directions_in_use():
-    points, used = node_functionals()
-    doubled = np.concatenate([points, points[:, :1] - 3 * points[:, 1:2], used], axis=1)
-    assert moving_frame(doubled, used).shape == (3, 4, 9)
-    assert moving_frame(2 * used, used).shape == (3, 0, 9)
-    blind = points.copy()
-    blind[0, 0] *= 0.01
-    with pytest.raises(IllPosedError, match="in common"):
-        moving_frame(blind, used)

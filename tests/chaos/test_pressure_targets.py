@@ -15,7 +15,7 @@ from roughslip.chaos.pressure import (
     pressure_target,
 )
 from roughslip.chaos.regression import least_squares
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 
 MODULUS, SUMMIT_CURVATURE, DIAGONAL = 2.3e11, 1e3, 4e-18
 PARTS = {
@@ -84,18 +84,6 @@ def test_the_positive_part_gives_the_pressure_back(kind, pressure, gap):
     pressed, apart = np.array([pressure, 0.0, 0.0]), np.array([0.0, gap, 0.0])
     # product, square, root, sum and quotient: five roundings, the square doubling those before it
     np.testing.assert_allclose(target.pressure(target.values(pressed, apart)), pressed, rtol=2e-15)
-
-
-def test_a_censored_target_gives_the_pressure_back_and_takes_no_notice_of_the_gap():
-    target = pressure_target("censored", **PARTS)
-    pressed, gap = np.array([1e8, 2.0, 0.0, 0.0]), np.array([0.0, 0.0, 1e-9, 1e-6])
-    values = target.values(pressed, gap)
-    np.testing.assert_allclose(values, pressed**2 + target.cell_pressure_pa * pressed, rtol=1e-15)
-    np.testing.assert_allclose(target.pressure(values), pressed, rtol=2e-15)
-    assert target.cell_pressure_pa == pressure_target("squared_pressure", **PARTS).cell_pressure_pa
-    assert np.array_equal(target.weights(values), np.ones(4))
-    with pytest.raises(ParameterError, match="another target"):
-        pressure_target("censored", **PARTS, hardness_pa=1e9)
 
 
 def test_weights_fall_with_the_distance_from_contact():

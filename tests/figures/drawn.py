@@ -270,25 +270,6 @@ def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
     return found | with_interval("probability", share, 0.1)
 
 
-def design_result(names=("damping", "belt_velocity"), third=(np.nan,)):
-    """Made up: the map above at values of the third parameter, the cheapest point at more damping."""
-    share = map_result(first=0.05)
-    own, cheapest = [0.17, 0.948, 1.0][: len(names)], [0.4, 0.948, 1.0][: len(names)]
-    found = {
-        "design_own": np.array(own),
-        "design_cheapest": np.array(cheapest),
-        "design_weight": np.ones(len(names)),
-        "design_parameters": np.array(names),
-        "design_limit": np.array(0.05),
-        "design_map": np.array([share["probability"]] * len(third)),
-        "design_panel": np.array(third),
-        "design_x": share["map_x"],
-        "design_y": share["map_y"],
-    }
-    found |= with_interval("design_probability", np.array(0.02), 0.01)
-    return found | with_interval("design_cost", np.array(0.8), 0.05)
-
-
 def lifetimes_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
     """Made up: lifetimes that cross near the limit."""
     deviation = 0.05 * np.array(scatters)

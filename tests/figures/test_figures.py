@@ -18,8 +18,6 @@ from roughslip.figures.figure5 import DRAWN as DRAWN_5
 from roughslip.figures.figure5 import figure5
 from roughslip.figures.figure_chain import DRAWN as CHAIN_DRAWN
 from roughslip.figures.figure_chain import figure_chain
-from roughslip.figures.figure_design import DRAWN as DESIGN_DRAWN
-from roughslip.figures.figure_design import figure_design
 from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
 from roughslip.figures.figure_field import figure_field
 from roughslip.figures.figure_lifetimes import DRAWN as LIFETIMES_DRAWN
@@ -36,7 +34,6 @@ from tests.figures.drawn import (
     assert_all_is_in_its_place,
     assert_no_legend_covers_data,
     chain_result,
-    design_result,
     field_result,
     friction,
     lifetimes_result,
@@ -59,11 +56,10 @@ FIGURES = {
     "scan": (figure_scan, SCAN_DRAWN, scan_result()),
     "field": (figure_field, FIELD_DRAWN, field_result()),
     "map": (figure_map, MAP_DRAWN, map_result()),
-    "design": (figure_design, DESIGN_DRAWN, design_result()),
     "lifetimes": (figure_lifetimes, LIFETIMES_DRAWN, lifetimes_result()),
 }
 NONE = np.array(np.nan)
-LIMITS, THREE = ("hopf_damping", "existence_limit"), ("damping", "belt_velocity", "mass")
+LIMITS = ("hopf_damping", "existence_limit")
 NO_LIMITS = {"deterministic_hopf_damping": NONE, "deterministic_existence_limit": NONE}
 NO_CYCLE = {"reattachment_mean": NONE, "reattachment_std": NONE, "deterministic_reattachment": NONE}
 EXCITED = oscillator() | NO_LIMITS | {"deterministic_reattachment": NONE}
@@ -108,7 +104,6 @@ CASES = {
         "stick-slip everywhere": map_result() | {"probability": np.ones((12, 12))},
         "no limits": map_result(9, ("mass", "load"), 0.02) | {name: np.full(9, np.nan) for name in LIMITS},
     },
-    "design": {"two": design_result(), "three": design_result(THREE, (0.5, 1.0, 2.0))},
     "lifetimes": {
         "four scatters": lifetimes_result(),
         "one scatter": lifetimes_result(5, (1.0,)),
@@ -383,16 +378,6 @@ def test_the_map_draws_the_stored_numbers():
     assert (own.get_xdata()[0], own.get_ydata()[0]) == (0.17, 0.948)
 
 
-def test_the_design_draws_the_points_where_they_are():
-    """The scene and the cheapest point on the panels of their own third value alone."""
-    *every, _ = figure_design(design_result(THREE, (0.5, 1.0, 2.0))).axes
-    marks = [
-        [(*line.get_xdata(), *line.get_ydata()) for line in axes.lines if line.get_marker() in "*o"] for axes in every
-    ]
-    assert marks == [[], [(0.17, 0.948), (0.4, 0.948)], []]
-    assert every[1].texts[0].get_text() == "+135.3%, +0.0%, +0.0%"
-
-
 def test_the_lifetimes_draw_the_stored_numbers():
     arrays = lifetimes_result()
     curves, lifetimes, band = figure_lifetimes(arrays).axes
@@ -424,7 +409,7 @@ def compared(count):
     """Results of so many scenes, by figure and scene: friction larger from one to the next, one damping less."""
     results = {"figure2": square(), "figure5": oscillator(), "figure_map": map_result()}
     results |= {"figure3": friction(), "figure3_law": friction(), "figure_lifetimes": lifetimes_result()}
-    results |= {"figure_field": field_result(), "figure_scan": scan_result(), "figure_design": design_result()}
+    results |= {"figure_field": field_result(), "figure_scan": scan_result()}
     return {
         figure: {
             f"scene{number}": Recorded({name: results[figure][name] for name in drawn(figure)})
@@ -464,8 +449,6 @@ def test_every_scene_is_drawn_from_what_is_stored(count):
     np.testing.assert_array_equal(panels["field: modes"].lines[0].get_ydata(), 100 * field_result()["sobol_total"])
     lag, correlation = panels["scan: autocorrelation"].lines[0].get_data()
     assert (lag[0], correlation[0]) == (0.0, 1.0)
-    cost, probability = panels["cheapest change"].lines[0].get_data()
-    assert (cost, probability) == tuple(design_result()[f"design_{name}"] for name in ("cost", "probability"))
     (level,) = panels["map: where stick-slip is at 50 %"].collections[0].get_paths()
     damping, speed = level.vertices.T
     np.testing.assert_allclose(damping, 0.5 / (1 + speed), atol=0.01)  # where the map has its limit

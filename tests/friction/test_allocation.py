@@ -9,17 +9,18 @@ import pytest
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import (
-    SAVED,
-    Choice,
+    COARSE_MUST_SAVE,
+    ErrorSources,
     Option,
-    Sources,
+    SampleLimits,
     allocate,
     cheapest,
+    error_sources,
     half_width,
     nearest,
-    sources,
 )
 from roughslip.friction.combination import ORDERS
+from roughslip.friction.level import Level, levels_of
 from roughslip.probability.estimate import CHANCE
 
 RHO, SCATTER, WINDOWS = 0.95, 0.1, 25
@@ -27,7 +28,7 @@ PERCENTILES = np.array([5.0, 20.0, 50.0])
 ASKED = {"friction_mean": 0.01, "friction_std": 0.03}
 FACTORS = {name: [1 / (2**order - 1) for order in ORDERS[name]] for name in ("mean", "std")}  # f at both orders
 OPEN, MIDDLE = {name: (high - low) / 2 for name, (high, low) in FACTORS.items()}, sum(FACTORS["mean"]) / 2
-WIDE = Choice((8, 10_000), (1, 1_000_000), (0.3, 0.01), 1e9)
+WIDE = SampleLimits((8, 10_000), (1, 1_000_000), (0.3, 0.01), 1e9)
 
 
 def truth(statistic: str, slope: float = 1.0) -> tuple[float, float]:
@@ -53,6 +54,11 @@ def pilot(strips: int, others: int, *seed: int) -> tuple[list, list]:
     return solved, control
 
 
+def levels(*windows: list) -> tuple[Level, ...]:
+    """From (mu, valid) at each penetration, solved, of the control and on cells 2h."""
+    return levels_of(*((np.stack([mu for mu, _ in each]), np.stack([valid for _, valid in each])) for each in windows))
+
+
 @pytest.mark.parametrize("wider", [1.0, 1.4])
 def test_a_pilot_shows_what_gaussian_windows_leave(wider: float):
     """Of 4000 strips a variance is known to sqrt(2 / 4000), and those of squares of 25 windows about as well.
@@ -61,7 +67,7 @@ def test_a_pilot_shows_what_gaussian_windows_leave(wider: float):
     """
     solved, control = pilot(4000, 4000)
     coarse = [(1.0 + wider * (mu - 1.0), valid) for mu, valid in solved]
-    found = sources(PERCENTILES, solved, control, coarse)
+    found = error_sources(PERCENTILES, levels(solved, control, coarse))
     # below 20 % nothing is asked, and the mean at the median is exact by calibration
     names = [(20.0, "friction_mean"), (20.0, "friction_std"), (50.0, "friction_std")]
     assert [(one.percentile, one.statistic) for one in found] == names
@@ -95,22 +101,26 @@ def test_strips_on_coarse_cells_alone_take_their_share_of_the_variance(others: i
         parts[statistic] = np.array([left + alpha**2 * (1 - seen**2) / others, alpha**2 * seen**2])
     of_mean = SCATTER**2 / WINDOWS * parts["mean"]
     exact = {"friction_mean": 2 * of_mean, "friction_std": parts["std"] / (2 * WINDOWS) + of_mean}
-    for one in sources(PERCENTILES, solved, control, coarse, others):
+    for one in error_sources(PERCENTILES, levels(solved, control, coarse), others):
         without = one.solved / one.safety[0], one.control / one.safety[1]
         assert without == pytest.approx(exact[one.statistic], rel=5 * math.sqrt(2 / strips))
 
 
 def test_other_strips_are_taken_where_they_save_a_quarter_of_the_cost():
-    """Solved strips alone cost up to SAVED more."""
-    plain, many = Sources(50.0, "friction_std", 0.02, 0.1), Sources(50.0, "friction_std", 0.01, 0.1)
+    """Solved strips alone cost up to COARSE_MUST_SAVE more."""
+    plain, many = ErrorSources(50.0, "friction_std", 0.02, 0.1), ErrorSources(50.0, "friction_std", 0.01, 0.1)
     alone = allocate([plain], ASKED, WIDE)
     options = [Option(0, [plain], WIDE), Option(4, [many], WIDE)]
     with_others = allocate([many], ASKED, WIDE)
-    assert alone.cost > (1 + SAVED) * with_others.cost
+    assert alone.cost > (1 + COARSE_MUST_SAVE) * with_others.cost
     assert cheapest(options, ASKED) == (options[1], with_others)
     dearer = replace(WIDE, costs=(1.5 * WIDE.costs[0], WIDE.costs[1]))
-    options[1] = replace(options[1], choice=dearer)
-    assert allocate([many], ASKED, dearer).cost < alone.cost < (1 + SAVED) * allocate([many], ASKED, dearer).cost
+    options[1] = replace(options[1], limits=dearer)
+    assert (
+        allocate([many], ASKED, dearer).cost
+        < alone.cost
+        < (1 + COARSE_MUST_SAVE) * allocate([many], ASKED, dearer).cost
+    )
     assert cheapest(options, ASKED) == (options[0], alone)
 
 
@@ -118,7 +128,7 @@ def test_the_order_of_the_mesh_error_is_left_open():
     """Cells 2h read mu 3 % higher than cells h at one level, and 1 % at the median. Half the range of f stays open."""
     solved, control = pilot(24, 200)
     coarse = [(factor * mu, valid) for factor, (mu, valid) in zip((1.0, 1.03, 1.01), solved, strict=True)]
-    mean, std, std_median = sources(PERCENTILES, solved, control, coarse)
+    mean, std, std_median = error_sources(PERCENTILES, levels(solved, control, coarse))
     assert mean.mesh == (pytest.approx(math.log(1.03 / 1.01) * OPEN["mean"]), 0.0)
     assert std.mesh == (pytest.approx(math.log(1.03) * OPEN["std"]), pytest.approx(math.log(1.01) * OPEN["mean"]))
     assert std_median.mesh == tuple(pytest.approx(math.log(1.01) * OPEN[name]) for name in ("std", "mean"))
@@ -139,7 +149,7 @@ def test_one_statistic_has_the_numbers_of_neyman():
 
     The margin for few strips takes 1.3 % of the half width, and 1.3 % / 2 of it moves from N to n.
     """
-    one, asked = Sources(50.0, "friction_std", *truth("friction_std")), 0.007
+    one, asked = ErrorSources(50.0, "friction_std", *truth("friction_std")), 0.007
     chosen = allocate([one], {"friction_std": asked}, WIDE)
     roots = [math.sqrt(part * cost) for part, cost in zip(truth("friction_std"), WIDE.costs, strict=True)]
     allowed = (asked / 1.959964 / one.margin(chosen.strips)) ** 2
@@ -153,7 +163,7 @@ def test_one_statistic_has_the_numbers_of_neyman():
 def test_an_interval_that_few_strips_widen_still_keeps_what_is_asked():
     """Also with the mesh's part, between the points where the allowed variance is solved for; little is to spare."""
     for asked, mesh in itertools.product(np.geomspace(0.02, 0.3, 12), (0.0, 0.015)):
-        one = Sources(50.0, "friction_std", 0.02, 0.1, (mesh, mesh / 3))
+        one = ErrorSources(50.0, "friction_std", 0.02, 0.1, (mesh, mesh / 3))
         chosen = allocate([one], {"friction_std": asked}, WIDE)
         reached = one.half_width(chosen.strips, chosen.many)
         assert reached <= asked
@@ -161,16 +171,16 @@ def test_an_interval_that_few_strips_widen_still_keeps_what_is_asked():
 
 
 def test_no_neighbour_is_cheaper_and_numbers_given_by_hand_are_kept():
-    errors = sources(PERCENTILES, *pilot(24, 200), None)
+    errors = error_sources(PERCENTILES, levels(*pilot(24, 200)))
     chosen = allocate(errors, ASKED, WIDE)
     for strips, many in itertools.product((-1, 0, 1), (-20, -1, 0, 1, 20)):
         n, others = chosen.strips + strips, chosen.many + many
         enough = all(one.half_width(n, others) <= ASKED[one.statistic] for one in errors)
         assert not enough or 0.3 * n + 0.01 * others >= chosen.cost - 1e-9
-    by_hand = allocate(errors, ASKED, Choice((2 * chosen.strips,) * 2, WIDE.many, WIDE.costs, WIDE.limit))
+    by_hand = allocate(errors, ASKED, SampleLimits((2 * chosen.strips,) * 2, WIDE.many, WIDE.costs, WIDE.limit))
     assert by_hand.strips == 2 * chosen.strips
     assert by_hand.many >= 2 * by_hand.strips
-    by_hand = allocate(errors, ASKED, Choice(WIDE.strips, (3 * chosen.many,) * 2, WIDE.costs, WIDE.limit))
+    by_hand = allocate(errors, ASKED, SampleLimits(WIDE.strips, (3 * chosen.many,) * 2, WIDE.costs, WIDE.limit))
     assert by_hand.many == 3 * chosen.many
     assert by_hand.strips < chosen.strips
 
@@ -181,9 +191,9 @@ def test_a_pilot_of_24_strips_seldom_asks_for_too_few():
     200 pilots count 20 of these, +- 2.6 standard deviations, and the share is somewhat less, as D is allowed for too.
     On average the margin costs what the quantile of chi-square says, 1.55 of the variance.
     """
-    exact, exceeded, used = Sources(20.0, "friction_mean", *truth("friction_mean")), 0, []
+    exact, exceeded, used = ErrorSources(20.0, "friction_mean", *truth("friction_mean")), 0, []
     for number in range(200):
-        errors = sources(PERCENTILES, *pilot(24, 200, number), None)[:1]
+        errors = error_sources(PERCENTILES, levels(*pilot(24, 200, number)))[:1]
         chosen = allocate(errors, ASKED, WIDE)
         width = exact.half_width(chosen.strips, chosen.many)
         exceeded += width > ASKED["friction_mean"]
@@ -193,9 +203,12 @@ def test_a_pilot_of_24_strips_seldom_asks_for_too_few():
 
 
 def test_an_accuracy_out_of_reach_has_a_nearest_one():
-    errors, half = sources(PERCENTILES, *pilot(24, 200), None), {name: value / 2 for name, value in ASKED.items()}
+    errors, half = (
+        error_sources(PERCENTILES, levels(*pilot(24, 200))),
+        {name: value / 2 for name, value in ASKED.items()},
+    )
     full = allocate(errors, half, WIDE)
-    short = Choice(WIDE.strips, WIDE.many, WIDE.costs, full.cost / 4)
+    short = SampleLimits(WIDE.strips, WIDE.many, WIDE.costs, full.cost / 4)
     assert allocate(errors, half, short) is None
     near = nearest([Option(0, errors, short)], half)
     assert allocate(errors, near, short) is not None
@@ -206,8 +219,8 @@ def test_an_accuracy_out_of_reach_has_a_nearest_one():
     assert errors[1].statistic == "friction_std"
     assert near["friction_std"] == pytest.approx(ASKED["friction_std"] * wider, rel=0.03)
     assert near["friction_mean"] / near["friction_std"] == pytest.approx(1 / 3, rel=0.01)
-    rough = [Sources(20.0, "friction_mean", 1e-4, 1e-4, (0.04, 0.0))]  # of the mesh alone 0.038
+    rough = [ErrorSources(20.0, "friction_mean", 1e-4, 1e-4, (0.04, 0.0))]  # of the mesh alone 0.038
     assert allocate(rough, ASKED, WIDE) is None
     assert nearest([Option(0, rough, WIDE)], ASKED)["friction_mean"] == pytest.approx(0.038, rel=0.02)
     with pytest.raises(IllPosedError, match="below 100 %"):
-        nearest([Option(0, errors, Choice(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))], ASKED)
+        nearest([Option(0, errors, SampleLimits(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))], ASKED)

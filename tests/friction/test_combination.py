@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from roughslip.errors import IllPosedError
-from roughslip.friction.combination import ORDERS, Others, combine, controlled, mesh_factors
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.combination import ORDERS, combine, controlled, mesh_factors
+from roughslip.friction.level import Level, group_sizes, group_weights, levels_of
 from roughslip.friction.statistics import strip_weights
 from tests.friction.test_windows import autoregressive
 
@@ -20,8 +21,13 @@ def sample(rng: np.random.Generator, replicates: int = 100) -> tuple:
     own = rng.standard_normal((STRIPS, WINDOWS))
     mu = 1.0 + 0.1 * (RHO * same + math.sqrt(1.0 - RHO**2) * own)
     weights, weights_many = strip_weights(STRIPS, replicates, rng), strip_weights(MANY, replicates, rng)
-    windows = ((values, np.ones(values.shape, bool)) for values in (mu, 2.5 + 0.3 * same, 2.5 + 0.3 * many))
-    return (*windows, weights, weights_many)
+    control = 2.5 + 0.3 * np.concatenate((same, many))
+    return *(windows(values) for values in (mu, control)), (weights, weights_many)
+
+
+def windows(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """mu and valid."""
+    return values, np.ones(values.shape, bool)
 
 
 @pytest.mark.slow
@@ -29,11 +35,11 @@ def test_combine_is_unbiased_and_saves_what_the_correlation_promises() -> None:
     repetitions, n = 400, STRIPS * WINDOWS
     means, log_stds, kept = np.empty((3, repetitions, 2))
     for k in range(repetitions):
-        windows = sample(np.random.default_rng([11, k]), 400)
-        c = combine(*windows)
-        means[k] = math.exp(c.rows["mean"][0]), np.mean(windows[0][0])
-        log_stds[k] = c.rows["std"][0], np.log(np.std(windows[0][0]))
-        kept[k] = c.kept["mean"], c.kept["std"]
+        solved, control, weights = sample(np.random.default_rng([11, k]), 400)
+        c = combine(levels_of(solved, control), weights)
+        means[k] = math.exp(c.rows["mean"][0]), np.mean(solved[0])
+        log_stds[k] = c.rows["std"][0], np.log(np.std(solved[0]))
+        kept[k] = c.variance_share["mean"], c.variance_share["std"]
     # Gaussian windows: strip means correlate by rho, strip variances by rho^2
     theory = np.array([1.0 - RHO**2 * SHARE, 1.0 - RHO**4 * SHARE])
     variances = np.var(means[:, 0]) / (0.01 / n), np.var(log_stds[:, 0]) / np.var(log_stds[:, 1])
@@ -53,13 +59,14 @@ def test_combine_is_unbiased_and_saves_what_the_correlation_promises() -> None:
 
 def test_the_truth_as_control_returns_the_pooled_sample() -> None:
     """The weighted mean of both estimates of each statistic, of logarithms where it is positive."""
-    _, same, many, weights, weights_many = sample(np.random.default_rng(12))
-    c = combine(same, same, many, weights, weights_many)
+    _, control, weights = sample(np.random.default_rng(12))
+    same, many = control[0][:STRIPS], control[0][STRIPS:]
+    c = combine(levels_of(windows(same), control), weights)
     found = c.estimates()
     for name, one in (("mean", np.mean), ("std", np.std)):
-        pooled = one(same[0]) ** (1 - SHARE) * one(many[0]) ** SHARE
+        pooled = one(same) ** (1 - SHARE) * one(many) ** SHARE
         assert found[name].value == pytest.approx(pooled, rel=1e-12)
-        assert c.kept[name] == pytest.approx(1 - SHARE, rel=1e-9)
+        assert c.variance_share[name] == pytest.approx(1 - SHARE, rel=1e-9)
     assert found["variation"].value == pytest.approx(found["std"].value / found["mean"].value, rel=1e-12)
     assert found["autocorrelation"].value[0] == 1.0
     assert found["quantiles"].value.shape == (5,)
@@ -75,10 +82,10 @@ def test_the_scatter_of_the_other_strips_lowers_the_weight_of_the_control() -> N
 
 
 def test_a_control_that_does_not_scatter_between_strips_is_refused() -> None:
-    solved, same, many, weights, weights_many = sample(np.random.default_rng(17))
-    alike = np.tile(same[0][:1], (STRIPS, 1)), same[1]  # scatter within strips, none between
+    solved, control, weights = sample(np.random.default_rng(17))
+    control[0][:STRIPS] = control[0][0]  # scatter within strips, none between
     with pytest.raises(IllPosedError, match="between strips"):
-        combine(solved, alike, many, weights, weights_many)
+        combine(levels_of(solved, control), weights)
 
 
 @pytest.mark.parametrize(("place", "within"), [(0.05, True), (0.5, True), (0.95, True), (1.5, False)])
@@ -87,14 +94,14 @@ def test_an_error_of_the_mesh_is_taken_off_and_its_order_stands_in_the_interval(
     range. The middle of the range gives the truth where that is f. Without scatter between meshes the interval is
     that of f.
     """
-    solved, same, many, weights, weights_many = sample(np.random.default_rng(18), 400)
+    solved, control, weights = sample(np.random.default_rng(18), 400)
     factors = mesh_factors(400, np.random.default_rng(19))
-    truth = combine(solved, same, many, weights, weights_many)
+    truth = combine(levels_of(solved, control), weights)
     for name in ("mean", "std"):
         high, low = (1 / (2**order - 1) for order in ORDERS[name])
         f = low + place * (high - low)
         fine, coarse = ((factor * solved[0], solved[1]) for factor in (1.01, 1.01 ** (1 + 1 / f)))
-        found = combine(fine, same, many, weights, weights_many, coarse, factors)
+        found = combine(levels_of(fine, control, coarse), weights, factors)
         change = found.mesh_change(name)
         assert bool(change.low <= 1 / 1.01 - 1 <= change.high) == within
         assert change.value == pytest.approx(1.01 ** (-(low + high) / 2 / f) - 1, rel=1e-9)
@@ -105,14 +112,38 @@ def test_an_error_of_the_mesh_is_taken_off_and_its_order_stands_in_the_interval(
 
 def test_calibration_fixes_the_mean_of_the_reference_in_every_replicate() -> None:
     """What all levels share cancels: of twice the friction at the other level, mean and std are twice as large."""
-    solved, same, many, weights, weights_many = sample(np.random.default_rng(20))
-    one = combine(solved, same, many, weights, weights_many)
-    two = combine((2 * solved[0], solved[1]), same, many, weights, weights_many)
+    solved, control, weights = sample(np.random.default_rng(20))
+    one = combine(levels_of(solved, control), weights)
+    two = combine(levels_of((2 * solved[0], solved[1]), control), weights)
     level, other = (each.calibrated(0.3, one).estimates() for each in (one, two))
     assert (level["mean"].low, level["mean"].high) == (pytest.approx(0.3, rel=1e-12), pytest.approx(0.3, rel=1e-12))
     np.testing.assert_allclose(other["mean"].replicates, 0.6, rtol=1e-9)
     np.testing.assert_allclose(other["quantiles"].value, 2 * level["quantiles"].value, rtol=1e-9)
     assert level["std"].value == pytest.approx(0.3 * math.exp(one.rows["std"][0] - one.rows["mean"][0]), rel=1e-12)
+
+
+def test_each_level_with_more_strips_starts_a_group_and_the_ends_are_drawn_first() -> None:
+    """Cells 2h on the solved strips alone start none. The groups of the ends keep their draws with one between."""
+    solved, coarse, control = (windows(np.ones((count, WINDOWS))) for count in (5, 9, 20))
+    assert group_sizes(levels_of(solved, control, solved)) == [5, 15]
+    levels = levels_of(solved, control, coarse)
+    assert group_sizes(levels) == [5, 4, 11]
+    first, middle, last = group_weights(levels, 60, np.random.default_rng(3))
+    rng = np.random.default_rng(3)
+    for group, count in ((first, 5), (last, 11), (middle, 4)):
+        np.testing.assert_array_equal(group, strip_weights(count, 60, rng))
+
+
+@pytest.mark.parametrize(
+    ("counts", "widths", "groups"),
+    [((5, 20), (4, 3), (5, 15)), ((5, 5), (4, 4), (5,)), ((9, 5, 20), (4, 4, 4), (9, 11)), ((5, 20), (4, 4), (5, 20))],
+    ids=["other windows", "no more strips", "fewer strips", "other weights"],
+)
+def test_levels_that_do_not_nest_and_weights_of_other_groups_are_refused(counts, widths, groups) -> None:
+    levels = [Level(1, "solved", *windows(np.ones(shape))) for shape in zip(counts, widths, strict=True)]
+    weights = [strip_weights(count, 60, np.random.default_rng(1)) for count in groups]
+    with pytest.raises(ParameterError):
+        combine(levels, weights)
 
 
 @pytest.mark.slow
@@ -131,12 +162,11 @@ def test_strips_on_coarse_cells_alone_bring_no_bias_and_save_what_they_promise()
         seen = [rng.standard_normal((count, WINDOWS)) for count in groups]
         half = [RHO * one + math.sqrt(1 - RHO**2) * rng.standard_normal(one.shape) for one in seen[:2]]
         fine = c * half[0] + math.sqrt(1 - c**2) * rng.standard_normal(half[0].shape)
-        windows = [(1.0 + 0.1 * one, np.ones(one.shape, bool)) for one in (fine, *seen)]
-        coarse, of_others = ((1.05 * (1.0 + 0.1 * one), np.ones(one.shape, bool)) for one in half)
+        solved, control = windows(1.0 + 0.1 * fine), windows(1.0 + 0.1 * np.concatenate(seen))
+        coarse = windows(1.05 * (1.0 + 0.1 * np.concatenate(half)))
         weights = [strip_weights(count, 200, rng) for count in groups]
-        others = Others(of_others, windows[2], weights[1])
-        found = combine(windows[0], windows[1], windows[3], weights[0], weights[2], coarse, None, others)
-        means[k], kept[k] = math.exp(found.rows["mean"][0]), found.kept["mean"]
+        found = combine(levels_of(solved, control, coarse), weights)
+        means[k], kept[k] = math.exp(found.rows["mean"][0]), found.variance_share["mean"]
     theory = 1 - c**2 / (1 + variance)
     of_one = 0.01 / groups[0] / WINDOWS
     assert np.var(means) / of_one == pytest.approx(theory * 20 / 19, rel=4 * math.sqrt(2 / 399))
@@ -161,13 +191,8 @@ def test_intervals_cover_mean_std_and_quartile_of_a_known_process() -> None:
         mu = 0.3 + 0.03 * (rho * control[:solved] + math.sqrt(1 - rho**2) * own)
         coarse = 0.29 + 0.027 * control
         valid = np.ones(coarse.shape, bool)
-        found = combine(
-            (mu, valid[:solved]),
-            (coarse[:solved], valid[:solved]),
-            (coarse[solved:], valid[solved:]),
-            strip_weights(solved, 200, rng),
-            strip_weights(many, 200, rng),
-        ).estimates()
+        levels = levels_of((mu, valid[:solved]), (coarse, valid))
+        found = combine(levels, group_weights(levels, 200, rng)).estimates()
         for name, value in truth.items():
             low, high = (
                 np.atleast_1d(end)[1 if name == "quantiles" else 0] for end in (found[name].low, found[name].high)

@@ -13,7 +13,7 @@ from scipy.stats import kstest
 from roughslip.errors import IllPosedError
 from roughslip.friction import paths as whole_paths
 from roughslip.friction import recursion as by_recursion
-from roughslip.friction.paths import METHODS, circulant_embedding, prepare, spectral_representation
+from roughslip.friction.paths import METHODS, prepare, spectral_representation
 from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import interpolated, recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
@@ -23,7 +23,6 @@ PUBLISHED = FrictionProcess(BetaDistribution(2.1, 5.0, 0.1, 0.7), LENGTH)
 SKEWED = FrictionProcess(BetaDistribution(0.3, 3.0, 0.0, 1.0), LENGTH)  # far from normal: the correction is up to 0.1
 PROCESSES = pytest.mark.parametrize("process", [PUBLISHED, SKEWED], ids=["published", "skewed"])
 WAYS = pytest.mark.parametrize("method", METHODS)
-WHOLE = pytest.mark.parametrize("whole", [spectral_representation, circulant_embedding])
 
 
 def ensemble(process, spacing, length, paths, method, seed=7):
@@ -55,13 +54,12 @@ def translated_correlation(process, rho):
 
 
 @PROCESSES
-@WHOLE
-def test_correlation_is_corrected(process, whole):
+def test_correlation_is_corrected(process):
     """The Gaussian correlation carried by the spectrum, translated without the series, is the exponential.
 
     1e-4 is the quadrature's error for a quantile that behaves like a power at its lower end.
     """
-    spectrum = whole(process, LENGTH / 16, 20 * LENGTH)
+    spectrum = spectral_representation(process, LENGTH / 16, 20 * LENGTH)
     share = 2.0 * (spectrum.amplitude / spectrum.period_nodes) ** 2
     share[[0, -1]] /= 4.0
     assert share.sum() == pytest.approx(1.0, rel=1e-12)
@@ -69,8 +67,7 @@ def test_correlation_is_corrected(process, whole):
     for lag in (1, 4, 16, 48):
         rho = float(share @ np.cos(2.0 * math.pi * k * lag / spectrum.period_nodes))
         assert translated_correlation(process, rho) == pytest.approx(math.exp(-lag / 16), abs=1e-4)
-    # exp(-10) of the wrap; the embedding is exact up to the inversion of the series
-    assert spectrum.correlation_error < (1e-4 if whole is spectral_representation else 1e-12)
+    assert spectrum.correlation_error < 1e-4  # exp(-10) of the wrap
     assert spectrum.clipped < 1e-15
 
 
@@ -125,16 +122,6 @@ def test_paths_follow_their_seed_alone(method):
     assert np.array_equal(first, beginning(again.realisation([1, 0]), 600))
 
 
-@pytest.mark.parametrize("correlation_length", [1e-5, 1.0])
-def test_the_embedded_period_holds_every_lag(correlation_length):
-    """Twice the path where correlation is long, the path and its reach where it is short: there, too, exact."""
-    process = FrictionProcess(PUBLISHED.marginal, correlation_length)
-    spectrum = circulant_embedding(process, 1e-6, 0.01)
-    assert spectrum.correlation_error < 1e-12
-    assert spectrum.period_nodes >= 10_000 + min(10_000, 36 * correlation_length / 1e-6)
-    assert spectrum.period_nodes < 1.1 * (10_000 + min(10_000, 36 * correlation_length / 1e-6))
-
-
 @pytest.mark.slow
 @WAYS
 def test_correlation_far_longer_than_the_path(method):
@@ -172,8 +159,6 @@ def test_negative_spectrum_is_clipped_and_reported(monkeypatch):
     assert spectrum.clipped > 0.01
     assert np.all(spectrum.amplitude >= 0.0)
     assert 2.0 * np.sum((spectrum.amplitude[1:-1] / spectrum.period_nodes) ** 2) == pytest.approx(1.0, abs=0.01)
-    with pytest.raises(IllPosedError, match="negative"):
-        circulant_embedding(PUBLISHED, LENGTH / 16, 0.01)
 
 
 def test_paths_of_a_beta_where_scipy_has_no_quantile():

@@ -55,7 +55,7 @@ def start(x, u, sigma=1.0):
 
 
 def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, settings=None, path=NO_PATH):
-    settings = settings or Settings(FEHLBERG45, 1e-9, False, True)
+    settings = settings or Settings(FEHLBERG45, 1e-9, True)
     since = y.tau if allowed == 0.0 else -1.0
     control, horizon = StepControl(allowed, 0.0, 0.0, -1), Horizon(duration, 1000)
     return slip(y, since, control, False, sigma, path, p, settings, horizon, Samples(1.0, NONE, NONE))
@@ -74,7 +74,7 @@ def test_step_to_node_solves_its_cubic(rates):
 @pytest.mark.parametrize("pair", [FEHLBERG45, DORMAND_PRINCE853])
 def test_velocity_of_the_belt_is_met_to_rounding(pair):
     """Undamped, constant friction: X' = V at twice the angle to the bottom, and X there mirrors the start."""
-    found = phase(start(0.013, V), settings=Settings(pair, 1e-12, False, True))
+    found = phase(start(0.013, V), settings=Settings(pair, 1e-12, True))
     assert (found.status, found.y.u, found.backwards) == (Status.AT_BELT, V, True)
     assert found.y.tau == pytest.approx(2 * math.pi - 2 * math.atan2(0.013 - 0.4 * F, V), abs=1e-10)
     assert found.y.x == pytest.approx(0.8 * F - 0.013, abs=1e-11 * F)
@@ -118,9 +118,7 @@ def test_double_crossing_inside_a_step_is_seen(top, h):
 def test_extreme_below_the_belt_is_passed():
     """By 1e-9 of V: the step that ends at the extreme decides, above and below it."""
     for excess, status in ((1e-9 * V, Status.AT_BELT), (-1e-9 * V, Status.TIME_OVER)):
-        found = phase(
-            near_top(0.2, excess), duration=1.0, allowed=0.5, settings=Settings(FEHLBERG45, 1e-13, False, True)
-        )
+        found = phase(near_top(0.2, excess), duration=1.0, allowed=0.5, settings=Settings(FEHLBERG45, 1e-13, True))
         assert found.status == status
         assert found.steps < 300
 
@@ -134,8 +132,8 @@ def test_steep_friction_at_the_belt_is_not_passed_over(pair, decay):
     """
     p = coefficients(STUDY, StribeckLaw(0.1, 0.4, decay, 0.0))._replace(D=0.0)
     y = completed(0.0, 0.0, V - 0.05 * F, 0.0, 1.0, FREE, p)
-    found = phase(y, allowed=0.5, p=p, settings=Settings(pair, 1e-6, False, True))
-    exact = phase(y, allowed=1e-3, p=p, settings=Settings(DORMAND_PRINCE853, 1e-12, False, True))
+    found = phase(y, allowed=0.5, p=p, settings=Settings(pair, 1e-6, True))
+    exact = phase(y, allowed=1e-3, p=p, settings=Settings(DORMAND_PRINCE853, 1e-12, True))
     assert found.error <= 1e-6 * found.y.tau * 2.0 * F  # |X| and |X'| stay below F
     assert found.y.x == pytest.approx(exact.y.x, abs=1e-6 * F)
 

@@ -195,6 +195,20 @@ def random_case(number):
     return belt, law
 
 
+def test_below_the_limit_a_nearly_undamped_mass_may_pass_the_belt_twice_without_sticking():
+    """With random law 210 it overtakes the belt at -3 static deflections and falls back beyond the static one. Paths
+    of the plane do not cross, so that later loops pass further out and never stick."""
+    belt, law = random_case(210)
+    assert existence_limit(belt, law) == pytest.approx(0.006528, rel=1e-3)
+    for damping, sticks in ((0.0, False), (3e-5, False), (1e-4, True), (6e-3, True), (7e-3, False)):
+        assert (slip_loop(replace(belt, damping_ratio=damping), law).cycle is not None) == sticks
+    undamped = replace(belt, damping_ratio=0.0)
+    run = simulate(undamped, law, duration_periods=40.0, start_position_m=departure_point(undamped, law))
+    assert set(run.kind[1:]) == {CROSSING}
+    assert run.position[2] > belt.F * law.static
+    assert np.all(np.diff(run.position[2::2]) > -1e-9 * run.position[2])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("batch", range(6))
 def test_all_functions_say_the_same_of_random_oscillators(batch):

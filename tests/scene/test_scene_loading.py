@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from roughslip.chaos.functionals import NAMES
-from roughslip.limits import FUNCTIONALS, VARIABLE_COUNTS
+from roughslip.limits import FUNCTIONALS
 from roughslip.probability import FAMILIES
 from roughslip.scene import load as load_section
 from roughslip.scene import roughness, rules
@@ -181,7 +181,7 @@ def test_what_no_target_reads_may_not_fit(mine):
 def test_rules_count_as_the_stages_do():
     columns = range(4, 60)
     assert [rules.training_columns(n) for n in columns] == [len(training_columns(slice(7, 7 + n))) for n in columns]
-    assert len(NAMES) == FUNCTIONALS in VARIABLE_COUNTS
+    assert len(NAMES) == FUNCTIONALS
 
 
 def test_shapes_of_heights_have_the_limits_of_their_families():
@@ -217,7 +217,6 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "answer": {"oscillator", "friction", "numerics"},
         "figure_map": {"oscillator", "map", "friction", "numerics"},
         "figure_lifetimes": {"oscillator", "survival", "friction", "numerics"},
-        "figure_design": {"oscillator", "design", "friction", "numerics"},
     }
     for target, sections in needed.items():
         all_sections = sections | needed["figure3"] if "oscillator" in sections else sections

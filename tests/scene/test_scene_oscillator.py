@@ -33,10 +33,8 @@ def test_another_oscillator_or_friction_has_its_own_list_and_ranges(mine, change
     assert kept["ensemble"]["damping_ratios"] == [0.1]
 
 
-def test_only_a_scene_that_names_no_targets_gets_a_map_and_the_design_it_asks_for(mine):
-    design = "design: {damping_ratios: auto, masses_kg: auto}"
+def test_only_a_scene_that_names_no_targets_gets_a_map(mine):
     assert mine("extends: given")["targets"] == ["figure5", "figure_map"]
-    assert mine(f"extends: given\n{design}")["targets"] == ["figure5", "figure_map", "figure_design"]
-    assert mine(f"extends: given\ntargets: [figure5]\n{design}")["targets"] == ["figure5"]
+    assert mine("extends: given\ntargets: [figure5]")["targets"] == ["figure5"]
     assert mine("extends: excited")["targets"] == ["figure5"]
     assert mine("extends: elastoplastic")["targets"] == ["figure2", "figure3"]

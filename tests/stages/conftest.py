@@ -12,6 +12,7 @@ import pytest
 from roughslip import store
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
+from roughslip.verdicts.rules import BOUNDS
 
 KEY = store.Key({}, "code")
 
@@ -37,7 +38,7 @@ def run(folder: Path) -> Callable[..., store.Result]:
             "output": output,
             "summary": folder / "summary.csv",
         }
-        key = store.Key(configuration, "code")
+        key = store.Key(configuration, "code", {"bounds": BOUNDS})
         usage = Usage(folder / f"{stem}.json", stem)
         stage.work(Job(key, Namespace(**{**defaults, **arguments}), usage))
         run_stage.did, run_stage.skipped, run_stage.warnings = usage.record()["did"], usage.skipped, usage.warnings

@@ -7,7 +7,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.friction.level import levels_of_sums
 from roughslip.friction.over_penetration import JUDGED, TRENDS, judged_estimates
 from roughslip.limits import MOST_WINDOWS, SHARES
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, strip_allocation, strip_pilot
@@ -86,11 +86,11 @@ def verdict_numbers_are_those_of_stage_friction(solved, expanded, found):
     strip = SCENE["strip"]
     least = SCENE["friction"]["least_contact_fraction"] * strip["window_m"] * strip["width_m"]
     of_all = [friction.area_and_force(batches) for batches in (solved, store.read_all(expanded))]
-    levels = [list(zip(*friction_coefficient(*pair, 1.0, least), strict=True)) for pair in of_all]
-    lags = strip["window_spacing_m"] * np.arange(levels[0][0][0].shape[1])
+    levels = levels_of_sums(least, *of_all)
+    lags = strip["window_spacing_m"] * np.arange(levels[0].mu.shape[2])
     rng = np.random.default_rng([SCENE["seed"], geometry.STREAM_BOOTSTRAP])
     percentiles = np.array(strip["penetration_percentiles"])
-    numbers = judged_estimates(percentiles, (*levels, None), lags, strip["window_m"], 200, rng)
+    numbers = judged_estimates(percentiles, levels, lags, strip["window_m"], 200, rng)
     assert len(numbers) == 2 * len(TRENDS) + len(JUDGED) + 1
     for name, one in numbers.items():
         scale = 0.3 if re.search("_(mean|std)_(line|change)$", name) else 1.0

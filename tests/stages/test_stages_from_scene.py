@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from roughslip import store
-from roughslip.chaos.pressure import KINDS
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import FamilyDistribution
@@ -12,7 +11,7 @@ from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import expansion, geometry, surface_model
-from roughslip.stages.from_scene.expansion import candidates, directions, heights_around
+from roughslip.stages.from_scene.expansion import directions
 from roughslip.stages.from_scene.geometry import TRAINING_SPACING, central_nodes, training_columns, training_nodes
 from roughslip.stages.result_tables import scan_table
 from roughslip.surface.model import GaussianModel, gaussian_model
@@ -130,20 +129,6 @@ def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, family):
     assert scan_table.sub_areas_of(store.read(path), scan) == found.sub_areas
 
 
-@pytest.mark.parametrize("named", [*KINDS, "best"])
-def test_the_square_tries_what_is_named_or_all_and_the_strip_what_serves_on_every_mesh(named):
-    """Nothing is censored where the surface yields."""
-    asked = {"expansion": {"target": named}, "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3}}
-    surface, grid = GaussianModel(covariance_of("gaussian", 5e-8, 1e-5), (1e-5, 1e-5)), Grid(8, 8, 1e-6, 1e-6)
-    kinds = KINDS if named == "best" else (named,)
-    assert tuple(target.kind for target in expansion.targets(scene_of(asked), surface, grid)) == kinds
-    strip = expansion.strip_target(scene_of(asked), surface, grid)
-    assert strip.kind == ("squared_pressure" if named == "best" else named)
-    asked["material"]["hardness_pa"] = 1e9
-    yields = tuple(target.kind for target in expansion.targets(scene_of(asked), surface, grid))
-    assert yields == tuple(kind for kind in kinds if kind != "censored")
-
-
 SURFACE = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0))
 
 
@@ -179,65 +164,15 @@ def test_training_nodes_lie_half_a_length_from_the_central_ones():
         assert np.array_equal(training_nodes((length, length), small), central_nodes((length, length), small))
 
 
-def asked(variables, length=6.0, nodes=24, count=60, **rotation):
-    """Candidates on a mesh, the modes of its surface and its nodes."""
-    surface = GaussianModel(covariance_of("gaussian", 1.0, length), (length, length))
-    grid = Grid(nodes, nodes, 1.0, 1.0)
-    modes = karhunen_loeve(surface.covariance, grid, count).modes
-    places = training_nodes(surface.lengths_m, grid)
-    configuration = {"expansion": {"variables": variables, **rotation}}
-    return candidates(scene_of(configuration), surface, grid, modes, places), surface, grid, modes, places
-
-
-@pytest.mark.parametrize("variables", [9, "best"])
-def test_beyond_them_is_what_the_heights_around_have_besides(variables):
-    """Orthonormal at every node, the height first. The span lacks at most a hundredth of the variance nearby."""
-    few, surface, grid, modes, places = asked(3)  # up to eight variables are the functionals and nothing else
-    np.testing.assert_array_equal(few.directions, directions(surface, grid, modes, places, 3)[0])
-    assert (few.given, few.count) == (3, 3)
-    found, surface, grid, modes, places = asked(variables)
-    assert (found.given, found.count) == (8, None if variables == "best" else 9)
-    np.testing.assert_array_equal(found.directions[:, :8], directions(surface, grid, modes, places, 8)[0])
+def test_variables_are_local_functionals_as_long_as_they_are_independent():
+    surface, grid = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0)), Grid(24, 24, 1.0, 1.0)
+    modes, places = karhunen_loeve(surface.covariance, grid, 60).modes, training_nodes(surface.lengths_m, grid)
+    found = expansion.variables_of(scene_of({"expansion": {"variables": 3}}), surface, grid, modes, places)
+    np.testing.assert_array_equal(found.directions, directions(surface, grid, modes, places, 3)[0])
     for one, x, y in zip(found.directions, places.x, places.y, strict=True):
-        np.testing.assert_allclose(one @ one.T, np.eye(len(one)), atol=1e-12)
         np.testing.assert_allclose(one[0], modes[:, x, y] / np.linalg.norm(modes[:, x, y]), atol=1e-12)
-        near = modes[:, x + 3, y - 2]
-        assert np.sum((one @ near) ** 2) > 0.99 * np.sum(near**2)
-
-
-def test_heights_around_a_node_are_those_at_offsets_from_it():
-    """A length of six cells: a far mean of 12 to either side, offsets of two nodes; those off the mesh are dropped."""
-    _, surface, grid, modes, places = asked(2)
-    found = heights_around(surface, grid, modes, places)
-    least, most = 2 * (int(min(places.x)) // 2), 2 * ((23 - int(max(places.x))) // 2)
-    offsets = [(i, j) for i in range(-least, most + 1, 2) for j in range(-least, most + 1, 2)]
-    assert found.shape == (16, len(offsets), 60)
-    for node in (0, 7, 15):
-        expected = [modes[:, places.x[node] + i, places.y[node] + j] for i, j in offsets]
-        np.testing.assert_array_equal(found[node], expected)
-
-
-def test_raw_modes_lead_and_train_at_the_centre_alone():
-    found, *_ = asked(5, rotation="none")
-    np.testing.assert_array_equal(found.directions, np.eye(60)[None, :5])
-    assert (found.given, found.count) == (5, 5)
-    assert found.distance2.tolist() == [0.0]
-    best, *_ = asked("best", rotation="none")
-    np.testing.assert_array_equal(best.directions, np.eye(60)[None, :12])
-    pressure, gap = np.arange(32.0).reshape(2, 16), np.zeros((2, 16))
-    samples = found.samples(np.arange(120.0).reshape(2, 60), pressure, gap)
-    assert samples.variables.tolist() == [[[0, 1, 2, 3, 4]], [[60, 61, 62, 63, 64]]]
-    assert samples.pressure.tolist() == [[0], [16]]
-
-
-def test_more_variables_than_the_surface_has_around_the_centre_are_refused():
-    """Independent heights: 25 around each node."""
-    found, *_ = asked(25, length=0.1, nodes=10, count=100)
-    assert found.directions.shape == (4, 25, 100)
-    with pytest.raises(IllPosedError, match="26 variables were asked for; around the centre the surface has 25"):
-        asked(26, length=0.1, nodes=10, count=100)
     with pytest.raises(IllPosedError, match="only 5 of the 6 variables"):
-        asked(6, count=5)
+        expansion.variables_of(scene_of({"expansion": {"variables": 6}}), surface, grid, modes[:5], places)
 
 
 @pytest.mark.parametrize(("lay", "symmetries"), [(0.0, 2), (0.6, 1)])

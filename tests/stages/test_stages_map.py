@@ -5,7 +5,7 @@ import pytest
 
 from roughslip.errors import IllPosedError, InputError
 from roughslip.scene.types import scene_of
-from roughslip.stages import cheapest_change, lifetimes, stick_slip_map
+from roughslip.stages import lifetimes, stick_slip_map
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.own_limits import damping_ratios
 from tests.stages.scenes import OSCILLATOR
@@ -20,18 +20,11 @@ MAP = {
     "duration_periods": 40,
 }
 SURVIVAL = {"scatter_factors": [0.5, 1.0], "points": 5, "realisations": 8, "duration_periods": 40}
-DESIGN = {
-    "damping_ratios": [0.1, 1.0],
-    "normal_forces_n": [2000.0, 3000.0],
-    "weights": {"load": 100.0},
-    "realisations": 80,
-    "duration_periods": 20,
-}
 LIMIT = 0.324424  # of existence in damping, by tests/oscillator/test_limits.py
 
 
 def asked(std: float, **others: object) -> dict:
-    found = scattered(std, **others) | {"map": MAP, "survival": SURVIVAL, "design": DESIGN}
+    found = scattered(std, **others) | {"map": MAP, "survival": SURVIVAL}
     del found["ensemble"]  # not read
     return found
 
@@ -70,27 +63,11 @@ def test_the_map_of_few_points_is_that_of_all_where_it_has_them(run):
     assert 0.05 < whole["probability"].mean() < 0.95
 
 
-def test_without_scatter_the_cheapest_damping_is_the_limit_of_existence(run):
-    """The other parameter is a hundred times as dear. A ray is bisected to 0.1 % of its length, ln(1 / 0.17)."""
-    found = run(cheapest_change, asked(1e-9))
-    damping, load = found["design_cheapest"]
-    accuracy = 1e-3 * np.log(1 / 0.17)
-    assert load == 2500.0
-    assert -1e-9 <= np.log(damping / LIMIT) < accuracy
-    assert found["design_cost_high"] == pytest.approx(np.log(damping / 0.17))
-    assert found["design_probability"] == 0.0
-    assert found["design_probability_high"] == pytest.approx(1.96**2 / (80 + 1.96**2), abs=1e-4)
-    np.testing.assert_array_equal(np.shape(found["design_map"]), [1, 25, 25])
-
-
-def test_designs_without_a_solution_or_with_ranges_elsewhere_are_refused(run):
-    with pytest.raises(IllPosedError, match="no change within the ranges of section design"):
-        run(cheapest_change, asked(1e-9) | {"design": DESIGN | {"damping_ratios": [0.1, 0.2]}}, "none")
-    with pytest.raises(InputError, match=r"design.damping_ratios: \[0.2, 0.5\] must hold the scene's own value, 0.17"):
-        run(cheapest_change, asked(1e-9) | {"design": DESIGN | {"damping_ratios": [0.2, 0.5]}}, "none")
-    scene = asked(1e-9) | {"design": DESIGN | {"windows_in_parallel": [1, 5]}, "ensemble": {"marginal": "empirical"}}
+def test_a_range_without_effect_is_refused(run):
+    ranges = {"windows_in_parallel": [1, 5], "damping_ratios": [0.1, 0.5]}
+    scene = asked(1e-9) | {"map": {**MAP, **ranges}, "ensemble": {"marginal": "empirical"}}
     with pytest.raises(InputError, match="windows_in_parallel has no effect in this scene; choose of: damping_ratios"):
-        run(cheapest_change, scene, "none")
+        run(stick_slip_map, scene, "none")
 
 
 def test_lists_of_dampings_surround_the_scenes_own_limits():

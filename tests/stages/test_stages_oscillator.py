@@ -58,7 +58,7 @@ def test_the_empirical_marginal_has_the_quantiles_of_the_windows_and_the_moments
         process_of(FrictionNumbers(**GIVEN), "empirical")
 
 
-@pytest.mark.parametrize("method", ["recursion", "embedding", "spectral"])
+@pytest.mark.parametrize("method", ["recursion", "spectral"])
 def test_paths_are_long_enough_for_every_run(method):
     """For the runs and for the trajectories drawn, whichever take longer; a path by recursion has no end."""
     ensemble = {"duration_periods": 2, "discarded_periods": 1, "process": method}

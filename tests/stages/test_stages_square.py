@@ -208,10 +208,10 @@ def test_solves_found_while_running_are_those_of_a_design_with_as_many_samples(r
 
 def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold():
     """165 terms are the study's; 2^20 numbers of 1e8 are 95 modes or terms at a node."""
-    assert adaptive_training.numbers(10, 10, 4, 64) == (128, 2**14)
-    assert adaptive_training.numbers(165, 165, 16, 101) == (256, 2**14)
-    assert adaptive_training.numbers(715, 715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
-    assert adaptive_training.numbers(165, 165, 16, 50_000) == (256, 2**10)  # 2000
+    assert adaptive_training.numbers(10, 4, 64) == (128, 2**14)
+    assert adaptive_training.numbers(165, 16, 101) == (256, 2**14)
+    assert adaptive_training.numbers(715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
+    assert adaptive_training.numbers(165, 16, 50_000) == (256, 2**10)  # 2000
 
 
 PILOT = changed(

@@ -32,13 +32,12 @@ OSCILLATOR = {"answer": 1, **FIGURE5}
 CHAIN = {"figure_chain": 1}
 FIELD = {"field_square": 1, "figure_field": 1}
 MAP = {"answer": 1, "stick_slip_map": 1, "figure_map": 1}
-MORE = {"lifetimes": 1, "figure_lifetimes": 1, "cheapest_change": 1, "figure_design": 1}
+MORE = {"lifetimes": 1, "figure_lifetimes": 1}
 SCAN = {"grinding": 1, "scan": 1, "synthetic_surfaces": 1, "figure_scan": 1}
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
 GIVEN = f"friction: {{statistics: {STATISTICS}}}"
 SPACED = "accuracy: {cycles: 5}"
 FOUND = "accuracy: {pressure: 0.2}\nexpansion: {samples: auto}"
-DESIGN = "design: {damping_ratios: auto, masses_kg: auto}"
 GROUND = """roughness: {scan: {form: plane, covariance: best, marginal: gaussian, grinding: {points: 96,
   spacing_m: 1.0e-6, grains_per_m2: 2.0e+10, depth_m: 3.0e-7, tip_radius_m: 3.0e-6, path_radius_m: 1.5e-4,
   blank_rms_m: 3.0e-7, blank_length_m: 3.0e-6}}}"""
@@ -52,7 +51,7 @@ STAGES = {
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, **FIGURE3},
     f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP},
     "targets: [figure_map]": {**STRIP, **MAP},
-    f"targets: [figure_lifetimes, figure_design]\n{GIVEN}\n{DESIGN}": MORE,
+    f"targets: [figure_lifetimes]\n{GIVEN}": MORE,
     f"targets: [figure5]\n{GIVEN}\n{SPACED}": {"ensemble_pilot": 1, **OSCILLATOR, "oscillator": 4},
     f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "adaptive_training": 1, "square_pilot": 1},
     f"targets: [figure3]\n{FOUND}": {**STRIP, **FIGURE3},

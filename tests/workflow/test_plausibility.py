@@ -33,7 +33,7 @@ def rms(slope: float, cell: float = 1.25e-6) -> dict:
 
 def table(static: float) -> dict:
     """Friction of 0.4 at rest and at most 0.45."""
-    values = {"speeds_m_per_s": [0.0, 0.5, 1.0], "values": [0.4, 0.45, 0.3], "interpolation": "linear"}
+    values = {"speeds_m_per_s": [0.0, 0.5, 1.0], "values": [0.4, 0.45, 0.3]}
     return {"law": "table", "friction_table": values, "static_friction": static}
 
 

@@ -68,24 +68,6 @@ if __name__ == "__main__":
     execute(STAGE, work)
 '''
 
-RULE = """
-
-rule figure_slopes:
-    input:
-        key=scenes.key("figure_slopes"),
-        **scenes.inputs("figure_slopes"),
-    output:
-        **outputs("figure_slopes"),
-    log:
-        log("figure_slopes"),
-    params:
-        caption=declarations()["figure_slopes"].caption,
-    resources:
-        mem_mb=scenes.memory("figure_slopes"),
-    shell:
-        run("figure_slopes")
-"""
-
 
 @pytest.fixture
 def copy(empty, tmp_path):
@@ -99,12 +81,6 @@ def jobs(project, scene: str) -> str:
 def test_a_stage_with_its_figure(copy):
     copy.path("src/roughslip/stages/figure_slopes.py").write_text(STAGE)
     copy.path("src/roughslip/figures/figure_slopes.py").write_text(FIGURE)
-    copy.path("workflow/rules/slopes.smk").write_text(RULE)
-    copy.edit(
-        "Snakefile",
-        'include: "workflow/rules/outputs.smk"\n',
-        'include: "workflow/rules/outputs.smk"\ninclude: "workflow/rules/slopes.smk"\n',
-    )
     copy.path("src/roughslip/scene/slopes.py").write_text(SECTION)
     copy.edit(
         "src/roughslip/scene/types.py",

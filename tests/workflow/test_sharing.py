@@ -15,7 +15,7 @@ from workflow.study.unused import unused
 # Snakemake runs in this process, and its warnings are its own.
 pytestmark = pytest.mark.filterwarnings("default")
 
-OF_OSCILLATOR = {"deterministic", "oscillator", "cycles"}
+OF_OSCILLATOR = {"deterministic", "oscillator", "cycles", "belt_readings"}
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios
 OF_STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
 OF_SQUARE = {"design", "contact_square", "chaos_square"}  # without karhunen_loeve, which draws nothing

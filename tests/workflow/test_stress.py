@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from roughslip.chaos.local import fit_best
+from roughslip.chaos.local import fit_local
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact import influence
 from roughslip.errors import ConvergenceError, IllPosedError
@@ -60,8 +60,8 @@ FAULTS = {
     "a longer correlation": ("surface", 1, "workflow.stress.surface.embed", longer),
     "a fit beside the minimum": ("surface", 9, "workflow.stress.surface.fit_covariance", moved),
     "pressures doubled": (
-        *("chaos", 2, "workflow.stress.chaos.fit_best"),
-        lambda samples, *given: fit_best(replace(samples, pressure=2 * samples.pressure), *given),
+        *("chaos", 2, "workflow.stress.chaos.fit_local"),
+        lambda samples, *given: fit_local(replace(samples, pressure=2 * samples.pressure), *given),
     ),
     "an error stated too low": ("chaos", 5, "workflow.stress.chaos.fit_strip", praised),
     "friction too large by 1e-6": (

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip import store
+from roughslip.chaos.centre_distribution import Expansion, draw
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol_places
@@ -30,7 +31,6 @@ from roughslip.scene.loader import load
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
-from roughslip.stages.result_tables.centre_distribution import Expansion, draw
 from roughslip.surface.modes import heights, karhunen_loeve
 from workflow.benchmarks.runner import OURS, make_row, run_command, timed
 from workflow.evidence.rows import Row, case
@@ -117,7 +117,7 @@ class Square:
         self.directions, self.odd = expansion.directions(
             self.model, self.grid, self.modes, self.nodes, self.scene.expansion.variables
         )
-        self.target = expansion.targets(self.scene, self.model, self.grid)[0]
+        self.target = expansion.target(self.scene, self.model, self.grid)
         self.planes = np.array([float(self.model.plane_height(percentile)) for percentile in PERCENTILES])
 
     def design(self, name: str, count: int, number: int) -> np.ndarray:

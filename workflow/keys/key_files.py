@@ -36,7 +36,9 @@ def is_dry_run() -> bool:
     return bool(_draft_folders)
 
 
-def write_key(path: str, configuration: dict, module: str, source_root: str | Path, lock: str | Path) -> str:
+def write_key(
+    path: str, configuration: dict, module: str, source_root: str | Path, lock: str | Path, given: dict | None = None
+) -> str:
     """Write a stage's key file if its content changed, and return the path that a rule takes as its input.
 
     path : the key file, results/<scene>/keys/<stage>.json
@@ -44,11 +46,13 @@ def write_key(path: str, configuration: dict, module: str, source_root: str | Pa
     module : dotted name of the stage module, such as roughslip.stages.contact
     source_root : folder that holds the package
     lock : the lock file of what runs
+    given : JSON values that it works with and that no scene holds
 
     Other processes read the old file or the new one, whole. Raises ValueError for NaN or infinity and TypeError for
     what JSON cannot hold.
     """
-    return replace_if_changed(path, {"configuration": configuration, "code": code_hash(module, source_root, lock)})
+    key = {"configuration": configuration, "code": code_hash(module, source_root, lock)}
+    return replace_if_changed(path, key | ({"given": given} if given else {}))
 
 
 def replace_if_changed(path: str, key: dict) -> str:

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.stats import chi2, ks_2samp
 
 from roughslip.chaos.functionals import Stencil, local_functionals
-from roughslip.chaos.local import LocalExpansion, Samples, fit_best
+from roughslip.chaos.local import LocalExpansion, Samples, fit_local
 from roughslip.chaos.pressure import KINDS, Kind, PressureTarget
 from roughslip.chaos.strip import StripExpansion, fit_strip
 from roughslip.errors import ConvergenceError, IllPosedError
@@ -35,7 +35,6 @@ from workflow.stress.runner import Conditions, Problem, Verdict, choose, log_uni
 
 RISK, TWICE = 1e-6, 2.0
 
-TARGETS: tuple[tuple[Kind, ...], ...] = (*((kind,) for kind in KINDS), KINDS)
 CONTACTS = ("none", "one", "few", "half", "most", "all")
 CONTACT_SHARES = (0.05, 0.05, 0.2, 0.45, 0.15, 0.1)
 SHAPES = ("root", "linear")  # of pressure over response: of Hertz contact, and of a single cell
@@ -46,7 +45,6 @@ MOST_SURFACES, MOST_TERMS = 1000, 60
 FRESH = 20_000
 FAR = 30.0  # times the largest pressure of as many other surfaces
 
-STRIP_KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure")
 STENCIL = Stencil(near=(1, 1), far=(4, 2))
 REACH = 5  # nodes from a node to the ends of its strip, beyond all differences and means
 TERMS = (1, 9, 45, 165)  # of degree 0 to 3 in the eight functionals
@@ -68,19 +66,18 @@ def node_problem(seed: int, number: int) -> Problem:
     variables, degree = int(generator.integers(1, 9)), int(generator.integers(1, 5))
     while comb(variables + degree, degree) > MOST_TERMS:
         degree -= 1
-    kinds, shape, form = choose(generator, TARGETS), choose(generator, SHAPES), choose(generator, RESPONSES)
+    kind, shape, form = choose(generator, KINDS), choose(generator, SHAPES), choose(generator, RESPONSES)
     copies, nodes = choose(generator, COPIES, COPY_SHARES), choose(generator, (1, 1, 3))
     count, drift = round(log_uniform(generator, 1, np.log10(MOST_SURFACES))), float(generator.uniform(0, 1))
     scatter = choose(generator, (0.0, 1e-3, 0.1, 0.3, 1.0))  # standard deviation of the response given the variables
     unit_p, unit_g = log_uniform(generator, -9, 9), log_uniform(generator, -9, 9)  # [Pa], [m]
     guess = log_uniform(generator, -0.5, 0.5)  # stiffness of the gap that is given, over the true one
     cell = 0.3 * unit_p if shape == "linear" else 0.0
-    targets = [
+    target = (
         PressureTarget(kind, guess * unit_p / unit_g)
         if kind == "trial_pressure"
         else PressureTarget(kind, guess * unit_p**2 / unit_g, cell)
-        for kind in kinds
-    ]
+    )
     slope = np.random.default_rng([seed, number, 1]).standard_normal(variables)
     slope /= np.linalg.norm(slope)
     distinct, own = math.ceil(count / copies), np.random.default_rng([seed, number, 2])
@@ -98,18 +95,18 @@ def node_problem(seed: int, number: int) -> Problem:
     variables_, pressure, gap = (np.repeat(part, copies, axis=0)[:count] for part in parts)
     samples = Samples(variables_, distance2, pressure, gap)
 
-    def judged(found: tuple[LocalExpansion, dict]) -> Verdict:
+    def judged(found: LocalExpansion) -> Verdict:
         other = np.random.default_rng([seed, number, 3])
         fresh = other.standard_normal((FRESH, variables))
         true = pressure_of(response_of(form, slope, fresh) + scatter * other.standard_normal(FRESH))
-        return judge_node(*found, np.random.default_rng([number, 4]), fresh, true, float(pressure.max()), distinct)
+        return judge_node(found, np.random.default_rng([number, 4]), fresh, true, float(pressure.max()), distinct)
 
     names = {"contact": contact, "shape": shape, "response": form, "copies": copies, "surfaces": count}
-    names |= {"kinds": ",".join(kinds), "variables": variables, "nodes": nodes, "degree": degree, "scatter": scatter}
+    names |= {"kind": kind, "variables": variables, "nodes": nodes, "degree": degree, "scatter": scatter}
     clear = contact == "half" and copies == 1 and scatter >= 0.1
     enough = count >= max(25 * comb(variables + degree, degree), 200)
     is_answer = unless(clear and enough, IllPosedError, ConvergenceError)
-    return Problem(names, lambda: fit_best(samples, degree, targets), judged, is_answer)
+    return Problem(names, lambda: fit_local(samples, degree, target), judged, is_answer)
 
 
 def response_of(form: str, slope: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -145,7 +142,6 @@ def sampling_error(count: int) -> float:
 
 def judge_node(
     expansion: LocalExpansion,
-    scores: dict[Kind, float],
     generator: np.random.Generator,
     fresh: np.ndarray,
     true: np.ndarray,
@@ -163,7 +159,6 @@ def judge_node(
     distance = float(ks_2samp(drawn, true, method="asymp").statistic)
     limit = sampling_error(distinct) + 2 * sampling_error(FRESH)
     conditions: Conditions = {
-        "the best score": (expansion.score - np.nanmin(list(scores.values())), 0),
         "the distribution": (distance, limit),
         "p >= 0": (-min(drawn.min(), means.min()), 0),
         "the largest pressure": (drawn.max(), FAR * max(float(true.max()), highest)),
@@ -181,7 +176,7 @@ def strip_problem(seed: int, number: int) -> Problem:
     generator = np.random.default_rng([seed, number, 9])
     degree = int(generator.integers(0, 4))
     count = min(math.ceil(TERMS[degree] * log_uniform(generator, -0.3, 2)) + int(generator.integers(0, 6)), 3000)
-    kind, rows = choose(generator, STRIP_KINDS), int(generator.integers(1, 9))
+    kind, rows = choose(generator, KINDS), int(generator.integers(1, 9))
     bend = choose(generator, (0.0, 0.0, 0.1, 1.0))  # how far the response is from a polynomial of degree 2
     planes = generator.choice([-30.0, -2.0, -0.8, 0.0, 0.8, 30.0], int(generator.integers(1, 4)))
     height_unit, pressure_unit = log_uniform(generator, -9, 9), log_uniform(generator, -9, 9)  # [m], [Pa]

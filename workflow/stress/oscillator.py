@@ -18,7 +18,7 @@ from itertools import repeat
 import numpy as np
 import scipy
 
-from roughslip.errors import ConvergenceError, ParameterError, RoughslipError
+from roughslip.errors import ConvergenceError, RoughslipError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.friction_law import FrictionLaw, friction
@@ -26,7 +26,7 @@ from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.laws import LAWS
-from roughslip.oscillator.motion import NEGATIVE_FRICTION, MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.path import INTERPOLATIONS
 from roughslip.oscillator.runge_kutta import PAIRS
 from workflow.stress.runner import Problem, Verdict, choose, has_advice, log_uniform
@@ -83,9 +83,7 @@ class MotionProblem:
         return trajectory(self.oscillator, self.law, path, self.spacing, PERIODS, self.options, self.start, SAMPLES)
 
     def is_answer(self, error: RoughslipError) -> bool:
-        """Whether an error answers it: the step limit with advice, or negative friction that must be refused."""
-        if isinstance(error, ParameterError):
-            return self.may_turn_negative and "negative" in str(error)
+        """Whether an error answers it: the step limit with advice."""
         return isinstance(error, ConvergenceError) and has_advice(error)
 
     @property
@@ -279,7 +277,6 @@ def problem(seed: int, number: int) -> Problem:
             stochastic_static_limit=bool(generator.integers(2)),
             interpolation=choose(generator, INTERPOLATIONS),
             friction_follows=follows,
-            negative_friction=choose(generator, NEGATIVE_FRICTION, (0.8, 0.2)),
             integrator=choose(generator, tuple(PAIRS)),
         ),
         kinked=kind == "table",

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import PurePosixPath
 from typing import Any
 
 from snakemake.io import report
+from snakemake.utils import format
 
 from roughslip.scene.declarations import Stage, declarations
 
@@ -16,20 +18,30 @@ CAPTION = "../report/caption.rst"  # from a file of rules
 _PYTHON = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
 
 
-def run(stage: str, module: str = "", **given: str) -> str:
+def run(stage: str, **given: str) -> str:
     """The shell command of a stage, for a rule whose inputs and outputs have the names of the stage's options.
 
-    module : "{params.module}" for a rule in a loop, whose command Snakemake evaluates when the loop has ended
     given : by option, what the command takes in place of the input of that name
     """
+    return f"{_pattern(stage, **given)} 2> {{log:q}}"
+
+
+def command(stage: str) -> Callable[..., str]:
+    """A parameter function: the same without the log, for rules in a loop.
+
+    Snakemake evaluates shell commands when the loop has ended, so there they cannot name the stage.
+    """
+    pattern = _pattern(stage)
+    return lambda wildcards, input, output: format(pattern, wildcards=wildcards, input=input, output=output)
+
+
+def _pattern(stage: str, **given: str) -> str:
     declared = declarations()[stage]
     options = {"key": "{input.key:q}"}
     options |= {name: f"{{input.{name}:q}}" for name in declared.options} | given
     options |= {name: f"{{wildcards.{name}}}" for name in declared.placeholders}
     options |= {name: f"{{output.{name}:q}}" for name in (*declared.results, "usage")} | given
-    return (
-        f"{_PYTHON}.{module or stage} {' '.join(f'--{name} {value}' for name, value in options.items())} 2> {{log:q}}"
-    )
+    return f"{_PYTHON}.{stage} {' '.join(f'--{name} {value}' for name, value in options.items())}"
 
 
 def outputs(stage: str, folder: str = "results/{scene}") -> dict[str, Any]:

@@ -13,10 +13,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_RUNS, MOST_WINDOWS, SHARES, TRAINING_NODES, VARIABLE_COUNTS
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_RUNS, MOST_WINDOWS, SHARES, TRAINING_NODES
 from roughslip.scene import plan
 from roughslip.scene.declarations import Batches, declarations
-from roughslip.scene.expansion import AUTO, BEST, terms
+from roughslip.scene.expansion import AUTO, terms
 from roughslip.scene.types import get
 
 Scene = dict[str, Any]
@@ -110,7 +110,7 @@ def _design_numbers(scene: Scene) -> int:
 
 def _terms(scene: Scene) -> int:
     variables, degree = (get(scene, f"expansion.{key}") for key in ("variables", "degree"))
-    return terms(FUNCTIONALS if variables == BEST else variables, degree, VARIABLE_COUNTS[-1])
+    return terms(variables, degree)
 
 
 def _fit_table(scene: Scene) -> float:
@@ -208,7 +208,7 @@ SIZES: dict[str, Callable[[Scene, int], float]] = {
     "expansion_strips": _allotted("strip.expansion_samples"),
     "training_strips": _value("strip.training_samples"),
     "trained_strips": lambda scene, count: min(count, scene["strip"]["training_samples"]),
-    "strip_terms": lambda scene, count: terms(FUNCTIONALS, scene["expansion"]["degree"], VARIABLE_COUNTS[-1]),
+    "strip_terms": lambda scene, count: terms(FUNCTIONALS, scene["expansion"]["degree"]),
     "path_nodes": _of_scene(_path_nodes),
     "drawn_realisations": _value("ensemble.drawn_realisations"),
     "realisations": _allotted("ensemble.realisations"),

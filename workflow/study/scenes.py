@@ -128,7 +128,7 @@ class Scenes:
     def _write_keys(self, name: str) -> None:
         """All at once: Snakemake lists the folder when it meets the first, and takes later ones for missing."""
         for stage in (*self.stages(name), *plan.stages_of_several_scenes()):
-            part = plan.slice_for(self.valid[name], stage)
+            part, given = plan.slice_for(self.valid[name], stage), {}
             if stage == "costs":
                 part |= {"not_needed": plan.skip_reasons(self.valid[name]), "warnings": self.warnings(name)}
             if stage == "sweep" and (variants := self.variants.get(name)):
@@ -136,12 +136,17 @@ class Scenes:
                 part["variants"] = list({name: own, **variants}.items())
             if stage == "report":
                 part["captions"] = plan.captions()
+            if stage == "strip_allocation":
+                from roughslip.verdicts.rules import BOUNDS  # with numpy, for such scenes alone
+
+                given["bounds"] = BOUNDS
             write_key(
                 f"results/{name}/keys/{stage}.json",
                 part,
                 module=f"roughslip.stages.{stage}",
                 source_root=self.root / "src",
                 lock=self.root / "requirements.lock",
+                given=given,
             )
         if not is_dry_run():
             source_hash.keep()

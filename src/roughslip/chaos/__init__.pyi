@@ -13,9 +13,7 @@ from roughslip.chaos.pressure import PressureTarget as PressureTarget
 from roughslip.chaos.pressure import fit_in_contact as fit_in_contact
 from roughslip.chaos.pressure import pressure_target as pressure_target
 from roughslip.chaos.pressure import summit_curvature as summit_curvature
-from roughslip.chaos.regression import CensoredFit as CensoredFit
 from roughslip.chaos.regression import Fit as Fit
-from roughslip.chaos.regression import censored_regression as censored_regression
 from roughslip.chaos.regression import least_squares as least_squares
 from roughslip.chaos.sampling import design as design
 from roughslip.chaos.sampling import kolmogorov_distance as kolmogorov_distance

@@ -22,8 +22,6 @@ MIRRORED = np.array([[0, 0], [1, 0], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0], [0,
 NO_SYMMETRY = MIRRORED[:, :0]  # without a known symmetry
 HALF_TURN = (-1.0) ** MIRRORED.sum(axis=1)  # factor of each under half a turn, which is two mirror images
 
-VARIANCE = 1e-3  # least variance of a direction of the frame, relative to the largest; weaker ones are noise
-ALIGNED = 0.1  # least part of a direction of the frame at each node; below, the nodes do not share a frame
 INDEPENDENT = 1e-6  # least share of the standard deviation of a functional that is independent of those before it
 
 
@@ -154,38 +152,3 @@ def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
     if np.min(np.diag(factor)) <= INDEPENDENT:
         raise IllPosedError("the local functionals depend on each other: use a wider strip or more training samples")
     return scipy.linalg.solve_triangular(factor, np.diag(1.0 / scale), lower=True)
-
-
-def moving_frame(functionals: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Further variables that several nodes share, from functionals that move with the node.
-
-    functionals : (nodes, n, M) of M independent standard normals, such as heights at the same offsets from every node
-    directions : (nodes, v, M) orthonormal rows, the variables in use
-
-    Returns frame : (nodes, m, M), orthonormal rows at every node, orthogonal to the directions there. The rows are the
-    principal components of the rest of the functionals, averaged over the nodes. The smallest change then makes them
-    orthonormal at each node. m is zero where the functionals depend on the directions. Raises ParameterError for
-    arrays that do not match or are not finite, IllPosedError where a component is nearly absent at a node.
-
-    Method: the orthogonal factor of the polar decomposition is the nearest orthonormal frame (Fan and Hoffman, Proc.
-    Am. Math. Soc. 6 (1955) 111).
-    """
-    shape = directions.shape[0], directions.shape[-1]
-    if functionals.ndim != 3 or directions.ndim != 3 or (functionals.shape[0], functionals.shape[2]) != shape:
-        raise ParameterError(f"functionals {functionals.shape} do not match directions {directions.shape}")
-    if not (np.isfinite(functionals).all() and np.isfinite(directions).all()):
-        raise ParameterError("functionals and directions must be finite")
-    rest = functionals
-    for _ in range(2):  # twice is enough, as in orthonormal_directions
-        rest = rest - (rest @ directions.transpose(0, 2, 1)) @ directions
-    variance, components = np.linalg.eigh(np.mean(rest @ rest.transpose(0, 2, 1), axis=0))
-    whole = np.mean(np.einsum("knm,knm->kn", functionals, functionals))
-    kept = np.flatnonzero(variance > VARIANCE * max(variance[-1], whole))[::-1]
-    scaled = (components[:, kept] / np.sqrt(variance[kept])).T @ rest
-    left, length, right = np.linalg.svd(scaled, full_matrices=False)
-    if length.size and np.min(length) < ALIGNED:
-        raise IllPosedError(
-            "the surface around one training node has little in common with that around another: take no more "
-            f"variables than the {directions.shape[1]} local functionals"
-        )
-    return left @ right

@@ -31,10 +31,10 @@ from roughslip.chaos.left_out import (
     without_one,
     without_two,
 )
-from roughslip.chaos.pressure import Kind, PressureTarget
-from roughslip.chaos.regression import Fit, censored_regression, completed, derivatives, expected, least_squares
+from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.regression import Fit, least_squares
 from roughslip.chaos.sampling import sobol_places
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite, gate
 
 GROUPS = 20  # of surfaces, left out in turn
@@ -195,7 +195,7 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     target : the smooth variable; for a trial pressure its gap stiffness is replaced, see `best_gap_stiffness`
 
     Raises IllPosedError for too few surfaces, where predictions of left-out surfaces are worse than their mean, and as
-    the regression and the scatter do. Raises ConvergenceError as a censored regression does.
+    the regression and the scatter do.
     """
     indices, basis = _terms(samples, degree)
     pressure, gap = samples.pressure.ravel(), samples.gap.ravel()
@@ -204,11 +204,8 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
         target = replace(target, gap_stiffness=best_gap_stiffness(basis, group, pressure, gap, target.gap_stiffness))
     values = target.values(pressure, gap)
     weights = target.weights(values)
-    if target.kind == "censored":
-        fit, without, values = _censored(basis, group, values)
-    else:
-        fit = least_squares(basis, values, weights)
-        without = without_two(*group_sums(basis, weights, weights * values, group, GROUPS))
+    fit = least_squares(basis, values, weights)
+    without = without_two(*group_sums(basis, weights, weights * values, group, GROUPS))
     predicted = left_out_predictions(basis, without, group)
     missed = _share_missed(values, predicted[0], weights, basis.shape[1])
     lowest = lowest_in_contact(predicted[0], values, pressure > 0)
@@ -233,38 +230,6 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
         scores=_scores(members[1:], lowest, target, predicted[1:], group, pressure),
         residual=residual.reshape(samples.pressure.shape),
     )
-
-
-def fit_best(
-    samples: Samples, degree: int, targets: Sequence[PressureTarget]
-) -> tuple[LocalExpansion, dict[Kind, float]]:
-    """The expansion of the target whose predictions of left-out surfaces have the best score.
-
-    samples, degree : as in `fit_local`
-    targets : candidates, of different kinds
-
-    Returns the expansion, and the score of every kind, NaN where its fit is refused. Raises as `fit_local` does where
-    all are refused.
-
-    Measured over ten designs by the L1 distance to the true distribution. On the paper's square (percentiles 20, 50,
-    80) the score always chose the trial pressure, which was nearest in 7, 5 and 4 designs. On the resolved square (20,
-    80) it always chose the censored target, nearest in 5 and 4. Where scores differ by less than a tenth, the distances
-    differ by less than their own scatter. The scene `resolved` names the squared pressure, because the strip cannot
-    take a censored target. At the centre of its square, percentile 50, it scores 0.118, the censored target 0.109.
-    """
-    found: list[LocalExpansion] = []
-    scores: dict[Kind, float] = {}
-    refused: list[IllPosedError | ConvergenceError] = []
-    for target in targets:
-        try:
-            found.append(fit_local(samples, degree, target))
-            scores[target.kind] = found[-1].score
-        except (IllPosedError, ConvergenceError) as error:
-            scores[target.kind] = math.nan
-            refused.append(error)
-    if not found:
-        raise refused[0]
-    return min(found, key=lambda one: one.score), scores
 
 
 def _terms(samples: Samples, degree: int) -> tuple[np.ndarray, np.ndarray]:
@@ -299,26 +264,6 @@ def _share_missed(values: np.ndarray, predicted: np.ndarray, weights: np.ndarray
             "variances: take more samples, other or fewer variables, or a lower degree"
         )
     return float(missed / variance)
-
-
-def _censored(basis: np.ndarray, group: np.ndarray, values: np.ndarray) -> tuple[Fit, np.ndarray, np.ndarray]:
-    """The fit of a censored target, its coefficients without each pair of groups, and the target completed by draws.
-
-    Without groups: one step of Newton's method from the maximum of all, exact to second order in their share.
-    """
-    found = censored_regression(basis, values)
-    contact = values > 0
-    rows = np.column_stack([basis, -np.where(contact, values / found.unit, 0.0)])
-    slope, weight = derivatives(rows, contact, found.parameters)
-    matrices, sides = group_sums(rows, weight, slope, group, GROUPS)
-    contacts, h = np.bincount(group, contact, GROUPS), found.parameters[-1]
-    matrices[:, -1, -1] += contacts / h**2
-    sides[:, -1] += contacts / h
-    sides += matrices @ found.parameters
-    moved = without_two(matrices, sides)
-    without = moved[..., :-1] / moved[..., -1:] * found.unit
-    fit = least_squares(basis, expected(found, basis @ found.coefficients, values))
-    return fit, without, completed(left_out_predictions(basis, without, group)[0], found.scatter, values)
 
 
 def _balance(

@@ -5,16 +5,14 @@ it is p, and leave it free elsewhere. The targets here define r out of contact t
 
     - trial pressure: r = p - gap / B_00, and p = r^+
     - squared pressure: w = p^2 + p_1 p - k gap, and p from w^+
-    - censored: w = p^2 + p_1 p, and p from w^+; w is not positive out of contact (`regression.censored_regression`)
 
 The trial pressure, the step of an active-set solver, suits coarse meshes, where a contact is one cell. The squared
 pressure follows Hertz on fine meshes. On a summit of curvature kappa, p_0^2 = k approach with k = (2 E* / pi)^2 kappa
 (Johnson, Contact Mechanics, 1985, eqs. 4.22 to 4.24). At first contact one cell touches, with p = approach / B_00; the
 term p_1 p with p_1 = k B_00 makes w linear there too. For large B_00, w / p_1 becomes the trial pressure. Samples far
-out of contact weigh 1 / (1 + (w / w_0)^2), with w_0 = 0.3 of the mean of w in contact. The censored target ignores the
-gap.
+out of contact weigh 1 / (1 + (w / w_0)^2), with w_0 = 0.3 of the mean of w in contact.
 
-Where the surface yields, p = H and the gap is minus the plastic displacement. The first two targets then continue above
+Where the surface yields, p = H and the gap is minus the plastic displacement. The targets then continue above
 their value at H, as they continue below zero out of contact. The pressure is limited at both ends.
 """
 
@@ -30,8 +28,8 @@ from roughslip.chaos.regression import Fit, least_squares
 from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.validation import finite, gate
 
-Kind = Literal["trial_pressure", "squared_pressure", "censored"]
-KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure", "censored")
+Kind = Literal["trial_pressure", "squared_pressure"]
+KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure")
 
 # On the resolved square (4000 samples, degree 3 in 8 variables) the Kolmogorov distance is 0.005 over all samples and
 # 0.03 given contact with these values, and 0.013 and 0.09 without p_1. Scales of 0.1 to 3 and curvatures of 1 to 40
@@ -45,8 +43,8 @@ CURVATURE = 10.0  # times Sq / l^2
 class PressureTarget:
     """A smooth variable whose positive part gives the pressure.
 
-    kind : "trial_pressure", "squared_pressure" or "censored"
-    gap_stiffness : factor of the gap, 1 / B_00 [Pa/m] or k [Pa^2/m]; positive; unused if censored
+    kind : "trial_pressure" or "squared_pressure"
+    gap_stiffness : factor of the gap, 1 / B_00 [Pa/m] or k [Pa^2/m]; positive
     cell_pressure_pa : [Pa] p_1, not negative; unused for the trial pressure
     hardness_pa : [Pa] H, the highest pressure; positive, infinite for elastic contact
 
@@ -67,29 +65,25 @@ class PressureTarget:
             raise ParameterError(f"the cell pressure must be finite and not negative, not {self.cell_pressure_pa} Pa")
         if not self.hardness_pa > 0:
             raise ParameterError(f"the hardness must be positive, not {self.hardness_pa} Pa")
-        if self.kind == "censored" and math.isfinite(self.hardness_pa):
-            raise ParameterError("a censored target cannot continue above the hardness: take another target")
 
     @gate
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
         """Target : (...) [Pa] or [Pa^2], from pressure : (...) [Pa] and gap : (...) [m].
 
         Pressure or gap is zero, unless the surface yields; then the pressure is the hardness, and the gap is minus the
-        plastic displacement. A censored target is zero out of contact, where its true value is unknown.
+        plastic displacement.
         """
         power = pressure if self.kind == "trial_pressure" else pressure * (pressure + self.cell_pressure_pa)
-        if self.kind == "censored":
-            return power
         return power - self.gap_stiffness * gap
 
     @gate
     def weights(self, target: np.ndarray) -> np.ndarray:
         """Weight : (...) [-] 1 in contact, decreasing out of contact.
 
-        The trial pressure is linear in the gap far from contact too, and a likelihood needs no weights: both have unit
-        weights. Raises IllPosedError where no sample of a squared pressure is in contact, which leaves no scale.
+        The trial pressure is linear in the gap far from contact too, and has unit weights. Raises IllPosedError where
+        no sample of a squared pressure is in contact, which leaves no scale.
         """
-        if self.kind != "squared_pressure":
+        if self.kind == "trial_pressure":
             return np.ones_like(target)
         contact = target > 0
         if not np.any(contact):

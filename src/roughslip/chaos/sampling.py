@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.probability.estimate import NORMAL_95
 from roughslip.validation import gate, whole_at_least
 
 MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
@@ -106,9 +107,6 @@ def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarr
 def _check(samples: int, variables: int) -> None:
     whole_at_least("number of samples", samples, 1)
     whole_at_least("number of variables", variables, 1)
-
-
-NORMAL_95 = float(ndtri(0.975))
 
 
 @gate

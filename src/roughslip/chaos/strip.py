@@ -95,14 +95,12 @@ def fit_strip(
         0; terms that change sign are left out
 
     Returns the expansion and, as (ny, levels) arrays, its QUALITY. Neighbouring nodes are correlated, so the
-    leave-one-out error is too small. Raises ParameterError for arrays that do not match or a censored target, which
-    has no values out of contact; IllPosedError as the whitening and the regression.
+    leave-one-out error is too small. Raises ParameterError for arrays that do not match,
+    IllPosedError as the whitening and the regression.
     """
     functionals, target_values = finite("functionals", functionals, 3), finite("targets", target_values, 3)
     if functionals.shape[:2] != target_values.shape[:2]:
         raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")
-    if target.kind == "censored":
-        raise ParameterError("a strip needs a target out of contact as well: trial_pressure or squared_pressure")
     _, rows, variables = functionals.shape
     levels = target_values.shape[2]
     indices = even_terms(multi_indices(variables, degree), odd)

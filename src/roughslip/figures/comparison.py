@@ -82,15 +82,6 @@ def _scan(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
 
 
-def _change(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
-    """What the cheapest change costs, and the probability of stick-slip after it."""
-    for scene, result in results.items():
-        cost, low, high = with_ends(result, "design_cost")
-        axes.hlines(result["design_probability"], low, high, color=looks[scene]["color"], lw=1.2)
-        draw_points(axes, np.array([cost]), with_ends(result, "design_probability", None), looks[scene])
-    axes.set(xlabel="cost of the change", ylabel="probability of stick-slip", xlim=(0, None), ylim=(0, None))
-
-
 def _cycle(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     for number, (scene, result) in enumerate(results.items()):
         drawn = 1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]
@@ -152,7 +143,6 @@ COMPARED = (
     ),
     Panel("figure_field", "field: modes", ("sobol_total", "sobol_total_error"), _modes),
     Panel("figure_scan", "scan: autocorrelation", ("lag_x", "lag_y", *with_interval_names("correlation")), _scan),
-    Panel("figure_design", "cheapest change", (*with_interval_names("design_cost", "design_probability"),), _change),
 )
 
 

@@ -31,7 +31,8 @@ from scipy.optimize import brentq
 from scipy.special import ndtr
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.combination import ORDERS, Windows
+from roughslip.friction.combination import ORDERS
+from roughslip.friction.level import Level
 from roughslip.friction.statistics import margin_of, require_scatter
 from roughslip.probability.estimate import variance_margin
 
@@ -39,17 +40,17 @@ PERCENTILES = (20.0, 95.0)
 """Penetrations at which the accuracy holds. Below, a few windows that hardly touch decide."""
 
 STATISTICS = ("friction_mean", "friction_std")
-SAVED = 1 / 3  # of the cost with other strips
+COARSE_MUST_SAVE = 1 / 3  # of the cost with other strips
 POINTS = 24
 _SPREAD = (np.arange(610) * np.array([[1], [377]]) % 610 + 0.5) / 305 - 1  # Fibonacci lattice on the square of side 2
 
 
 @dataclass(frozen=True)
-class Sources:
+class ErrorSources:
     """Errors of one statistic at one penetration, relative to it.
 
     percentile, statistic : which one
-    solved, control : A and D of one strip, as large as the pilot leaves them possible
+    solved, control : A and D per strip, at the pilot's 90 % bound
     mesh : half widths of the uniform distributions that the order of the mesh error leaves
     safety : factors that `solved` and `control` hold for few pilot strips
     """
@@ -82,20 +83,20 @@ class Allocation:
 
 
 @dataclass(frozen=True)
-class Choice:
-    """What may be chosen.
+class SampleLimits:
+    """Numbers of strips that may be chosen, and what they may cost.
 
-    strips, many : least and largest number of strips to solve and of strips of the control; equal where given by hand
+    strips, many : minimum and maximum number of strips to solve and of strips of the control; equal where given by hand
     costs : [s] of a strip that is solved, with its others, and of one of the control
-    limit : [s] largest cost
-    least : strips of the control for each one that is solved
+    limit : [s] maximum cost
+    minimum : strips of the control for each one that is solved
     """
 
     strips: tuple[int, int]
     many: tuple[int, int]
     costs: tuple[float, float]
     limit: float
-    least: int = 2
+    minimum: int = 2
 
 
 def half_width(sigma: float, mesh: tuple[float, float]) -> float:
@@ -106,7 +107,7 @@ def half_width(sigma: float, mesh: tuple[float, float]) -> float:
     return float(brentq(lambda width: _outside(width, sigma, mesh), 0.0, most, xtol=1e-9 * most + 1e-15))
 
 
-def mesh_alone(one: Sources) -> float:
+def mesh_alone(one: ErrorSources) -> float:
     """Half width that remains with any number of strips."""
     return half_width(0.0, one.mesh)
 
@@ -133,34 +134,33 @@ def influences(mu: np.ndarray, valid: np.ndarray) -> np.ndarray:
     return np.stack((deviation.sum(axis=1) / mean, of_std), axis=1) * (len(mu) / valid.sum())
 
 
-def sources(
+def error_sources(
     percentiles: np.ndarray,
-    solved: Sequence[Windows],
-    control: Sequence[Windows],
-    coarse: Sequence[Windows] | None,
+    levels: Sequence[Level],
     others: int = 0,
-) -> list[Sources]:
+) -> list[ErrorSources]:
     """Sources of error from a pilot, of mean and standard deviation in units in which the mean at the median is exact.
 
     percentiles : (levels,) [%], 50 among them
-    solved, coarse : by level (mu, valid), each (S, W), of the pilot on cells h and 2h
-    control : by level the same of the control, (S2, W), on the pilot and then on S2 - S other strips
+    levels : each (levels, strips, W): the pilot on cells h, perhaps on cells 2h, and the expansion on more strips
     others : strips on cells 2h alone for each solved strip
     """
-    strips, many = len(solved[0][0]), len(control[0][0])
+    solved, control = levels[0], levels[-1]
+    coarse = levels[1] if len(levels) > 2 else None
+    strips, many = solved.strips, control.strips
     safety = variance_margin(strips), variance_margin(many)
     ends = 1.0 / (2.0 ** np.array([ORDERS["mean"], ORDERS["std"]]) - 1.0)
     middle, open_part = ends.mean(axis=1), (ends[:, 0] - ends[:, 1]) / 2
     parts, changes = {}, {}  # by penetration: influences (strips, 2) each, and (2,)
-    for level, percentile in enumerate(percentiles):
+    for number, percentile in enumerate(percentiles):
         if not PERCENTILES[0] <= percentile <= PERCENTILES[1]:
             continue
-        fine, cheap = influences(*solved[level]), influences(*control[level])
+        fine, cheap = (influences(level.mu[number], level.valid[number]) for level in (solved, control))
         own, change, same = fine, np.zeros(2), cheap[:strips]
         if coarse is not None:
-            half = influences(*coarse[level])
+            half = influences(coarse.mu[number], coarse.valid[number])
             own = fine + middle * (fine - half)
-            change = _logarithms(*solved[level]) - _logarithms(*coarse[level])
+            change = _logarithms(solved, number) - _logarithms(coarse, number)
         if others == 0:
             shown = _slope(fine, same) * cheap
             parts[percentile] = own - shown[:strips], np.zeros_like(own), shown
@@ -170,7 +170,7 @@ def sources(
             alpha = _slope(fine, half) / (1.0 + np.var(left, axis=0) / np.var(half, axis=0) / others)
             parts[percentile] = own - alpha * half, alpha * left, alpha * beta * cheap
         changes[percentile] = open_part * change
-    found = []
+    errors = []
     for percentile, of_both in changes.items():
         for which, statistic in enumerate(STATISTICS):
             if percentile == 50.0 and which == 0:
@@ -185,9 +185,9 @@ def sources(
                 explained *= max(0.0, 1.0 + 2.0 * _slope(on_solved, on_control[:strips]))
             of_mean = changes[50.0][0]
             mesh = (abs(of_both[0] - of_mean), 0.0) if which == 0 else (abs(of_both[1]), abs(of_mean))
-            errors = float(safety[0] * left), float(safety[1] * explained)
-            found.append(Sources(float(percentile), statistic, *errors, mesh, safety))
-    return found
+            bounds = float(safety[0] * left), float(safety[1] * explained)
+            errors.append(ErrorSources(float(percentile), statistic, *bounds, mesh, safety))
+    return errors
 
 
 def _slope(values: np.ndarray, of: np.ndarray) -> np.ndarray:
@@ -199,44 +199,44 @@ def _slope(values: np.ndarray, of: np.ndarray) -> np.ndarray:
     return (deviation * values).sum(axis=0) / spread
 
 
-def allocate(errors: Sequence[Sources], asked: dict[str, float], choice: Choice) -> Allocation | None:
+def allocate(errors: Sequence[ErrorSources], asked: dict[str, float], limits: SampleLimits) -> Allocation | None:
     """The cheapest numbers of strips with half widths of at most `asked`; None where there are none within the limit.
 
-    errors : from `sources`; asked : largest half width by statistic
+    errors : from `error_sources`; asked : largest half width by statistic
     """
-    strips = np.arange(choice.strips[0], choice.strips[1] + 1)
+    strips = np.arange(limits.strips[0], limits.strips[1] + 1)
     if not strips.size:
         return None
-    many = np.maximum(float(choice.least) * strips, choice.many[0])
+    many = np.maximum(float(limits.minimum) * strips, limits.many[0])
     for one in errors:
         left = _variances_within(asked[one.statistic], one, strips) - one.solved / strips
         needed = np.divide(one.control, left, out=np.full(len(strips), np.inf), where=left > 0)
         many = np.maximum(many, np.ceil(needed))
-    cost = choice.costs[0] * strips + choice.costs[1] * many
-    cost[many > choice.many[1]] = np.inf
+    cost = limits.costs[0] * strips + limits.costs[1] * many
+    cost[many > limits.many[1]] = np.inf
     best = int(np.argmin(cost))
-    if not np.isfinite(cost[best]) or cost[best] > choice.limit:
+    if not np.isfinite(cost[best]) or cost[best] > limits.limit:
         return None
     return Allocation(int(strips[best]), int(many[best]), float(cost[best]))
 
 
 @dataclass(frozen=True)
 class Option:
-    """A number of other strips on cells 2h for each solved one, with the errors and choices that go with it."""
+    """A number of other strips on cells 2h for each solved one, with the errors and limits that go with it."""
 
     others: int
-    errors: Sequence[Sources]
-    choice: Choice
+    errors: Sequence[ErrorSources]
+    limits: SampleLimits
 
 
 def cheapest(options: Sequence[Option], asked: dict[str, float]) -> tuple[Option, Allocation] | None:
     """The option of the least cost that reaches what is asked, if one does.
 
     Other strips serve the asked numbers alone, and solved ones all that is shown of friction. So solved ones alone are
-    taken where they cost at most SAVED more.
+    taken where they cost at most COARSE_MUST_SAVE more.
     """
-    found = [(option, chosen) for option in options if (chosen := allocate(option.errors, asked, option.choice))]
-    return min(found, key=lambda one: one[1].cost / (1.0 if one[0].others else 1.0 + SAVED), default=None)
+    found = [(option, chosen) for option in options if (chosen := allocate(option.errors, asked, option.limits))]
+    return min(found, key=lambda one: one[1].cost / (1.0 if one[0].others else 1.0 + COARSE_MUST_SAVE), default=None)
 
 
 def nearest(options: Sequence[Option], asked: dict[str, float]) -> dict[str, float]:
@@ -259,7 +259,7 @@ def nearest(options: Sequence[Option], asked: dict[str, float]) -> dict[str, flo
     return scaled(1.005 * high)  # three digits round by at most half of 1 %
 
 
-def _variances_within(asked: float, one: Sources, strips: np.ndarray) -> np.ndarray:
+def _variances_within(asked: float, one: ErrorSources, strips: np.ndarray) -> np.ndarray:
     """The largest variance for each number of strips; not above it between the POINTS where it is solved for.
 
     With the margin c, c sigma is concave in c: sqrt(asked^2 - (c mesh)^2) / 1.96 but for the shape of the mesh's part.
@@ -277,6 +277,7 @@ def _variance_within(asked: float, mesh: tuple[float, float]) -> float:
     return float(brentq(lambda sigma: _outside(asked, sigma, mesh), 0.0, asked, xtol=1e-6 * asked)) ** 2
 
 
-def _logarithms(mu: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """(2,) logarithms of mean and standard deviation."""
-    return np.log([mu[valid].mean(), mu[valid].std()])
+def _logarithms(level: Level, penetration: int) -> np.ndarray:
+    """(2,) logarithms of mean and standard deviation at a penetration, by its number."""
+    windows = level.mu[penetration][level.valid[penetration]]
+    return np.log([windows.mean(), windows.std()])

@@ -1,16 +1,16 @@
-"""Statistics of the friction coefficient from strips on two meshes and from a cheap model on many more strips.
+"""Statistics of the friction coefficient from several levels: meshes and models of falling cost, each on more strips.
 
 Two errors are reduced, that of the mesh and that of few strips::
 
-    theta = theta_h + f (theta_h - theta_2h) - alpha (theta_same - theta_many)
+    theta = theta_h + f (theta_h - theta_2h) - alpha (theta_same - theta_more)
 
 - theta_h, theta_2h: the solved strips on cells h and 2h. An error c h^p is taken off by f = 1 / (2^p - 1) (Richardson).
-- theta_same, theta_many: a control on the S solved strips and on S2 others. Its bias cancels. The variance is least for
-  alpha = cov / (var_same (1 + S / S2)) (Lavenberg and Welch, Management Science 27, 1981; with the mean of the control
-  itself estimated: Pasupathy et al., IIE Transactions 44, 2012).
+- theta_same, theta_more: the next cheaper level on the S strips, and on S2 more. Its bias cancels. The least
+  variance has alpha = cov / (var_same (1 + S / S2)) (Lavenberg and Welch, Management Science 27, 1981; with the mean of
+  the control itself estimated: Pasupathy et al., IIE Transactions 44, 2012).
 
-With other strips on cells 2h alone, these are the control: theta_same is then theta_2h, and theta_many that of the
-other strips, itself combined with the cheap model on still more strips.
+Where cells 2h have more strips than cells h, they are that level, and theta_more is itself combined with the expansion
+on still more strips.
 
 Both act on every replicate of the bootstrap, so that the interval holds what remains of both errors. Positive
 statistics are combined by their logarithms and stay positive.
@@ -19,27 +19,29 @@ statistics are combined by their logarithms and stay positive.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import autocorrelation
+from roughslip.friction.level import Level, controls, group_sizes
 from roughslip.friction.statistics import NO_SCATTER, estimate_of, window_statistics
 from roughslip.probability import Estimate
 
 ORDERS = {"mean": (0.9, 2.2), "std": (1.25, 2.75), "autocorrelation": (1.0, 2.0)}
-"""Least and largest order of the error of the mesh: 1 at the sides of a strip, 2 at the edges of contacts. Measured on
-three scenes, docs/notebook/friction.md."""
+"""Minimum and maximum order of the error of the mesh: 1 at the sides of a strip, 2 at the edges of contacts.
+Measured on three scenes, docs/notebook/friction.md."""
 
 POSITIVE = ("mean", "std", "quantiles")
 PLAIN = ("skewness", "kurtosis", "autocorrelation")
 
-Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (S, W)
-Rows = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of the sample, then of each replicate
+Replicates = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of the sample, then of each replicate
 
 
-def mesh_factors(replicates: int, rng: np.random.Generator) -> Rows:
+def mesh_factors(replicates: int, rng: np.random.Generator) -> Replicates:
     """f : (1 + replicates,) of each statistic, evenly spread over those of ORDERS; the first is their middle.
 
     Mean and quantiles share one, as the sides of the strip act on all of mu alike. Skewness and kurtosis have none:
@@ -53,18 +55,19 @@ def mesh_factors(replicates: int, rng: np.random.Generator) -> Rows:
     return factors | {"quantiles": factors["mean"]}
 
 
-def rows_of(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Rows:
+def bootstrap(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Replicates:
     """The statistics that are combined, at all lags; logarithms of those in POSITIVE.
 
     mu, valid : (S, W) friction coefficient and bool
     weights : (1 + R, S) counts from `strip_weights`
     """
     curve = {"autocorrelation": autocorrelation(mu, valid, mu.shape[1], weights)}
-    found = vars(window_statistics(mu, valid, weights)) | curve
-    return {name: np.log(found[name].rows) for name in POSITIVE} | {name: found[name].rows for name in PLAIN}
+    statistics = vars(window_statistics(mu, valid, weights)) | curve
+    logarithms = {name: np.log(statistics[name].rows) for name in POSITIVE}
+    return logarithms | {name: statistics[name].rows for name in PLAIN}
 
 
-def extrapolated(rows: Rows, fine: Rows, coarse: Rows, factors: Rows) -> Rows:
+def extrapolated(rows: Replicates, fine: Replicates, coarse: Replicates, factors: Replicates) -> Replicates:
     """Rows with the error of the mesh taken off, of each statistic that has a factor.
 
     rows : of strips on cells h, with or without a control
@@ -77,7 +80,9 @@ def extrapolated(rows: Rows, fine: Rows, coarse: Rows, factors: Rows) -> Rows:
     }
 
 
-def controlled(rows: Rows, same: Rows, many: Rows, strips: float | None = None) -> tuple[Rows, dict[str, np.ndarray]]:
+def controlled(
+    rows: Replicates, same: Replicates, many: Replicates, strips: float | None = None
+) -> tuple[Replicates, dict[str, np.ndarray]]:
     """Rows with the control taken off, and the share of its variance that each statistic keeps.
 
     rows, same : of the solved strips and of the control on them, with the same weights
@@ -86,42 +91,42 @@ def controlled(rows: Rows, same: Rows, many: Rows, strips: float | None = None) 
 
     Raises IllPosedError where the control does not scatter between strips.
     """
-    found, kept = {}, {}
+    combination, shares = {}, {}
     for name, own in rows.items():
         deviation = own[1:] - own[1:].mean(axis=0), same[name][1:] - same[name][1:].mean(axis=0)
-        shared, control = (np.mean(deviation[1] * one, axis=0) for one in deviation)
+        shared, control = (np.mean(deviation[1] * of, axis=0) for of in deviation)
         variance = np.mean(deviation[0] ** 2, axis=0)
         if name == "mean" and not (control > NO_SCATTER**2 and variance > NO_SCATTER**2):
             raise IllPosedError("solved or control windows do not scatter between strips: use the solved strips alone")
         total = control + np.var(many[name][1:], axis=0) if strips is None else (1.0 + strips) * control
         alpha = np.divide(shared, total, out=np.zeros_like(shared), where=control > 0)
-        found[name] = own - alpha * (same[name] - many[name])
-        kept[name] = 1.0 - np.divide(alpha * shared, variance, out=np.zeros_like(shared), where=variance > 0)
-    return found, kept
+        combination[name] = own - alpha * (same[name] - many[name])
+        shares[name] = 1.0 - np.divide(alpha * shared, variance, out=np.zeros_like(shared), where=variance > 0)
+    return combination, shares
 
 
 @dataclass(frozen=True)
 class Combined:
     """Statistics of mu from all strips.
 
-    rows : of each statistic, as from `rows_of`
+    rows : of each statistic, as from `bootstrap`
     mesh : part of the rows of mean and std that the extrapolation to cells of no size added; zero without one
-    kept : by statistic, variance over that of the solved strips alone
-    control : rows of the control alone, on the other strips
-    strips : number of solved strips, and of those of the control
+    variance_share : by statistic, variance over that of the solved strips alone
+    control : rows of the last level alone, on its own strips
+    strips : number of solved strips, and of those that the last level has alone
     """
 
-    rows: Rows
-    mesh: Rows
-    kept: Rows
-    control: Rows
+    rows: Replicates
+    mesh: Replicates
+    variance_share: Replicates
+    control: Replicates
     strips: tuple[int, int]
 
     def estimates(self) -> dict[str, Estimate]:
         """Each statistic of mu, with the coefficient of variation."""
-        rows = {name: np.exp(one) if name in POSITIVE else one for name, one in self.rows.items()}
+        rows = {name: np.exp(values) if name in POSITIVE else values for name, values in self.rows.items()}
         rows["variation"] = rows["std"] / rows["mean"]
-        return {name: estimate_of(name, one, self.strips[0]) for name, one in rows.items()}
+        return {name: estimate_of(name, values, self.strips[0]) for name, values in rows.items()}
 
     def mesh_change(self, name: str) -> Estimate:
         """() relative change of the mean or std by the extrapolation to cells of no size."""
@@ -131,56 +136,48 @@ class Combined:
         """Of mu in units in which the reference has a mean of `mean` exactly, in each replicate."""
         scale, mesh = math.log(mean) - reference.rows["mean"], reference.mesh["mean"]
         powers = {"mean": scale, "std": scale, "quantiles": scale[:, None]}
-        rows = {name: one + powers.get(name, 0.0) for name, one in self.rows.items()}
-        return replace(self, rows=rows, mesh={name: one - mesh for name, one in self.mesh.items()})
+        rows = {name: values + powers.get(name, 0.0) for name, values in self.rows.items()}
+        return replace(self, rows=rows, mesh={name: change - mesh for name, change in self.mesh.items()})
 
 
-@dataclass(frozen=True)
-class Others:
-    """Strips on cells 2h alone, other ones than those that are solved.
+def combine(levels: Sequence[Level], weights: Sequence[np.ndarray], factors: Replicates | None = None) -> Combined:
+    """Statistics of the first level, with cheaper ones as controls and cells 2h for the extrapolation.
 
-    coarse, control : (mu, valid), each (S1, W), on these strips
-    weights : (1 + R, S1) counts from `strip_weights`
-    """
-
-    coarse: Windows
-    control: Windows
-    weights: np.ndarray
-
-
-def combine(
-    solved: Windows,
-    control_same: Windows,
-    control_many: Windows,
-    weights: np.ndarray,
-    weights_many: np.ndarray,
-    coarse: Windows | None = None,
-    factors: Rows | None = None,
-    others: Others | None = None,
-) -> Combined:
-    """Statistics from solved strips, with the control on the same and on many other strips, and with a second mesh.
-
-    solved, control_same, coarse : (mu, valid), each (S, W): solved windows, the control and cells of twice the edge
-    control_many : (mu, valid), each (S2, W): the control on other strips, which are in none of the other groups
-    weights, weights_many : (1 + R, S), (1 + R, S2) counts from `strip_weights`
-    factors : from `mesh_factors`, with `coarse`
-    others : strips on the cells of `coarse` alone
+    levels : solved on cells h, perhaps on cells 2h, then the expansion; each (S, W), of no fewer strips than the one
+        before and the last of more. A level without more strips serves the extrapolation alone
+    weights : by group of strips, as from `group_weights`
+    factors : from `mesh_factors`; without them nothing is extrapolated
 
     All replicates share one alpha, so that intervals lack its own error, a part 1 / S of the variance.
     """
-    shapes = [np.shape(mu) for mu, _ in (solved, control_same, *(() if coarse is None else (coarse,)))]
-    if len(set(shapes)) > 1 or np.shape(control_many[0])[1:] != shapes[0][1:]:
-        raise ParameterError(f"solved windows, those of the control and of the coarse mesh must match, not {shapes}")
-    if np.ndim(weights) != 2 or np.ndim(weights_many) != 2 or len(weights) != len(weights_many):
-        raise ParameterError("weights of the solved and of other strips need equally many rows: see strip_weights")
-    fine, control = rows_of(*solved, weights), rows_of(*control_many, weights_many)
-    half = None if coarse is None else rows_of(*coarse, weights)
-    if half is not None and others is not None:
-        own, same = (rows_of(*windows, others.weights) for windows in (others.coarse, others.control))
-        of_others, _ = controlled(own, same, control, len(others.coarse[0]) / len(control_many[0]))
-        rows, kept = controlled(fine, half, of_others)
-    else:
-        rows, kept = controlled(fine, rows_of(*control_same, weights), control, len(solved[0]) / len(control_many[0]))
-    final = rows if half is None or factors is None else extrapolated(rows, fine, half, factors)
-    mesh, strips = {name: final[name] - rows[name] for name in ("mean", "std")}, (len(solved[0]), len(control_many[0]))
-    return Combined(final, mesh, kept, control, strips)
+    chain = controls(levels)
+    shapes = [np.shape(level.mu) for level in levels]
+    strips = [level.strips for level in levels]
+    if len({shape[1:] for shape in shapes}) > 1 or strips != sorted(strips) or strips[-1:] == strips[-2:-1]:
+        raise ParameterError(f"levels need equal windows on ever more strips, the last on most of all, not {shapes}")
+    counts = group_sizes(levels)
+    if [np.shape(group)[1:] for group in weights] != [(count,) for count in counts]:
+        raise ParameterError(f"weights are needed for groups of {counts} strips: see group_weights")
+    if len({len(group) for group in weights}) > 1:
+        raise ParameterError("weights of all groups of strips need equally many rows: see group_weights")
+    ends = np.cumsum(counts)
+
+    @cache
+    def of_group(number: int, group: int) -> Replicates:
+        """Of a level, by its number, on one group of strips."""
+        part = slice(ends[group] - counts[group], ends[group])
+        return bootstrap(levels[number].mu[part], levels[number].valid[part], weights[group])
+
+    numbers = [levels.index(level) for level in chain]
+    last = len(chain) - 1
+    rows = control = of_group(numbers[-1], last)
+    for group in reversed(range(last)):
+        own, same = (of_group(number, group) for number in numbers[group : group + 2])
+        ratio = counts[group] / counts[last] if group == last - 1 else None
+        rows, shares = controlled(own, same, rows, ratio)
+    final = rows
+    coarse = next((number for number, level in enumerate(levels) if level.mesh == 2), None)
+    if coarse is not None and factors is not None:
+        final = extrapolated(rows, of_group(0, 0), of_group(coarse, 0), factors)
+    mesh = {name: final[name] - rows[name] for name in ("mean", "std")}
+    return Combined(final, mesh, shares, control, (counts[0], counts[-1]))

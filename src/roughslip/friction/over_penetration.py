@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from roughslip.friction.combination import Combined, Windows, combine, mesh_factors
+from roughslip.friction.combination import Combined, Replicates, combine, mesh_factors
 from roughslip.friction.correlation import correlation_fit
+from roughslip.friction.level import Level, group_weights
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.penetration import Trend, trend
-from roughslip.friction.statistics import strip_weights
+from roughslip.friction.statistics import estimate_of
 from roughslip.probability import Estimate
 
 LENGTHS = ("least_squares", "one_over_e", "integral", "log_line_50", "log_line_90")
@@ -25,9 +26,9 @@ JUDGED = ("length_least_squares", "misfit_difference", "skewness", "kurtosis")
 
 def combined_estimates(combined: list[Combined], lags: np.ndarray, window: float) -> dict[str, list[Estimate]]:
     """By name the statistics of all levels from all strips, with the lengths [m] of the autocorrelation at the lags."""
-    found = [each.estimates() for each in combined]
-    fits = [correlation_fit(lags, each["autocorrelation"], window) for each in found]
-    return {name: [each[name] for each in found] for name in found[0]} | {
+    estimates = [each.estimates() for each in combined]
+    fits = [correlation_fit(lags, each["autocorrelation"], window) for each in estimates]
+    return {name: [each[name] for each in estimates] for name in estimates[0]} | {
         **{f"length_{name}": [getattr(fit, name) for fit in fits] for name in LENGTHS},
         "log_line_r2": [fit.log_line_r2 for fit in fits],
         "misfit_difference": [fit.misfit_difference for fit in fits],
@@ -41,16 +42,34 @@ def trend_of(percentiles: np.ndarray, estimates: list[Estimate]) -> Trend:
 
 def trend_estimates(combined: dict[str, list[Estimate]], percentiles: np.ndarray) -> dict[str, Estimate]:
     """Change along a straight line, and last less first level, of TRENDS from all strips."""
-    found: dict[str, Estimate] = {}
+    changes: dict[str, Estimate] = {}
     for name in TRENDS:
-        one = trend_of(percentiles, combined[name])
-        found |= {f"trend_combined_{name}_line": one.line, f"trend_combined_{name}_change": one.change}
-    return found
+        along = trend_of(percentiles, combined[name])
+        changes |= {f"trend_combined_{name}_line": along.line, f"trend_combined_{name}_change": along.change}
+    return changes
+
+
+def calibrated_levels(
+    percentiles: np.ndarray, levels: Sequence[Level], weights: Sequence[np.ndarray], factors: Replicates, mean: float
+) -> tuple[list[Combined], Estimate]:
+    """Statistics of every penetration, in units in which the mean at the median is exact, and the shear strength.
+
+    percentiles : (levels,) [%], 50 among them
+    levels : each (levels, S, W), as of `combine` at each penetration, for a shear strength of 1 Pa
+    weights, factors : as of `combine`
+    mean : friction coefficient at median penetration
+
+    Returns the shear strength [Pa] as the second, with what few strips leave open of it.
+    """
+    combined = [combine([level.at(number) for level in levels], weights, factors) for number in range(len(percentiles))]
+    median = combined[int(np.flatnonzero(percentiles == 50.0)[0])]
+    shear = estimate_of("mean", mean / np.exp(median.rows["mean"]), levels[0].strips)
+    return [each.calibrated(mean, median) for each in combined], shear
 
 
 def judged_estimates(
     percentiles: np.ndarray,
-    windows: tuple[Sequence[Windows], Sequence[Windows], Sequence[Windows] | None],
+    levels: Sequence[Level],
     lags: np.ndarray,
     window: float,
     replicates: int,
@@ -59,29 +78,21 @@ def judged_estimates(
     """What the rules of verdicts read, by the name that stage friction stores it under, each () or (levels,).
 
     percentiles : (levels,) [%], 50 among them
-    windows : by level (mu, valid) of the solved strips, each (S, W); of the control on them and then on others; of the
-        solved strips on cells 2h
+    levels : each (levels, S, W), as of `combine` at each penetration
     lags, window : [m] as of `correlation_fit`
     """
-    solved, control, coarse = windows
-    strips, levels = len(solved[0][0]), len(percentiles)
-    weights = strip_weights(strips, replicates, rng)
-    weights_many = strip_weights(len(control[0][0]) - strips, replicates, rng)
+    weights = group_weights(levels, replicates, rng)
     factors = mesh_factors(replicates, rng)
-    best = []
-    for level, (own, (mu, valid)) in enumerate(zip(solved, control, strict=True)):
-        same, many = ((mu[part], valid[part]) for part in (slice(strips), slice(strips, None)))
-        half = None if coarse is None else coarse[level]
-        best.append(combine(own, same, many, weights, weights_many, half, factors))
-    median = best[int(np.flatnonzero(percentiles == 50.0)[0])]
-    combined = combined_estimates([one.calibrated(1.0, median) for one in best], lags, window)
-    found = {f"combined_{name}": combined[name] for name in JUDGED}
-    found["beta_distance_standardised"] = [distance_to_beta(*own, weights).standardised for own in solved]
-    trends = trend_estimates(combined, percentiles) if levels > 1 else {}
-    return {name: _stacked(of_levels) for name, of_levels in found.items()} | trends
+    best, _ = calibrated_levels(percentiles, levels, weights, factors, 1.0)
+    combined = combined_estimates(best, lags, window)
+    judged = {f"combined_{name}": combined[name] for name in JUDGED}
+    pairs = zip(levels[0].mu, levels[0].valid, strict=True)
+    judged["beta_distance_standardised"] = [distance_to_beta(*pair, weights[0]).standardised for pair in pairs]
+    trends = trend_estimates(combined, percentiles) if len(percentiles) > 1 else {}
+    return {name: _stacked(of_levels) for name, of_levels in judged.items()} | trends
 
 
 def _stacked(estimates: list[Estimate]) -> Estimate:
     """Estimates () of the levels as one (levels,)."""
     parts = ("value", "low", "high", "replicates")
-    return Estimate(*(np.stack([getattr(one, part) for one in estimates]) for part in parts))
+    return Estimate(*(np.stack([getattr(each, part) for each in estimates]) for part in parts))

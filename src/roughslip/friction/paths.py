@@ -1,6 +1,6 @@
-"""Friction paths: one interface to the recursion, and paths of a given length by Fourier transform.
+"""Friction paths: one interface to the recursion, and to the paper's waves of random phase.
 
-The spectral representation and the circulant embedding take one transform over a period, which draws the whole path.
+These take one Fourier transform over a period, which draws a whole path of a given length.
 """
 
 from __future__ import annotations
@@ -20,10 +20,8 @@ from roughslip.validation import gate
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
 SHORTEST_PERIOD = 300.0  # correlation lengths; the random-phase sum has the excess kurtosis -3 L / period
-REACH = 36.0  # correlation lengths beyond which the embedded correlation, 2e-16, may wrap round
 MOST_NODES = 2**26
 CORRELATION_TOLERANCE = 0.01
-NEGATIVE_SHARE = 1e-9  # of the spectrum of an embedding, which rounding leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +33,6 @@ class Spectrum:
     period_nodes : number of nodes of the period of the Gaussian sum
     amplitude : (period_nodes // 2 + 1,) root mean square of the discrete Fourier transform of a Gaussian sample, at the
         two frequencies without a phase times sqrt(2)
-    gaussian_amplitudes : whether the amplitudes of the waves are random, else their phases alone are
     translation : from the Gaussian sum to mu_S
     clipped : [-] share of the spectrum that was negative and set to zero
     correlation_error : [-] largest deviation of the autocorrelation of mu_S from exp(-s / L) at the nodes of a path
@@ -45,7 +42,6 @@ class Spectrum:
     nodes: int
     period_nodes: int
     amplitude: np.ndarray
-    gaussian_amplitudes: bool
     translation: Translation
     clipped: float
     correlation_error: float
@@ -54,14 +50,10 @@ class Spectrum:
         """The path : (nodes,) of a seed, whole: mu_S [-] at the slipped distances 0, spacing, 2 spacing, ...
 
         The Gaussian sum z = sum_k sqrt(2 variance_k) |w_k| cos(2 pi k j / period_nodes + arg w_k) comes by FFT.
-        The w_k are exp(i phase) of independent uniform phases, or complex normal with mean square 1. Then mu_S is the
-        quantile of the marginal at the probability of z, less the mean of the marginal.
+        The w_k are exp(i phase) of independent uniform phases. Then mu_S is the quantile of the marginal at the
+        probability of z, less the mean of the marginal.
         """
-        generator, count = np.random.default_rng(seed), self.amplitude.size
-        if self.gaussian_amplitudes:
-            wave = generator.standard_normal(2 * count).view(np.complex128) * math.sqrt(0.5)
-        else:
-            wave = np.exp(1j * generator.uniform(0.0, 2.0 * math.pi, count))
+        wave = np.exp(1j * np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, self.amplitude.size))
         return [self.translation.apply(_inverse(self.amplitude * wave, self.period_nodes)[: self.nodes])]
 
 
@@ -78,25 +70,7 @@ def spectral_representation(process: FrictionProcess, spacing_m: float, length_m
     nodes = _nodes(spacing_m, length_m)
     length = process.correlation_length_m
     period = max(length_m + GUARD_LENGTHS * length, SHORTEST_PERIOD * length)
-    return _spectrum(process, spacing_m, nodes, period / spacing_m, gaussian_amplitudes=False)
-
-
-def circulant_embedding(process: FrictionProcess, spacing_m: float, length_m: float) -> Spectrum:
-    """The same with amplitudes that are random too, on a period in which every lag of the path is exact.
-
-    Raises as `spectral_representation`, and IllPosedError where the circulant covariance is not one.
-
-    Method: C. R. Dietrich & G. N. Newsam, SIAM J. Sci. Comput. 18 (1997) 1088-1107.
-    """
-    nodes = _nodes(spacing_m, length_m)
-    reach = REACH * process.correlation_length_m / spacing_m
-    spectrum = _spectrum(process, spacing_m, nodes, nodes - 1 + min(nodes - 1.0, reach), gaussian_amplitudes=True)
-    if spectrum.clipped > NEGATIVE_SHARE:
-        raise IllPosedError(
-            f"{spectrum.clipped:.1e} of the spectrum of the embedded path is negative: no Gaussian process has this "
-            f"correlation; take a longer path, or {process.smoother}"
-        )
-    return spectrum
+    return _spectrum(process, spacing_m, nodes, period / spacing_m)
 
 
 def _nodes(spacing_m: float, length_m: float) -> int:
@@ -106,9 +80,7 @@ def _nodes(spacing_m: float, length_m: float) -> int:
     return max(math.ceil(min(length_m / spacing_m, 2.0 * MOST_NODES) - 1e-9), 1) + 1
 
 
-def _spectrum(
-    process: FrictionProcess, spacing_m: float, nodes: int, period_nodes: float, gaussian_amplitudes: bool
-) -> Spectrum:
+def _spectrum(process: FrictionProcess, spacing_m: float, nodes: int, period_nodes: float) -> Spectrum:
     if not period_nodes < MOST_NODES:
         raise ParameterError(
             f"a path by Fourier transform needs more than {MOST_NODES} nodes; use a wider spacing, or the recursion, "
@@ -140,7 +112,6 @@ def _spectrum(
         nodes=nodes,
         period_nodes=period,
         amplitude=amplitude,
-        gaussian_amplitudes=gaussian_amplitudes,
         translation=translation,
         clipped=clipped,
         correlation_error=correlation_error,
@@ -152,7 +123,7 @@ def _inverse(spectrum: np.ndarray, period: int) -> np.ndarray:
     return np.asarray(fft.c2r(spectrum, lastsize=period, forward=False, inorm=2))
 
 
-METHODS = ("recursion", "embedding", "spectral")
+METHODS = ("recursion", "spectral")
 
 
 Paths = Recursion | Spectrum  # of one process at one spacing
@@ -162,15 +133,13 @@ Paths = Recursion | Spectrum  # of one process at one spacing
 def prepare(process: FrictionProcess, spacing_m: float, length_m: float, method: str = "recursion") -> Paths:
     """Paths with nodes at 0, spacing_m, ... that reach to length_m or further.
 
-    method : recursion has no end and keeps a piece at a time; embedding and spectral draw the whole path at once, the
-        latter as the paper does. All three have the same marginal and autocorrelation.
+    method : recursion has no end and keeps a piece at a time; spectral draws the whole path at once, as the paper does.
+        Both have the same marginal and autocorrelation.
 
     Raises ParameterError and IllPosedError as they do.
     """
     if method == "recursion":
         return recursion(process, spacing_m)
-    if method == "embedding":
-        return circulant_embedding(process, spacing_m, length_m)
     if method == "spectral":
         return spectral_representation(process, spacing_m, length_m)
     raise ParameterError(f"friction paths are drawn by one of {', '.join(METHODS)}, not {method!r}")

@@ -141,7 +141,7 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     if not correlation_error <= CORRELATION_LIMIT:
         raise IllPosedError(
             f"{terms} exponentials leave the autocorrelation {correlation_error:.3f} from the exponential, more "
-            f"than {CORRELATION_LIMIT}; draw by embedding (ensemble.process), or {process.smoother}"
+            f"than {CORRELATION_LIMIT}; draw by waves (ensemble.process: spectral), or {process.smoother}"
         )
     return Recursion(
         spacing=float(spacing_m),

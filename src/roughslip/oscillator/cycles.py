@@ -13,16 +13,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr, ndtr, stdtrit
+from scipy.special import log_ndtr, ndtr
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
-from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
+from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin, student_95
 from roughslip.validation import gate
 
 REPLICATES = 1000
 FEWEST_REALISATIONS = 8
-TAILS = (0.025, 0.975)
 NO_SCATTER = 1e-12  # of the mean, or of the scatter of all runs: what rounding leaves where there is none
 NULLS = 399
 FEWEST_EVENTS = 100
@@ -64,7 +63,7 @@ def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> Cycle
     mean = stochastic.mean(axis=0)
     error = stochastic.std(axis=0, ddof=1) / np.sqrt(realisations)
     difference = deterministic - mean
-    half = stdtrit(realisations - 1, TAILS[1]) * error
+    half = student_95(realisations) * error
     return CycleCounts(mean, error, difference, difference - half, difference + half)
 
 

@@ -304,9 +304,6 @@ def continue_run(
         limit = static_limit(mu_s_at(piece_at(path, z), z), stochastic, p)
         if limit == 0.0:
             cuts += 1
-            if settings.refuse:
-                status = Status.NEGATIVE
-                break
         side = HELD if phase.status == Status.NO_SLIP else _side(y.tau, y.x, limit, p)
         if side == HELD:
             events = _record(events, REATTACHMENT, y, backwards)

@@ -75,7 +75,7 @@ def departure_point(oscillator: Oscillator, law: FrictionLaw) -> float:
 class SlipLoop:
     """The first loop of slip without scatter, from the departure point.
 
-    cycle : the stick-slip cycle, None where the loop does not come back to the belt
+    cycle : the stick-slip cycle, None where the loop does not come back to the belt, or passes it without sticking
     periods : natural periods of the loop, up to its end on the belt or to its largest velocity; 0 where slip comes to
         steady sliding without a loop
     fastest : [m/s] largest sliding speed of the cycle; v0, that of steady sliding, where there is none
@@ -195,6 +195,10 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     speed is the limit of stick, departure is the grazing point, and the stick-slip cycle has shrunk to a cycle of slip
     alone.
 
+    It is the upper limit. Friction that rises from a minimum can return so much of its work to a nearly undamped mass
+    that it overtakes the belt, and falls back behind it beyond the static limit: a cycle of slip alone, which ends
+    above a damping ratio of its own. `slip_loop` has no cycle there.
+
     Of a flow that is too stiff for an explicit method the limit is known to STIFF_LIMIT (`stiff_return`). Raises
     IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any damping
     or slip is too stiff.
@@ -216,11 +220,17 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
         return -1.0 if stiff_return(replace(flow, damping_ratio=ratio), start) is None else 1.0
 
     if not _excess_without_damping(undamped, law) > GRAZES:
-        raise IllPosedError("no stick-slip cycle even without damping: friction must fall with sliding speed")
+        raise IllPosedError(
+            "no stick-slip cycle even without damping: friction must fall with speed, or from a higher static one"
+        )
     low, high, trials = 0.0, max(hopf_damping(oscillator, law), 0.05), 2
     while (reached := excess(high)) > 0.0:
         if high > LARGEST_DAMPING:
-            raise ConvergenceError("the cycle exists at every damping ratio tried", residual=reached, work=trials)
+            raise ConvergenceError(
+                f"the cycle exists at every damping ratio tried, up to {high:.3g}; there is no limit to give",
+                residual=reached,
+                work=trials,
+            )
         low, high, trials = high, 2.0 * high, trials + 1
     accuracy = STIFF_LIMIT * high if is_stiff else 1e-10 * max(high, 1.0)
     return float(scipy.optimize.bisect(excess, low, high, xtol=accuracy, rtol=8.9e-16))

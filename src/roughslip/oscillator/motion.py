@@ -20,7 +20,6 @@ from roughslip.validation import gate
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
 TOLERANCES = (1e-13, 1e-3)
-NEGATIVE_FRICTION = ("clip", "refuse")
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,6 @@ class MotionOptions:
     interpolation : of mu_S between nodes: cubic is continuous with its slope (Catmull-Rom), linear is not
     friction_follows : the variable of mu_S: slip, the slipped distance, which stands still in stick; belt, the travel
         v0 t of the belt; time. With the last two departure is the first passage on the path
-    negative_friction : clip cuts friction below zero and counts it, refuse ends with an error
     integrator : fehlberg45, or dormand_prince853 for smooth motions and small tolerances
 
     Raises ParameterError for a tolerance out of range or an unknown word.
@@ -110,7 +108,6 @@ class MotionOptions:
     stochastic_static_limit: bool = True
     interpolation: str = "cubic"
     friction_follows: str = "slip"
-    negative_friction: str = "clip"
     integrator: str = "fehlberg45"
 
     def __post_init__(self) -> None:
@@ -119,7 +116,6 @@ class MotionOptions:
         for name, allowed in (
             ("interpolation", INTERPOLATIONS),
             ("friction_follows", FRICTION_FOLLOWS),
-            ("negative_friction", NEGATIVE_FRICTION),
             ("integrator", tuple(PAIRS)),
         ):
             if getattr(self, name) not in allowed:
@@ -152,8 +148,8 @@ def simulate(
     start_velocity_m : [m] X' at tau = 0; None for V, where the mass sticks if friction holds it
     samples : arrays that receive X and X' at equal times, as `trajectory` gives them
 
-    Returns the events with the local error. Raises ParameterError for input out of range, for a path that is too short
-    and for negative friction that the options refuse, ConvergenceError at the step limit.
+    Returns the events with the local error. Raises ParameterError for input out of range and for a path that is too
+    short, ConvergenceError at the step limit.
 
     Method: E. Fehlberg, NASA TR R-315 (1969), or DOP853 of Hairer, Nørsett & Wanner (1993); events by Newton's method
     on repeated steps.
@@ -167,8 +163,7 @@ def simulate(
     p = coefficients(oscillator, law, options.friction_follows)
     feed = PathFeed(path, spacing_m, options.interpolation)
     stochastic = bool(options.stochastic_static_limit)
-    refuse = options.negative_friction == "refuse"
-    settings = Settings(PAIRS[options.integrator], float(options.tolerance), refuse, stochastic)
+    settings = Settings(PAIRS[options.integrator], float(options.tolerance), stochastic)
     if u is None or u == p.V:
         run, events = start_on_belt(float(x), feed.path, stochastic, p)
     else:
@@ -210,11 +205,6 @@ def _check_end(status: Status, run: RunState, periods: float, path: str, length:
         raise ParameterError(
             f"the friction path of {path} ends after {reached:.4g} of {periods:.4g} natural periods; give a longer "
             f"one, about {need:.3g} {path[-1]}"
-        )
-    if status == Status.NEGATIVE:
-        raise ParameterError(
-            f"friction turns negative after {reached:.4g} of {periods:.4g} natural periods: make it scatter less, or "
-            f"let it be cut to zero (negative friction: clip)"
         )
     if status in (Status.STEPS_OVER, Status.STEP_LOST):
         reason = "within the step limit" if status == Status.STEPS_OVER else "and needs a step too short to change time"

@@ -55,9 +55,8 @@ class Status(IntEnum):
     STEPS_OVER = 3
     NO_SLIP = 4  # the mass is pulled back to the belt at once
     NODES_OVER = 5  # the motion needs more nodes of the path than are present
-    NEGATIVE = 6  # friction is negative, which the settings refuse
-    STEP_LOST = 7  # the next step is too short to change tau
-    GOES_ON = 8  # it does not end
+    STEP_LOST = 6  # the next step is too short to change tau
+    GOES_ON = 7  # it does not end
 
 
 class Settings(NamedTuple):
@@ -65,13 +64,11 @@ class Settings(NamedTuple):
 
     pair : of runge_kutta.py
     tolerance : [-] of a unit of tau
-    refuse : whether negative friction ends the run, else it is cut to zero
     stochastic : whether mu_S enters the limit of stick
     """
 
     pair: int
     tolerance: float
-    refuse: bool
     stochastic: bool
 
 
@@ -385,8 +382,6 @@ def slip(
         backwards = backwards or turns_backwards(y, end)
         total += error
         cuts += friction_is_cut(end, sigma, piece, p)
-        if settings.refuse and cuts > 0:
-            return Slip(Status.NEGATIVE, end, backwards, steps, wide, total, control, cuts)
         if met == LOWER and here.row == 0:  # the lower end of the first row of a law is the belt
             return Slip(Status.AT_BELT, end, backwards, steps, wide, total, control, cuts)
         if last:

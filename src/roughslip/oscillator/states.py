@@ -12,7 +12,6 @@ after LOOPS of them the mass has missed the belt at least twice.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,30 +134,21 @@ def run_until_known(
         """Natural periods of stick from X = position on, without scatter."""
         return max(departure_point(oscillator, law) - position, 0.0) / oscillator.V / turn
 
-    first = 0.0 if from_sliding else _first_departure(run, until_departure(0.0) + 1.0)
-    end = first + periods
-    duration = end + longest
+    duration = periods + longest + (0.0 if from_sliding else until_departure(0.0) + 1.0)
     for extension in range(EXTENSIONS):
         motion = run(duration)
         slips, cut_off = slip_phases(motion)
-        if np.any(slips[: len(slips) - cut_off, 1] > end) or (cut_off and np.diff(slips[-1])[0] > longest):
-            return motion, first, states_of(motion, longest)
-        stick = 0.0 if cut_off else until_departure(float(motion.position[-1])) - (duration - slips[-1, 1])
-        duration += max(stick, 0.0) + 2.0**extension + longest
+        if slips.size:
+            end = (first := 0.0 if from_sliding else float(slips[0, 0])) + periods
+            if np.any(slips[: len(slips) - cut_off, 1] > end) or (cut_off and np.diff(slips[-1])[0] > longest):
+                return motion, first, states_of(motion, longest)
+            stick = 0.0 if cut_off else until_departure(float(motion.position[-1])) - (duration - slips[-1, 1])
+            duration = max(duration, end) + max(stick, 0.0) + 2.0**extension + longest
+        else:
+            duration *= 1.5
+    lacking = f"whether it sticks or slides after {end:.3g}" if slips.size else "when the mass leaves the belt"
     raise ConvergenceError(
-        f"the state at {end:.3g} natural periods is not known after {duration:.3g}", residual=1.0, work=EXTENSIONS
-    )
-
-
-def _first_departure(run: Callable[[float], Motion], duration: float) -> float:
-    """The natural period at which a motion from rest first leaves the belt; run : of a duration in natural periods."""
-    for _ in range(EXTENSIONS):
-        departures = np.flatnonzero((motion := run(duration)).kind == DEPARTURE)
-        if departures.size:
-            return float(motion.time[departures[0]]) / (2.0 * math.pi)
-        duration *= 1.5
-    raise ConvergenceError(
-        f"the mass has not left the belt after {duration:.3g} natural periods", residual=1.0, work=EXTENSIONS
+        f"{duration:.3g} natural periods do not show {lacking}: raise the belt velocity", residual=1.0, work=EXTENSIONS
     )
 
 

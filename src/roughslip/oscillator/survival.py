@@ -10,15 +10,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtri, ndtri
+from scipy.special import chdtri
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.oscillator.motion import Motion
 from roughslip.oscillator.states import States, slip_phases
+from roughslip.probability.estimate import NORMAL_95, TAILS
 from roughslip.validation import gate
 
 REPLICATES = 400
-TAILS = (0.025, 0.975)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
     steps[0] = 1.0, 0.05 ** (1.0 / duration.size), 1.0
     for step, value in enumerate(survival, start=1):
         if value > 0.0:
-            spread = ndtri(TAILS[1]) * math.sqrt(greenwood[step - 1]) / abs(math.log(value))
+            spread = NORMAL_95 * math.sqrt(greenwood[step - 1]) / abs(math.log(value))
             steps[step] = value, value ** math.exp(spread), value ** math.exp(-spread)
         else:
             steps[step] = 0.0, 0.0, 1.0 - 0.05 ** (1.0 / duration.size) if step == 1 else steps[step - 1, 2]
@@ -155,7 +155,7 @@ def damping_band(
         if not np.isfinite(at[0]) or np.mean(np.isnan(at)) > 0.05:
             raise IllPosedError(
                 f"the damping ratios from {damping[0]:.4g} to {damping[-1]:.4g} do not hold the one at which the mean "
-                f"share is {level:g}: widen them or run more realisations"
+                f"share is {level:g}: widen them (ensemble.damping_ratios) or run more realisations"
             )
         band[row] = at[0], *np.nanquantile(at[1:], TAILS)
     return band

@@ -7,6 +7,7 @@ from roughslip.probability.distributions import distribution_of_moments as distr
 from roughslip.probability.empirical import EmpiricalDistribution as EmpiricalDistribution
 from roughslip.probability.empirical import empirical_distribution as empirical_distribution
 from roughslip.probability.empirical import fit_distribution as fit_distribution
+from roughslip.probability.estimate import NORMAL_95 as NORMAL_95
 from roughslip.probability.estimate import TAILS as TAILS
 from roughslip.probability.estimate import Estimate as Estimate
 from roughslip.probability.translation import Distribution as Distribution

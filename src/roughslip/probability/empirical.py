@@ -17,7 +17,7 @@ EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
 FINE = 1.0 / 256.0
 LEAST_BEYOND = 10  # values beyond the outermost node on either side
 MOST_SHARED = 0.05  # of the values at the lowest or at the highest one
-STEEPER = 5.0  # slope of a tail over that to the extreme value, at most
+STEEPER = (5.0, 1.0)  # slope of a tail over that to the extreme value, at most; the second where the first adds spread
 MOST_STRETCH = 0.03  # by which all values are stretched for the deviation that the table lost or added
 TIE = 0.01  # of the mean deviation over n: the mean distance of neighbours is some three hundred times as long
 
@@ -79,7 +79,7 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     removed. Nodes are n^(-1/5) apart in the score, as the width of a kernel in a density estimate. They
     reach as far as ten values and the middle of the extreme ones lie beyond, and a monotone cubic joins them (Fritsch
     and Carlson, SIAM J. Numer. Anal. 17 (1980) 238). In the tails x is linear in the score with the slope of the last
-    interval, a normal tail of that local spread, or STEEPER times that to the extreme value if outliers begin there.
+    interval, a normal tail of that local spread, or a multiple of that to the extreme value if outliers begin there.
 
     Raises IllPosedError for constant values, fewer than 100, or more than 5 % at one end.
     """
@@ -102,21 +102,24 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     half = math.floor(reach / spacing)
     inner = spacing * np.arange(-half, half + 1)
     known = np.interp(inner, score, values)
-    slopes = [
-        min(
-            abs(known[one] - known[two]) / spacing,
-            STEEPER * abs((values[one] - known[one]) / (score[one] - inner[one])),
-        )
-        for one, two in ((0, 1), (-1, -2))
-    ]
-    ends = known[0] - slopes[0] * (EDGE + inner[0]), known[-1] + slopes[1] * (EDGE - inner[-1])
-    curve = scipy.interpolate.PchipInterpolator(
-        np.concatenate(([-EDGE], inner, [EDGE])), np.concatenate((ends[:1], known, ends[1:]))
-    )
     normal = np.linspace(-EDGE, EDGE, round(2.0 * EDGE / FINE) + 1)
-    table = curve(normal)
-    table -= _moment(normal, table, 1)
-    lost = float(np.std(x)) / math.sqrt(_moment(normal, table, 2))
+    for steeper in STEEPER:
+        slopes = [
+            min(
+                abs(known[one] - known[two]) / spacing,
+                steeper * abs((values[one] - known[one]) / (score[one] - inner[one])),
+            )
+            for one, two in ((0, 1), (-1, -2))
+        ]
+        ends = known[0] - slopes[0] * (EDGE + inner[0]), known[-1] + slopes[1] * (EDGE - inner[-1])
+        curve = scipy.interpolate.PchipInterpolator(
+            np.concatenate(([-EDGE], inner, [EDGE])), np.concatenate((ends[:1], known, ends[1:]))
+        )
+        table = curve(normal)
+        table -= _moment(normal, table, 1)
+        lost = float(np.std(x)) / math.sqrt(_moment(normal, table, 2))
+        if lost >= 1.0 - MOST_STRETCH:
+            break
     table *= deviation / float(np.std(x)) * min(max(lost, 1.0 - MOST_STRETCH), 1.0 + MOST_STRETCH)
     return EmpiricalDistribution(normal, table, float(ndtr(inner[0])))
 

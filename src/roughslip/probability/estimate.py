@@ -7,15 +7,25 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import chdtri, ndtri, stdtrit
 
-TAILS = (0.025, 0.975)  # probabilities of the ends of a 95 % interval
+TAILS = (0.025, 0.975)
+"""Probabilities of the ends of a 95 % interval."""
+
+NORMAL_95 = float(ndtri(TAILS[1]))
+"""Half width of the 95 % interval of a normal variable, over its standard deviation."""
+
 SCALE_FREEDOM = 1 / 3
 """Degrees of freedom of the variance of log std that resampled groups show, over those of a mean. Influences of
 kurtosis k have 2 / (k + 2). k is 4 for Gaussian groups of three independent values each, and more for smaller ones."""
 CHANCE = 0.1  # of a pilot that shows less variance than `variance_margin` allows for
 
 
+def student_95(samples: int | np.ndarray) -> np.ndarray:
+    """Half width of Student's 95 % interval of a mean, over its standard error. samples : independent ones"""
+    return np.asarray(stdtrit(np.asarray(samples) - 1, TAILS[1]))
+
+
 def variance_margin(samples: int) -> float:
-    """Factor on the variance that few Gaussian samples show, which holds the true one but for CHANCE."""
+    """Inflation of the variance of few Gaussian samples, so that the true one is exceeded with 10 % risk (CHANCE)."""
     return float((samples - 1) / chdtri(samples - 1, 1.0 - CHANCE))
 
 

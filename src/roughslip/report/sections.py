@@ -129,10 +129,6 @@ SECTIONS = {
         "A map over two parameters, coloured by the probability of stick-slip, with dots where it was computed and "
         "lines of the limits without scatter.",
     ),
-    "figure_design": Section(
-        "The cheapest change that keeps stick-slip rare",
-        "A plane of two parameters with the scene, the line of the limit, the cheapest point and its cost.",
-    ),
     "figure_lifetimes": Section(
         "How long stick-slip lasts near its limit",
         "Three panels: share of runs still in stick-slip against time, mean lifetimes against damping, and bands of "

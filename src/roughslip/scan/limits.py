@@ -17,6 +17,7 @@ MOST_POINTS = 2**23  # statistics of so many points take some 2 GB
 MOST_BYTES = 2**29
 # [bytes] The library of the instruments' formats takes some thirty times as much for text with a header.
 MOST_TEXT = 2**26
+SMALLER = "export a part of the scan, or every second point"
 # With these Python unpacks no more than the size in the archive; with others it unpacks everything.
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
@@ -24,7 +25,9 @@ _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 def check_size(path: Path) -> None:
     """Refuses a file of more than MOST_BYTES."""
     if path.stat().st_size > MOST_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
+        raise InputError(
+            f"{path}: {path.stat().st_size / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read: {SMALLER}"
+        )
 
 
 def check_text(path: Path) -> None:
@@ -33,7 +36,7 @@ def check_text(path: Path) -> None:
         is_text = b"\0" not in file.read(4096)
     if is_text and path.stat().st_size > MOST_TEXT:
         raise InputError(
-            f"{path}: {path.stat().st_size / 1e6:.0f} MB of text; at most {MOST_TEXT / 1e6:.0f} MB are read"
+            f"{path}: {path.stat().st_size / 1e6:.0f} MB of text; at most {MOST_TEXT / 1e6:.0f} MB are read: {SMALLER}"
         )
 
 
@@ -42,7 +45,7 @@ def check_points(path: Path, shape: tuple[int, ...]) -> None:
     if len(shape) != 2:
         raise InputError(f"{path}: holds {len(shape)}-dimensional heights; a map of heights has two dimensions")
     if math.prod(shape) > MOST_POINTS:
-        raise InputError(f"{path}: {shape[0]} x {shape[1]} points; at most {MOST_POINTS} are read")
+        raise InputError(f"{path}: {shape[0]} x {shape[1]} points; at most {MOST_POINTS} are read: {SMALLER}")
 
 
 def check_archive(path: Path) -> None:

@@ -11,6 +11,7 @@ import scipy
 
 from roughslip.errors import InputError
 from roughslip.scan.limits import check_archive, check_points, first_line
+from roughslip.scan.matlab import check_matlab
 from roughslip.scan.reading import Reading, array_of_heights, metres, settled
 
 ARRAYS = (".h5", ".hdf5", ".mat", ".npz", ".npy")
@@ -72,6 +73,7 @@ def _opened(path: Path) -> Found:
             file.visititems(lambda name, part: note(name, part) if isinstance(part, h5py.Dataset) else None)
         return {name: shape[::-1] if turned else shape for name, shape in shapes.items()}, other, read
     if path.suffix.lower() == ".mat":
+        check_matlab(path)
         for name, shape, kind in scipy.io.whosmat(path):
             if kind in _CLASSES:
                 shapes[name] = shape

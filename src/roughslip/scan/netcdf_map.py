@@ -43,7 +43,7 @@ def read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | Non
                 values[np.ma.filled(file.variables["mask"][:], 1) != 0] = np.nan
             values = values if heights.dimensions == ("x", "y") else values.T
     except (OSError, RuntimeError, ValueError, TypeError, IndexError) as error:
-        raise InputError(f"{path}: truncated or not netCDF ({first_line(error)})") from error
+        raise InputError(f"{path}: truncated or not netCDF ({first_line(error)}); export it again") from error
     return Reading(values * scale, spacing, f"variable '{name}' in {unit}")
 
 

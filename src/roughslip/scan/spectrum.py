@@ -140,7 +140,9 @@ def fractal_dimension(found: Spectrum, parts: SubAreas, band: tuple[float, float
     """
     inside = (found.wavenumber >= band[0]) & (found.wavenumber <= band[1])
     if inside.sum() < 2:
-        raise IllPosedError(f"fewer than two rings of the spectrum lie between {band[0]:.3g} and {band[1]:.3g} 1/m")
+        raise IllPosedError(
+            f"fewer than two rings of the spectrum lie between {band[0]:.3g} and {band[1]:.3g} 1/m: take a larger scan"
+        )
     x, weight = np.log(found.wavenumber[inside]), found.modes[inside]
     x = x - np.average(x, weights=weight)
     slope = parts.interval(np.log(found.rows[:, inside]) @ (weight * x) / np.sum(weight * x**2))

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from roughslip.errors import InputError
-from roughslip.scan.limits import MOST_POINTS, check_points
+from roughslip.scan.limits import MOST_POINTS, SMALLER, check_points
 from roughslip.scan.reading import METRES
 from roughslip.scan.topography import FEWEST_NODES
 
@@ -150,7 +150,7 @@ def _rows(path: Path) -> tuple[np.ndarray, list[str], list[str]]:
         last = number
         rows.append(row)
         if len(rows) * len(row) > 3 * MOST_POINTS:  # points have three columns
-            raise InputError(f"{path}: more than {MOST_POINTS} points; at most {MOST_POINTS} are read")
+            raise InputError(f"{path}: more than {MOST_POINTS} points; at most {MOST_POINTS} are read: {SMALLER}")
     if not rows and headings:
         raise _header(path, headings[0][0], headings[0][2])
     if not rows:

@@ -7,9 +7,8 @@ from typing import Literal
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
 
-Process = Literal["recursion", "embedding", "spectral"]
+Process = Literal["recursion", "spectral"]
 Marginal = Literal["beta", "empirical", "paper"]
-Interpolation = Literal["cubic", "linear"]
 
 
 @section
@@ -31,8 +30,8 @@ class Ensemble(Section):
         at_most=10000,
     )
     process: Process = choice(
-        "Method that draws realisations of the friction process: recursion, exact and piece by piece; embedding, "
-        "exact; spectral, waves of random phase as in the paper. The last two keep a whole realisation in memory",
+        "Method that draws realisations of the friction process: recursion, exact and piece by piece; spectral, "
+        "waves of random phase as in the paper, which keeps a whole realisation in memory",
         Process,
         default="recursion",
     )
@@ -41,11 +40,6 @@ class Ensemble(Section):
         "empirical, the quantiles of the windows; paper, Beta(2.1, 5)",
         Marginal,
         default="beta",
-    )
-    interpolation: Interpolation = choice(
-        "Interpolation between the nodes of a realisation: cubic with a continuous slope, or linear",
-        Interpolation,
-        default="cubic",
     )
     nodes_per_correlation_length: int | Literal["auto"] = integer(
         "Nodes of a realisation of the friction process per correlation length; with auto, as few as accuracy allows",

@@ -11,10 +11,7 @@ from roughslip.scene.fields import Section, choice, flag, group, integer, many, 
 from roughslip.scene.load import MOST_WINDOWS
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
-TableInterpolation = Literal["monotone_cubic", "linear"]
 Follows = Literal["slip", "belt", "time"]
-NegativeFriction = Literal["clip", "refuse"]
-Integrator = Literal["fehlberg45", "dormand_prince853"]
 
 
 @section
@@ -32,9 +29,6 @@ class FrictionTable(Section):
         number("A friction coefficient", at_least=0, at_most=10),
         fewest=2,
         most=1000,
-    )
-    interpolation: TableInterpolation = choice(
-        "Interpolation between the speeds", TableInterpolation, default="monotone_cubic"
     )
 
 
@@ -83,18 +77,6 @@ class Oscillator(Section):
     )
     correlation_time_s: float | None = number(
         "Correlation time of the stochastic part where it follows time", "s", above=0, at_most=1e6, default=None
-    )
-    negative_friction: NegativeFriction = choice(
-        "Treatment of a stochastic part that would turn friction negative: clip cuts friction to zero and counts the "
-        "cuts, refuse ends with an error",
-        NegativeFriction,
-        default="clip",
-    )
-    integrator: Integrator = choice(
-        "Embedded Runge-Kutta pair of the slip motion: fehlberg45 as in the paper, or dormand_prince853, which takes "
-        "fewer evaluations where the nodes of the friction path do not bound the steps",
-        Integrator,
-        default="fehlberg45",
     )
     penetration_percentile: float | None = number(
         "Penetration of the surfaces that the mass slides on, between the first and the last of the strip, as the "

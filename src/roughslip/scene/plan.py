@@ -16,19 +16,18 @@ Scene = dict[str, Any]
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
 _KEY_BY_KEY = ("roughness", "friction", "numerics", "batches")
 _ALWAYS_GIVEN = ("seed", "description", "targets")
-FREE = frozenset({"figure_map", "figure_lifetimes", "figure_design"})  # figures of the oscillator without excitation
+FREE = frozenset({"figure_map", "figure_lifetimes"})  # figures of the oscillator without excitation
 
 
 def default_targets(scene: Scene) -> list[str]:
-    """Of a scene that names none itself: those it inherits, and with figure5 its map, and the design that it asks for.
+    """Of a scene that names none itself: those it inherits, and with figure5 its map.
 
-    The limits of the map and the design are those of the oscillator without excitation.
+    The limits of the map are those of the oscillator without excitation.
     """
     inherited, oscillator = list(scene["targets"]), scene.get("oscillator")
     if "figure5" not in inherited or not isinstance(oscillator, dict) or oscillator.get("excitation_force_n") != 0:
         return inherited
-    asked = (name for name, section in (("figure_map", "map"), ("figure_design", "design")) if section in scene)
-    return list(dict.fromkeys([*inherited, *asked]))
+    return list(dict.fromkeys([*inherited, *(["figure_map"] if "map" in scene else [])]))
 
 
 def slice_for(scene: Scene, stage: str) -> Scene:

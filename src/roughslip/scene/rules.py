@@ -14,11 +14,10 @@ from roughslip.limits import (
     MOST_NUMBERS,
     TRAINING_NODES,
     TRAINING_SPACING,
-    VARIABLE_COUNTS,
 )
 from roughslip.scene import accuracy, contact, friction, load, motion_rules, oscillator, ranges, roughness
 from roughslip.scene.declarations import declarations
-from roughslip.scene.expansion import AUTO, BEST, terms
+from roughslip.scene.expansion import AUTO, terms
 from roughslip.scene.mistakes import (
     Mistake,
     Rule,
@@ -48,7 +47,6 @@ for _key, _other, _ in _TAKEN_BY:
     REPLACES.setdefault(_other.partition(".")[0], {})[_other.partition(".")[2]] = (_key.partition(".")[2],)
 
 
-FEWEST, MOST = VARIABLE_COUNTS[0], VARIABLE_COUNTS[-1]
 _MEMORY, _TERMS = f"{MOST_NUMBERS} (0.8 GB of memory)", ("expansion.variables", "expansion.degree")
 _CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
 _DRAWS = 40  # over the square of accuracy.pressure: draws then add 1.36 / sqrt(10) of its half, with 95 %
@@ -95,8 +93,8 @@ _RULES = (
     ),
     Rule(
         ("expansion.variables", "square.modes"),
-        lambda v, modes: (FUNCTIONALS if v == BEST else v) <= modes,
-        f"at most square.modes = {{1}}, of which {BEST} takes {FUNCTIONALS} or more",
+        lambda v, modes: v <= modes,
+        "at most square.modes = {1}",
     ),
     *(
         rule
@@ -109,19 +107,19 @@ _RULES = (
             ),
             Rule(
                 (samples, *_TERMS),
-                lambda n, v, d: n == AUTO or n > terms(v, d, FEWEST),
+                lambda n, v, d: n == AUTO or n > terms(v, d),
                 "more than the terms of the expansion, C({1} + {2}, {2})",
             ),
             Rule(
                 (samples, *_TERMS),
-                lambda n, v, d: n == AUTO or n <= terms(v, d, FEWEST) or n * terms(v, d, MOST) <= MOST_NUMBERS,
+                lambda n, v, d: n == AUTO or n <= terms(v, d) or n * terms(v, d) <= MOST_NUMBERS,
                 f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_MEMORY}",
             ),
         )
     ),
     Rule(
         ("expansion.samples", *_TERMS),
-        lambda n, v, d: n != AUTO or TRAINING_NODES * terms(v, d, MOST) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
+        lambda n, v, d: n != AUTO or TRAINING_NODES * terms(v, d) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
         f"a lower expansion.degree, because more samples than C({{1}} + {{2}}, {{2}}), at {TRAINING_NODES} nodes each, "
         f"give tables above {_MEMORY}",
     ),
@@ -218,11 +216,6 @@ _RULES = (
         f"samples times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (1.5 GB of memory) for figure_field",
     ),
     Rule(
-        ("expansion.target", _HARDNESS),
-        lambda target, _: target != "censored",
-        f"trial_pressure, squared_pressure or best where the surface yields, at {_HARDNESS} = {{1}} [Pa]",
-    ),
-    Rule(
         ("targets", _HARDNESS),
         lambda targets, _: "figure_field" not in targets,
         f"figure_field ranks the pressures of a node, and those at {_HARDNESS} are equal: leave it out",
@@ -237,11 +230,6 @@ _RULES = (
         lambda n, length, cell, d: n > 1 and n * training_columns(length / cell) > terms(FUNCTIONALS, d),
         f"at least 2, and enough that every {TRAINING_SPACING}th column gives more samples than "
         f"C({FUNCTIONALS} + {{3}}, {{3}})",
-    ),
-    Rule(
-        ("expansion.target", "strip.training_samples"),
-        lambda target, _: target != "censored",
-        "trial_pressure, squared_pressure or best: along the strip no regression is censored",
     ),
     *(Rule(pair, lambda n, most: most == AUTO or n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
     Rule(accuracy.STRIPS[::-1], lambda e, s: AUTO in (e, s) or e >= 2 * s, "at least twice strip.samples = {1}"),

@@ -32,7 +32,7 @@ from roughslip.scene.friction import Friction
 from roughslip.scene.load import Load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
-from roughslip.scene.ranges import Design, StickSlipMap
+from roughslip.scene.ranges import StickSlipMap
 from roughslip.scene.roughness import Roughness
 
 ContactArea = Literal["corrected", "nodes"]
@@ -110,7 +110,6 @@ class Scene(Section):
     map: StickSlipMap = group(StickSlipMap)
     survival: Survival = group(Survival)
     answer: Answer = group(Answer)
-    design: Design = group(Design)
     numerics: Numerics = group(Numerics)
     batches: Batches = group(Batches)
 

@@ -7,10 +7,9 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.enrichment import enrich
-from roughslip.chaos.local import LocalExpansion, Samples
+from roughslip.chaos.local import LocalExpansion, Samples, fit_local
 from roughslip.chaos.sampling import design
-from roughslip.chaos.selection import fit_count
-from roughslip.limits import MOST_NUMBERS, VARIABLE_COUNTS
+from roughslip.limits import MOST_NUMBERS
 from roughslip.scene.accuracy import EXPANSION_SHARE
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry
@@ -22,7 +21,7 @@ STAGE = Stage(
     name="adaptive_training",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
     "expansion.variables expansion.degree expansion.target expansion.samples",
-    reads_if_given="expansion.rotation accuracy.pressure expansion.design",
+    reads_if_given="accuracy.pressure expansion.design",
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="contact/training.nc",
@@ -36,20 +35,10 @@ LEAST = 128  # solves to begin with: six in each of the groups that are left out
 MOST = 2**14  # sixteen times what an error of 0.005 takes on the resolved square
 
 
-def terms(candidates: expansion.Candidates, degree: int) -> tuple[int, int]:
-    """Fewest and most terms of the expansion, the former with all given variables."""
-    least = candidates.given if candidates.count is None else candidates.count
-    most = VARIABLE_COUNTS[-1] if candidates.count is None else candidates.count
-    return math.comb(least + degree, degree), math.comb(most + degree, degree)
-
-
-def numbers(least: int, most: int, nodes: int, modes: int) -> tuple[int, int]:
-    """Solves to begin with, more than the least terms as for a given number, and solves never to exceed; powers of two.
-
-    least, most : terms
-    """
-    room = MOST_NUMBERS // max(most * nodes, modes)
-    return max(LEAST, 2 ** least.bit_length()), min(MOST, 2 ** (room.bit_length() - 1))
+def numbers(terms: int, nodes: int, modes: int) -> tuple[int, int]:
+    """Solves to begin with, more than the terms, and solves never to exceed; powers of two."""
+    room = MOST_NUMBERS // max(terms * nodes, modes)
+    return max(LEAST, 2 ** terms.bit_length()), min(MOST, 2 ** (room.bit_length() - 1))
 
 
 def work(job: Job) -> None:
@@ -60,23 +49,21 @@ def work(job: Job) -> None:
     nodes = geometry.training_nodes(problem.model.lengths_m, problem.grid)
     batches: list[dict[str, store.Variable]] = []
     with job.usage.core():
-        candidates = expansion.candidates(job.scene, problem.model, problem.grid, problem.modes, nodes)
-        targets = expansion.targets(job.scene, problem.model, problem.grid)
+        local = expansion.variables_of(job.scene, problem.model, problem.grid, problem.modes, nodes)
+        target = expansion.target(job.scene, problem.model, problem.grid)
 
         def solve(first: int, last: int) -> Samples:
             xi = design(asked.design or DESIGN, seed, last, len(problem.modes))[first:]
             found = solved(problem, xi, last - first, nodes, job)
             title = "standard normal variables of the samples"
             batches.append({**found, "xi": store.Variable(("sample", "mode"), xi, "1", title)})
-            return candidates.samples(xi, found["pressure"].values, found["gap"].values)
+            return local.samples(xi, found["pressure"].values, found["gap"].values)
 
         def fit(samples: Samples) -> tuple[LocalExpansion, Samples]:
-            chosen = fit_count(
-                samples, candidates.given, candidates.count, asked.degree, targets, regression=candidates.regression
-            )
-            return chosen.expansion, chosen.samples
+            return fit_local(samples, asked.degree, target), samples
 
-        least, most = numbers(*terms(candidates, asked.degree), len(nodes.x), len(problem.modes))
+        terms = math.comb(asked.variables + asked.degree, asked.degree)
+        least, most = numbers(terms, len(nodes.x), len(problem.modes))
         drawing = [job.scene.seed, geometry.STREAM_ENRICHMENT]
         enriched = enrich(solve, fit, allowed, least=least, most=most, seed=drawing)
     for count, error in enriched.history:

@@ -38,8 +38,7 @@ from roughslip.verdicts.bracket import end
 STAGE = Stage(
     name="answer",
     reads="seed oscillator numerics.oscillator_tolerance",
-    reads_if_given="answer.realisations answer.duration_periods ensemble.marginal ensemble.interpolation "
-    "friction.statistics",
+    reads_if_given="answer.realisations answer.duration_periods ensemble.marginal friction.statistics",
     optional={"friction": "friction"},
     result="answer.json",
     target="answer",

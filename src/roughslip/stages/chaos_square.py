@@ -5,17 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
-from roughslip.chaos.local import LocalExpansion
-from roughslip.chaos.pressure import KINDS
-from roughslip.chaos.regression import Fit
-from roughslip.chaos.sampling import NORMAL_95, kolmogorov_distance, monte_carlo, quantile_levels
-from roughslip.chaos.selection import Chosen, fit_count
-from roughslip.errors import IllPosedError
-from roughslip.limits import designs_of
-from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import expansion, geometry, surface_model
-from roughslip.stages.result_tables.centre_distribution import (
+from roughslip.chaos.centre_distribution import (
     EXPANDED,
     METHODS,
     REPLICATES,
@@ -35,6 +25,15 @@ from roughslip.stages.result_tables.centre_distribution import (
     refused_rows,
     sampled_rows,
 )
+from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
+from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.chaos.regression import Fit
+from roughslip.chaos.sampling import kolmogorov_distance, monte_carlo, quantile_levels
+from roughslip.errors import IllPosedError
+from roughslip.limits import designs_of
+from roughslip.probability.estimate import NORMAL_95
+from roughslip.scene.declarations import Stage
+from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
@@ -72,27 +71,23 @@ FITS = {
 }
 
 
-def local_expansion(batches: list[store.Result], surface: store.Result, job: Job) -> tuple[Chosen, np.ndarray]:
-    """Ours, from the training nodes of its design, with what its target and its variables were chosen from.
+def local_expansion(
+    batches: list[store.Result], surface: store.Result, job: Job
+) -> tuple[LocalExpansion, Samples, np.ndarray]:
+    """Ours, and what it is fitted to: the training nodes of its design.
 
-    Returns it, and its variables at the centre in terms of the modes : (variables, modes).
+    Returns them, and the variables at the centre in terms of the modes : (variables, modes).
     """
     scene = job.scene
     model, grid = surface_model.gaussian_model(scene, job.arguments.scan), geometry.square_grid(scene)
     nodes = geometry.training_nodes(model.lengths_m, grid)
-    candidates = expansion.candidates(scene, model, grid, surface["modes"], nodes)
+    variables = expansion.variables_of(scene, model, grid, surface["modes"], nodes)
     trained = scene.expansion.samples == "auto"  # then stage adaptive_training drew the samples
     xi = samples_of(batches, "expansion", "xi") if trained else store.read(job.arguments.designs)["expansion"]
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
-    chosen = fit_count(
-        candidates.samples(xi, pressure, gap),
-        candidates.given,
-        candidates.count,
-        scene.expansion.degree,
-        expansion.targets(scene, model, grid),
-        regression=candidates.regression,
-    )
-    return chosen, chosen.rotation @ candidates.directions[0]
+    samples = variables.samples(xi, pressure, gap)
+    local = fit_local(samples, scene.expansion.degree, expansion.target(scene, model, grid))
+    return local, samples, variables.directions[0]
 
 
 def edges_of(batches: list[store.Result], group: np.ndarray, job: Job) -> tuple[EdgeCorrection, EdgeCorrection]:
@@ -165,8 +160,8 @@ def work(job: Job) -> None:
     nodes = samples_of(batches, "monte_carlo", "pressure")
     surface = store.read(job.arguments.surface)
     with job.usage.core():
-        chosen, directions = local_expansion(batches, surface, job)
-        local, sampled = chosen.expansion, samples_of(batches, "latin_hypercube", "pressure")[:, 0]
+        local, samples, directions = local_expansion(batches, surface, job)
+        sampled = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
         indices = multi_indices(len(directions[:PAPER]), asked.degree)
         basis = hermite_basis(store.read(job.arguments.designs)["latin_hypercube"] @ directions[:PAPER].T, indices)
         designs = [
@@ -184,7 +179,7 @@ def work(job: Job) -> None:
             "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
         }
         known = known_in_contact(nodes, directions, seed)
-        error, edges = edges_of(batches, chosen.samples.group, job)
+        error, edges = edges_of(batches, samples.group, job)
         drawn, borne = local.draw_with_variables(np.random.default_rng(drawing), asked.draws)
         judged = drawn[edges.apply(borne) > 0][:KNOWN]
         at_contact = {"roughslip": reference.distance(edges.apply(local.mean_pressure_at(known)))}
@@ -224,37 +219,30 @@ def work(job: Job) -> None:
     results = table(rows, pressure, solved) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)
-    results |= choice(chosen, directions) | corrections(error) | given
+    results |= explained(local, directions) | corrections(error) | given
     results["captured_variance"] = surface.variable("captured_variance")
     store.write(job.arguments.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
 
 
-def choice(chosen: Chosen, directions: np.ndarray) -> dict[str, store.Variable]:
-    """What our expansion takes of its candidates, how well each predicts, and what the modes behind them explain.
+def explained(local: LocalExpansion, directions: np.ndarray) -> dict[str, store.Variable]:
+    """How well our expansion predicts left-out surfaces, and what the modes behind its variables explain.
 
     directions : (variables, modes) the variables at the centre in terms of the modes
     """
-    local, tried = chosen.expansion, ("count",)
     first, total = sobol_indices(local.indices, local.whole.coefficients, directions)
     unit = "Pa m-1" if local.target.kind == "trial_pressure" else "Pa2 m-1"
-    score = "continuous ranked probability score at left-out surfaces over the mean pressure; NaN where not tried"
-    scores = [chosen.targets.get(kind, np.nan) for kind in KINDS]
+    score = "continuous ranked probability score of our expansion at left-out surfaces over the mean pressure"
     missed = "share of the variance of its target that our expansion misses at left-out surfaces"
-    explained = "share of the variance of the expanded target that a mode explains {} (Sobol' index)"
-    more = "standard error of how much more the score is than the least of these"
+    share = "share of the variance of the expanded target that a mode explains {} (Sobol' index)"
     variables = "variables at the centre in terms of the modes"
     return {
         "cross_validated": store.Variable((), local.cross_validated, "1", missed),
         "gap_stiffness": store.Variable(
             (), local.target.gap_stiffness, unit, "stiffness of the gap in the target of our expansion"
         ),
-        "target": store.Variable(("target",), np.array(KINDS), "1", "what our expansion may expand"),
-        "score": store.Variable(("target",), scores, "1", score),
-        "count": store.Variable(tried, np.array(chosen.counts), "1", "numbers of variables that were tried"),
-        "count_score": store.Variable(tried, chosen.scores, "1", score.replace("not tried", "refused")),
-        "count_error": store.Variable(tried, chosen.errors, "1", more),
-        "sobol_first": store.Variable(("mode",), first, "1", explained.format("alone")),
-        "sobol_total": store.Variable(("mode",), total, "1", explained.format("alone and with others")),
+        "score": store.Variable((), local.score, "1", score),
+        "sobol_first": store.Variable(("mode",), first, "1", share.format("alone")),
+        "sobol_total": store.Variable(("mode",), total, "1", share.format("alone and with others")),
         "direction": store.Variable(("variable", "mode"), directions, "1", variables),
     }
 

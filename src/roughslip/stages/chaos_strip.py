@@ -49,7 +49,7 @@ def work(job: Job) -> None:
     batches = [batch for batch in store.read_all(job.arguments.contact) if "pressure" in batch]
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
     lattice = geometry.lattice(scene)
-    target, stencil = expansion.strip_target(scene, model, grid), expansion.stencil(model, lattice.grid)
+    target, stencil = expansion.target(scene, model, grid), expansion.stencil(model, lattice.grid)
     sample = model.sampler(grid)
     columns = geometry.training_columns(geometry.middle(scene))
     with job.usage.core():

@@ -6,7 +6,7 @@ from typing import Any
 from roughslip import store
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.verdicts.rules import claims
+from roughslip.verdicts.rules import BOUNDS, claims
 from roughslip.verdicts.strips import strips_that_decide
 
 STAGE = Stage(
@@ -41,7 +41,7 @@ def work(job: Job) -> None:
         if friction is not None:
             strip = json.loads(friction.attributes["configuration"])["strip"]
             strips = int(friction.attributes.get("strips", strip["samples"]))  # or found from the accuracy asked
-            deciding = strips_that_decide(friction, strips)
+            deciding = strips_that_decide(friction, strips, BOUNDS)
             found = [with_strips(claim, deciding.get(claim["id"])) for claim in found]
     job.usage.count(claims=len(found))
     store.write_json(job.arguments.output, found)

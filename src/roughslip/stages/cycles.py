@@ -35,7 +35,7 @@ def work(job: Job) -> None:
     if cut.any():
         job.usage.warn(
             f"friction would be negative in {np.count_nonzero(cut)} of {cut.size} runs and is cut to zero there: its "
-            "mean is then higher and its scatter smaller than asked. See oscillator.negative_friction"
+            "mean is then higher and its scatter smaller than asked"
         )
     density = events / max(events.sum(), 1) / np.diff(edges)
     variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")

@@ -65,7 +65,7 @@ def work(job: Job) -> None:
         if belt.excitation_force_n == 0:
             limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law, job)
             cycle = where_it_exists(limit_cycle, belt, law, job)
-        options = MotionOptions(tolerance, integrator=scene.oscillator.integrator)
+        options = MotionOptions(tolerance)
         duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, job.arguments.friction)
         if ensemble.count_by_period:
             counts = counts_by_period(belt, law, duration, dampings, options)

@@ -13,14 +13,13 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import stdtrit
 
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.limits import MOST_RUNS
 from roughslip.oscillator.counts import ensemble_counts
 from roughslip.oscillator.path import KeptPath
-from roughslip.probability.estimate import variance_margin
+from roughslip.probability.estimate import student_95, variance_margin
 from roughslip.scene.declarations import Stage
 from roughslip.scene.expansion import AUTO
 from roughslip.stages.from_scene import geometry, mass_on_belt
@@ -46,18 +45,16 @@ FEWEST_RUNS = 8
 PERIOD_S = 2.5e-5  # CPU time of a natural period of a run, measured on resolved
 
 
-def missing_scatter(nodes: int, interpolation: str) -> float:
+def missing_scatter(nodes: int) -> float:
     """Share of the standard deviation that a path of so many nodes a correlation length misses between them.
 
     For the autocorrelation exp(-s / L), and the weights of `oscillator.path` of four nodes in a row.
     """
     correlation = np.exp(-np.abs(np.subtract.outer(np.arange(4), np.arange(4))) / nodes)
     t = (np.arange(64) + 0.5) / 64
-    weights = np.array([0 * t, 1 - t, t, 0 * t])
-    if interpolation == "cubic":
-        before, after = 0.5 * t * (1 - t) ** 2, 0.5 * t**2 * (1 - t)
-        start, end = 1 - 2.5 * t**2 + 1.5 * t**3, 0.5 * t + 2 * t**2 - 1.5 * t**3
-        weights = np.array([-before, start, end, -after])
+    before, after = 0.5 * t * (1 - t) ** 2, 0.5 * t**2 * (1 - t)
+    start, end = 1 - 2.5 * t**2 + 1.5 * t**3, 0.5 * t + 2 * t**2 - 1.5 * t**3
+    weights = np.array([-before, start, end, -after])
     return 1.0 - float(np.sqrt(np.einsum("it,ij,jt->t", weights, correlation, weights)).mean())
 
 
@@ -68,7 +65,7 @@ def half_width(deviation: np.ndarray, pilot: int, runs: int, *, safe: bool = Tru
     safe : whether to allow for their own error, else as expected
     """
     margin = math.sqrt(variance_margin(pilot)) if safe else 1.0
-    return margin * float(deviation.max()) * float(stdtrit(runs - 1, 0.975)) / math.sqrt(runs)
+    return margin * float(deviation.max()) * float(student_95(runs)) / math.sqrt(runs)
 
 
 def runs_for(deviation: np.ndarray, pilot: int, largest: float) -> int:
@@ -111,10 +108,10 @@ def work(job: Job) -> None:
     with job.usage.core():
         counts = pilot_counts(job)
     slope, deviation = steepest_slope(counts), np.sqrt(counts.var(axis=1, ddof=1).mean(axis=0))
-    errors = {nodes: slope * missing_scatter(nodes, ensemble.interpolation) for nodes in NUMBERS_OF_NODES}
+    errors = {nodes: slope * missing_scatter(nodes) for nodes in NUMBERS_OF_NODES}
     fewest = next((one for one in NUMBERS_OF_NODES if errors[one] <= SHARE * asked), NUMBERS_OF_NODES[-1])
     nodes = fewest if ensemble.nodes_per_correlation_length == AUTO else int(ensemble.nodes_per_correlation_length)
-    from_nodes = slope * missing_scatter(nodes, ensemble.interpolation)
+    from_nodes = slope * missing_scatter(nodes)
     if ensemble.realisations == AUTO:
         runs = max(runs_for(deviation, RUNS, asked - from_nodes), ensemble.drawn_realisations)
         each = PERIOD_S * counts.shape[-1] * ensemble.duration_periods

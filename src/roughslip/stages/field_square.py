@@ -35,7 +35,6 @@ STAGE = Stage(
 
 AUTO = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
 SURPLUS = 4
-LEADING = 8  # as the paper has variables
 DRAWN = 3  # fields at the variables of solved ones
 
 STATISTICS = {
@@ -83,7 +82,7 @@ def work(job: Job) -> None:
         xi, state, contact = solved_fields(problem, count, job)
         expansion = fit_field(xi, state, contact)
         asked = job.scene.expansion.variables
-        shares = mode_shares(expansion, min(LEADING if asked == "best" else int(asked), len(problem.modes)))
+        shares = mode_shares(expansion, min(asked, len(problem.modes)))
         generator = np.random.default_rng([job.scene.seed, geometry.STREAM_FIELD_DRAWS])
         index = expansion.index[:DRAWN]
         drawn = draw_pressure(expansion, state, index, generator, np.arange(DRAWN))

@@ -34,7 +34,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="lifetimes",
     reads="seed oscillator survival numerics.oscillator_tolerance",
-    reads_if_given="ensemble.marginal ensemble.interpolation friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/lifetimes.nc",
     memory_mb=620,

@@ -60,17 +60,10 @@ def square_represented(modes: store.Result, scene: Scene) -> list[str]:
     ]
 
 
-def variables_chosen(result: store.Result) -> str:
-    """How many variables the expansion of the square takes, and how those compare that it could have taken."""
-    number, tried = result.attributes["variables"], result["count"]
-    took = f"Our expansion takes {number} variables"
-    if len(tried) == 1:
-        return f"{took}, as many as the scene asks for; they score {result['count_score'][0]:.4f} at left-out surfaces."
-    scores = ", ".join(f"{score:.4f} with {count}" for count, score in zip(tried, result["count_score"], strict=True))
-    return (
-        f"{took}, the least number whose ranked probability score is not significantly above the best, at left-out "
-        f"surfaces: {scores.replace('nan', 'refused')}."
-    )
+def score_of_variables(result: store.Result) -> str:
+    """How many variables the expansion of the square takes, and how well they predict."""
+    number, score = result.attributes["variables"], result["score"]
+    return f"Our expansion takes {number} variables; they score {score:.4f} at left-out surfaces."
 
 
 def strips_represented(scene: Scene, scan: Path | None) -> list[str]:
@@ -93,7 +86,7 @@ def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list
         figure = "figure2" if "figure2" in scene.targets else "figure_field"
         found[figure] = square_represented(store.read(folder / "surface" / "modes.nc"), scene)
     if "chaos_square" in stages:
-        found["figure2"].append(variables_chosen(store.read(folder / "chaos" / "square.nc")))
+        found["figure2"].append(score_of_variables(store.read(folder / "chaos" / "square.nc")))
     if "scan" in stages:
         result = store.read(folder / "surface" / "synthetic_surfaces.nc")
         why, count = str(result["no_twins"][0]), int(result["outliers"])

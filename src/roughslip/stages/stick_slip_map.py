@@ -15,7 +15,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="stick_slip_map",
     reads="seed oscillator map numerics.oscillator_tolerance",
-    reads_if_given="ensemble.marginal ensemble.interpolation friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/map.nc",
     memory_mb=620,

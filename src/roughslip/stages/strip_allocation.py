@@ -15,16 +15,15 @@ from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import (
     Allocation,
-    Choice,
+    ErrorSources,
     Option,
-    Sources,
+    SampleLimits,
     cheapest,
+    error_sources,
     mesh_alone,
     nearest,
-    sources,
 )
-from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.friction.combination import Windows
+from roughslip.friction.level import Level, levels_of_sums
 from roughslip.friction.over_penetration import judged_estimates
 from roughslip.limits import MOST_WINDOWS, SHARES
 from roughslip.scene.declarations import Stage
@@ -33,6 +32,7 @@ from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job, execute
+from roughslip.verdicts.bounds import Bound
 from roughslip.verdicts.strips import ODDS, strips_from_pilot
 
 STAGE = Stage(
@@ -64,19 +64,16 @@ def work(job: Job) -> None:
     percentiles = np.array(scene.strip.penetration_percentiles, dtype=float)
     pilot = store.read(job.arguments.pilot)
     strips = len(pilot["area"])
-    least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
-
-    def by_level(area: np.ndarray, force: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        ratio = friction_coefficient(area.transpose(1, 0, 2), force.transpose(1, 0, 2), 1.0, least)
-        return list(zip(*ratio, strict=True))
-
-    control = by_level(*expand_strips(job, range(strips + MORE), strips))
     is_extrapolated = f"{COARSE}area" in pilot
-    coarse = by_level(pilot[f"{COARSE}area"], pilot[f"{COARSE}force"]) if is_extrapolated else None
-    solved = by_level(pilot["area"], pilot["force"])
+    expanded = expand_strips(job, range(strips + MORE), strips)
+    sums = [(pilot["area"], pilot["force"]), expanded]
+    if is_extrapolated:
+        sums.append((pilot[f"{COARSE}area"], pilot[f"{COARSE}force"]))
+    by_level = ((area.transpose(1, 0, 2), force.transpose(1, 0, 2)) for area, force in sums)
+    levels = levels_of_sums(geometry.least_contact_area(scene), *by_level)
     with job.usage.core():
         options = [
-            Option(others, sources(percentiles, solved, control, coarse, others), _choice(job, pilot, others))
+            Option(others, error_sources(percentiles, levels, others), _limits(job, pilot, others))
             for others in (OTHERS if is_extrapolated else OTHERS[:1])
         ]
         accuracy = scene.accuracy
@@ -85,7 +82,7 @@ def work(job: Job) -> None:
         if found is None:
             raise IllPosedError(_refusal(options, asked, scene.strip.cell_m))
         limit = accuracy.verdict_limit_cpu_s if scene.strip.samples == AUTO else 0.0
-        needed = _for_verdicts(job, solved, control, coarse) if limit else {}
+        needed = _for_verdicts(job, levels) if limit else {}
         option, chosen = _with_verdicts(options, asked, found, needed, limit, 1 + MORE / strips)
     errors = option.errors
     coarse_strips = (1 + option.others) * chosen.strips if is_extrapolated else 0
@@ -108,21 +105,19 @@ def work(job: Job) -> None:
     store.write(job.arguments.output, variables, job.key)
 
 
-def _for_verdicts(
-    job: Job, solved: list[Windows], control: list[Windows], coarse: list[Windows] | None
-) -> dict[str, int]:
+def _for_verdicts(job: Job, levels: Sequence[Level]) -> dict[str, int]:
     """By statement the strips that settle it, as the rules judge what the pilot leaves possible."""
     strip = job.scene.strip
     percentiles = np.array(strip.penetration_percentiles, dtype=float)
     rng = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP, 1])
-    lags = strip.window_spacing_m * np.arange(solved[0][0].shape[1])
-    windows = solved, control, coarse
+    lags = strip.window_spacing_m * np.arange(levels[0].mu.shape[2])
     try:
-        estimates = judged_estimates(percentiles, windows, lags, strip.window_m, REPLICATES, rng)
+        estimates = judged_estimates(percentiles, levels, lags, strip.window_m, REPLICATES, rng)
     except IllPosedError as error:
         job.usage.warn(f"no strips are added for verdicts, raise strip.training_samples: {error}")
         return {}
-    return strips_from_pilot(estimates, percentiles, len(solved[0][0]))
+    rules = {name: [Bound(*bound) for bound in bounds] for name, bounds in job.key.given["bounds"].items()}
+    return strips_from_pilot(estimates, percentiles, levels[0].strips, rules)
 
 
 def _with_verdicts(
@@ -140,18 +135,18 @@ def _with_verdicts(
     for number in sorted({one for one in needed.values() if one > found[1].strips}, reverse=True):
         more = []
         for option in options:
-            (low, high), (least, most) = option.choice.strips, option.choice.many
+            (low, high), (least, most) = option.limits.strips, option.limits.many
             many = max(least, min(math.ceil(ratio * number), most)), most
             strips = max(low, number), high
-            choice = replace(option.choice, strips=strips, many=many, limit=min(limit, option.choice.limit))
-            more.append(replace(option, choice=choice))
+            limits = replace(option.limits, strips=strips, many=many, limit=min(limit, option.limits.limit))
+            more.append(replace(option, limits=limits))
         enough = cheapest(more, asked)
         if enough is not None:
             return enough
     return found
 
 
-def _choice(job: Job, pilot: store.Result, others: int) -> Choice:
+def _limits(job: Job, pilot: store.Result, others: int) -> SampleLimits:
     """Numbers of strips that may be chosen, with their costs; those given by hand are obeyed."""
     scene = job.scene
     grid, lattice, windows = geometry.strip_grid(scene), geometry.lattice(scene), geometry.windows(scene)
@@ -167,7 +162,7 @@ def _choice(job: Job, pilot: store.Result, others: int) -> Choice:
     units = float(pilot["work"].sum(axis=1).mean())
     solve = (CONVOLUTION_S * cells + STEP_S) * units * (1 + COARSE_SHARE * others)
     expand = EXPANSION_S * lattice.grid.nx * lattice.grid.ny
-    return Choice(strips, many, (solve, expand), scene.accuracy.cost_limit_cpu_s, 2 + 2 * others)
+    return SampleLimits(strips, many, (solve, expand), scene.accuracy.cost_limit_cpu_s, 2 + 2 * others)
 
 
 def _refusal(options: list[Option], asked: dict[str, float], cell_m: float) -> str:
@@ -175,7 +170,7 @@ def _refusal(options: list[Option], asked: dict[str, float], cell_m: float) -> s
     wanted, reached = (
         ", ".join(f"{name} {value:g}" for name, value in each.items()) for each in (asked, nearest(options, asked))
     )
-    at_any_cost = cheapest([replace(one, choice=replace(one.choice, limit=math.inf)) for one in options], asked)
+    at_any_cost = cheapest([replace(each, limits=replace(each.limits, limit=math.inf)) for each in options], asked)
     advice = "ask for that, widen strip.window_spacing_m, or leave the number of strips that you gave to auto"
     if at_any_cost is not None:
         advice = f"ask for that, or raise accuracy.cost_limit_cpu_s to {math.ceil(at_any_cost[1].cost)}"
@@ -187,7 +182,7 @@ def _refusal(options: list[Option], asked: dict[str, float], cell_m: float) -> s
 
 
 def _variables(
-    errors: Sequence[Sources], asked: dict[str, float], chosen: Allocation, coarse: int
+    errors: Sequence[ErrorSources], asked: dict[str, float], chosen: Allocation, coarse: int
 ) -> dict[str, store.Variable]:
     """The allocation, and a row for each number that it holds for; the last column says which of them decides."""
     limits = np.array([asked[one.statistic] for one in errors])

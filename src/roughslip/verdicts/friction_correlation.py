@@ -6,17 +6,38 @@ from dataclasses import replace
 from functools import partial
 
 from roughslip.friction.correlation import LOG_LINE_WINDOWS
+from roughslip.verdicts.bounds import MEDIAN, TREND, Bound, at_median, judged, judged_at, median
 from roughslip.verdicts.finding import Arrays, Finding, judged_inside, number
-from roughslip.verdicts.friction_rules import at_median, length_at_any_depth, median, paper_length
-from roughslip.verdicts.reading import PValue, Reading, Statement
-from roughslip.verdicts.thresholds import PAPER_LENGTH, SAME_LENGTH, STRAIGHT, VISIBLE
+from roughslip.verdicts.reading import VISIBLE, PValue, Reading, Statement
 from roughslip.verdicts.turning import Unit
 
+PAPER_LENGTH = 250e-6  # m
+SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence
+STRAIGHT = 0.95  # R2 of a straight line: a correlation coefficient of 0.975
 ONE_LEVEL = "the scene has one penetration only"
 MICROMETRES = Unit("m", 1e6, " µm")
 FOUND = "section 4: μ “was found to be exponentially correlated with correlation length 250 µm”; no fit is named"
 PRACTICE = "common practice: a straight line through the logarithm of the autocorrelation"
 SAME = f"within {SAME_LENGTH:.0%} of 250 µm"
+
+
+def _as_the_paper(name: str) -> Bound:
+    low, high = PAPER_LENGTH * (1 - SAME_LENGTH), PAPER_LENGTH * (1 + SAME_LENGTH)
+    return Bound(f"combined_length_{name}", MEDIAN, low, high, PAPER_LENGTH)
+
+
+def _steady(name: str) -> Bound:
+    return Bound(
+        f"trend_combined_length_{name}_line", TREND, -SAME_LENGTH, SAME_LENGTH, share_of=f"combined_length_{name}"
+    )
+
+
+BOUNDS = {
+    "mu-correlation-exponential": (Bound("combined_misfit_difference", MEDIAN, high=0.0),),
+    "mu-correlation-250um": (_as_the_paper("least_squares"),),
+    "mu-correlation-any-depth": (_steady("least_squares"),),
+}
+"""Of the natural readings, for which strips are added."""
 
 
 def window(friction: Arrays) -> float:
@@ -27,7 +48,7 @@ def window(friction: Arrays) -> float:
 def _nearer_than_the_window(friction: Arrays) -> Finding:
     exponential, triangle = (friction[f"misfit_{name}"][median(friction)] for name in ("exponential", "triangle"))
     note = f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
-    return replace(judged_inside(at_median(friction, "misfit_difference"), high=0.0), note=note)
+    return replace(judged_at(friction, BOUNDS["mu-correlation-exponential"], median(friction)), note=note)
 
 
 def _straight(friction: Arrays) -> Finding:
@@ -53,11 +74,11 @@ def _length(friction: Arrays, name: str, by: str) -> Finding:
         f"alone gives {own:.0f} µm{passes}. The length goes with the window, and one of {shorter:.0f} µm would give "
         "the paper's"
     )
-    return replace(paper_length(friction, f"length_{name}"), note=note)
+    return replace(judged_at(friction, [_as_the_paper(name)], median(friction)), note=note)
 
 
 def _at_any_depth(friction: Arrays, name: str) -> Finding | str:
-    found = length_at_any_depth(friction, f"length_{name}")
+    found = judged(friction, [_steady(name)])
     if found is None:
         return ONE_LEVEL
     lengths = friction[f"combined_length_{name}"]

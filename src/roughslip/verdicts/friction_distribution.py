@@ -8,21 +8,28 @@ from functools import partial
 import numpy as np
 
 from roughslip.friction.marginal import SET_WINDOWS
-from roughslip.probability.nearest import nearest_level
+from roughslip.probability import beta_moments
+from roughslip.probability.nearest import SAME_SKEWNESS, nearest_level
+from roughslip.verdicts.bounds import (
+    EVERY,
+    MEDIAN,
+    Bound,
+    at_median,
+    farthest,
+    judged,
+    judged_at,
+    median,
+    say_of_levels,
+)
 from roughslip.verdicts.centre_pressure import shown
 from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
 from roughslip.verdicts.friction_correlation import ONE_LEVEL, window
-from roughslip.verdicts.friction_rules import FRICTION_RULES, at_median, farthest, follows_beta, like_beta, median
-from roughslip.verdicts.reading import PValue, Reading, Statement
-from roughslip.verdicts.thresholds import (
-    BETA_KURTOSIS,
-    BETA_SKEWNESS,
-    PAPER_BETA,
-    SAME_SHAPE,
-    SKEWNESS_RANGE,
-    VISIBLE,
-)
+from roughslip.verdicts.reading import VISIBLE, PValue, Reading, Statement
 
+PAPER_BETA = (2.1, 5.0)
+_, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
+SKEWNESS_RANGE = BETA_SKEWNESS * (1 - SAME_SKEWNESS), BETA_SKEWNESS * (1 + SAME_SKEWNESS)
+SAME_SHAPE = 0.2  # relative difference of the shapes of two Beta distributions that would be reported as one
 SHAPE = "section 4: the distribution “is found to be right skewed and leptokurtic”"
 SCALED = "section 4: “when scaled to the interval (0,1) the friction coefficient follows a Beta(2.1,5)-distribution”"
 ANY_DEPTH = "section 4: “independent of the penetration”"
@@ -37,10 +44,24 @@ IN_SETS = (
 )
 
 
+def _like_beta(at: str) -> tuple[Bound, Bound]:
+    """By the distance alone the normal would pass."""
+    of_skewness = Bound("combined_skewness", at, *SKEWNESS_RANGE, centre=BETA_SKEWNESS)
+    return Bound("beta_distance_standardised", at, high=VISIBLE), of_skewness
+
+
+BOUNDS = {
+    "mu-right-skewed": (Bound("combined_skewness", MEDIAN, low=0.0),),
+    "mu-beta-2.1-5": _like_beta(MEDIAN),
+    "mu-beta-any-depth": _like_beta(EVERY),
+}
+"""Of the natural readings for which strips are added; for a fourth moment they would be too many."""
+
+
 def _skewness(friction: Arrays) -> Finding:
     skewness = friction["combined_skewness"]
     note = f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}"
-    return replace(judged_inside(at_median(friction, "skewness"), low=0.0), note=note)
+    return replace(judged_at(friction, BOUNDS["mu-right-skewed"], median(friction)), note=note)
 
 
 def _at_every_level(friction: Arrays, name: str, title: str) -> Finding | str:
@@ -75,7 +96,12 @@ def _beta(friction: Arrays) -> Finding:
         f"Kolmogorov distance; skewness {shown(skewness)}; fitted Beta({fitted}){undetermined}, after scaling by the "
         f"sample extremes Beta({scaled}); {_window_of_the_beta(friction, skewness[0])}"
     )
-    return replace(like_beta(friction, middle), note=note)
+    return _with_notes(judged_at(friction, BOUNDS["mu-beta-2.1-5"], middle), note)
+
+
+def _with_notes(found: Finding, note: str) -> Finding:
+    assert found.other is not None  # the rule of the Beta has two numbers
+    return replace(found, note=note, other=replace(found.other, note="skewness"))
 
 
 def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
@@ -97,7 +123,7 @@ def _at_another_level(friction: Arrays) -> Finding | str:
         f"Kolmogorov distance at percentile {friction['percentile'][level]:g}, the nearest of {tried}; skewness "
         f"{skewness}, excess kurtosis {kurtosis}"
     )
-    return replace(like_beta(friction, level), note=note)
+    return _with_notes(judged_at(friction, BOUNDS["mu-beta-2.1-5"], level), note)
 
 
 def _by_extremes(friction: Arrays, every_level: bool) -> Finding | str:
@@ -142,15 +168,17 @@ def _shapes_say(friction: Arrays, level: int) -> int:
 
 
 def _beta_at_any_depth(friction: Arrays) -> Finding | str:
-    found = FRICTION_RULES["mu-beta-any-depth"](friction)
+    bounds = BOUNDS["mu-beta-any-depth"]
+    found = judged(friction, bounds)
     if found is None:
         return ONE_LEVEL
-    follows, skewness = follows_beta(friction), friction["combined_skewness"]
+    follows, skewness = say_of_levels(friction, bounds), friction["combined_skewness"]
+    percentile = friction["percentile"][farthest(friction, bounds)]
     note = (
-        f"Kolmogorov distance at percentile {friction['percentile'][farthest(friction)]:g}, of the largest upper end; "
+        f"Kolmogorov distance at percentile {percentile:g}, of the largest upper end; "
         f"{follows.count(1)} of {len(follows)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"
     )
-    return replace(found, note=note)
+    return _with_notes(found, note)
 
 
 STATEMENTS = (

@@ -7,18 +7,24 @@ from functools import partial
 
 import numpy as np
 
+from roughslip.verdicts.bounds import TREND, Bound, Bounds, judged
 from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside
-from roughslip.verdicts.friction_rules import FRICTION_RULES
 from roughslip.verdicts.reading import PValue, Reading, Statement
 
 ONE_LEVEL = "the scene has one penetration only"
 FALL = "section 4: mean, standard deviation and coefficient of variation “decrease with increasing penetration depth”"
+BOUNDS: dict[str, Bounds] = {
+    f"fig3-{name}-decreases": [Bound(f"trend_combined_{key}_{part}", TREND, high=0.0) for part in ("change", "line")]
+    for name, key in (("mean", "mean"), ("std", "std"), ("cov", "variation"))
+}
 
 
 def _over_all_levels(friction: Arrays, name: str, key: str, title: str) -> Finding | str:
-    found, values = FRICTION_RULES[name](friction), friction[f"combined_{key}"]
+    found, values = judged(friction, BOUNDS[name]), friction[f"combined_{key}"]
+    if found is None or found.other is None:
+        return ONE_LEVEL
     note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
-    return ONE_LEVEL if found is None else replace(found, note=note)
+    return replace(found, note=note, other=replace(found.other, note="change along a straight line"))
 
 
 def _every_step(friction: Arrays, key: str, title: str) -> Finding | str:

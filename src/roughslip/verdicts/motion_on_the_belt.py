@@ -11,17 +11,14 @@ import numpy as np
 from roughslip.friction.penetration import between
 from roughslip.verdicts.centre_pressure import shown
 from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
-from roughslip.verdicts.reading import Reading, Statement
-from roughslip.verdicts.thresholds import (
-    CAN_CYCLE,
-    CYCLING,
-    NON_NORMAL,
-    SEEN_RANGE,
-    SEEN_SHARE,
-    VISIBLE,
-)
+from roughslip.verdicts.reading import VISIBLE, Reading, Statement
 from roughslip.verdicts.turning import SHARE, UNITLESS, Unit
 
+NON_NORMAL = 0.1  # skewness or excess kurtosis
+CYCLING = 0.95  # share of the runs
+CAN_CYCLE = 0.05  # share of the runs
+SEEN_SHARE = 0.01  # of the time in stick-slip without scatter: more than a few single returns of all runs
+SEEN_RANGE = 0.01  # of the limit of damping: a range beyond it that a reader of figure 5 sees
 LEAST_P = 1e-16  # smallest p-value reported
 LEAST_ANDERSON_P = 1 / 400  # of 399 Gaussian ensembles, see oscillator.cycles
 NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cycle at any damping ratio"

@@ -16,6 +16,7 @@ import numpy as np
 from roughslip.verdicts.finding import CONTRADICTED, CONTRADICTS, NOT_TESTED, REPRODUCED, UNDECIDED, Arrays, Finding
 from roughslip.verdicts.turning import UNITLESS, Unit, in_unit, what_turns
 
+VISIBLE = 0.1  # Kolmogorov distance that a reader sees between two curves in print, in every family
 ANOTHER, UNDER_EVERY = "holds under another reading", "contradicted under every reading tried"
 HEADLINES = (REPRODUCED, ANOTHER, UNDER_EVERY, UNDECIDED, NOT_TESTED)
 NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"

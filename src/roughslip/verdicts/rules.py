@@ -24,6 +24,8 @@ ON_FRICTION = (
     *friction_correlation.STATEMENTS,
     *friction_distribution.STATEMENTS,
 )
+BOUNDS = {**friction_over_penetration.BOUNDS, **friction_correlation.BOUNDS, **friction_distribution.BOUNDS}
+"""By statement on friction the rule for which strips are added."""
 STATEMENTS = (
     *centre_pressure.STATEMENTS,
     *ON_FRICTION,

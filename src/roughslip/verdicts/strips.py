@@ -17,8 +17,8 @@ import numpy as np
 
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import variance_margin
+from roughslip.verdicts.bounds import Bounds, judged
 from roughslip.verdicts.finding import Arrays, Finding
-from roughslip.verdicts.friction_rules import FRICTION_RULES, FrictionRule
 
 ODDS = 0.75  # of the numbers that a pilot leaves possible, the share for which the strips settle a statement
 STEP = 1.1  # of one number of strips over the one before
@@ -43,42 +43,45 @@ def _is_settled(found: Finding | None) -> bool:
     return any(one.near_threshold is not None for one in (found, found.other) if one is not None)
 
 
-def factors_to_settle(arrays: Arrays) -> dict[str, float]:
+def factors_to_settle(arrays: Arrays, rules: Mapping[str, Bounds]) -> dict[str, float]:
     """By statement the least of 1, STEP, STEP^2, ... times the strips that settle it; STEP^STEPS where none does.
 
     Intervals of more strips lie within those of fewer, so that a settled statement stays so.
     """
     at = cache(lambda power: narrowed(arrays, STEP**power))
 
-    def least(rule: FrictionRule) -> int:
-        if _is_settled(rule(arrays)):
+    def least(rule: Bounds) -> int:
+        if _is_settled(judged(arrays, rule)):
             return 0
-        return bisect_left(range(STEPS), True, lo=1, key=lambda power: _is_settled(rule(at(power))))
+        return bisect_left(range(STEPS), True, lo=1, key=lambda power: _is_settled(judged(at(power), rule)))
 
-    return {name: STEP ** least(rule) for name, rule in FRICTION_RULES.items()}
+    return {name: STEP ** least(rule) for name, rule in rules.items()}
 
 
-def strips_that_decide(friction: Arrays, strips: int) -> dict[str, int]:
+def strips_that_decide(friction: Arrays, strips: int, rules: Mapping[str, Bounds]) -> dict[str, int]:
     """Strips that would decide each statement that is undecided off its threshold, its numbers as they are."""
-    factors = factors_to_settle(friction)
+    factors = factors_to_settle(friction, rules)
     return {name: math.ceil(strips * times) for name, times in factors.items() if 1.0 < times < STEP**STEPS}
 
 
-def strips_from_pilot(estimates: Mapping[str, Estimate], percentiles: np.ndarray, strips: int) -> dict[str, int]:
+def strips_from_pilot(
+    estimates: Mapping[str, Estimate], percentiles: np.ndarray, strips: int, rules: Mapping[str, Bounds]
+) -> dict[str, int]:
     """By statement the strips that settle it for ODDS of the numbers that the pilot leaves possible.
 
-    estimates : by name what the rules read, each () or (levels,); strips : of the pilot
+    estimates : by name what the rules read, each () or (levels,)
+    strips : of the pilot; rules : by statement
 
     The intervals are as wide as one pilot in ten hides, see `variance_margin`.
     """
     margin = math.sqrt(variance_margin(strips))
-    needed: dict[str, list[float]] = {name: [] for name in FRICTION_RULES}
+    needed: dict[str, list[float]] = {name: [] for name in rules}
     for replicate in range(next(iter(estimates.values())).replicates.shape[-1]):
         possible: dict[str, np.ndarray] = {"percentile": percentiles}
         for name, one in estimates.items():
             value = 2.0 * one.value - one.replicates[..., replicate]
             ends = (value + margin * (end - one.value) for end in (one.low, one.high))
             possible |= dict(zip((name, f"{name}_low", f"{name}_high"), (value, *ends), strict=True))
-        for name, times in factors_to_settle(possible).items():
+        for name, times in factors_to_settle(possible, rules).items():
             needed[name].append(strips * times)
     return {name: math.ceil(np.quantile(each, ODDS, method="higher")) for name, each in needed.items()}

@@ -126,7 +126,7 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     def from_scene(cls, section: Any, mean: float) -> TableLaw:
         """The table of the scene, which takes the place of the mean friction coefficient."""
         table = section.friction_table
-        return cls(tuple(table.speeds_m_per_s), tuple(table.values), section.static_friction, table.interpolation)
+        return cls(tuple(table.speeds_m_per_s), tuple(table.values), section.static_friction)
 
     @classmethod
     def example(cls, generator: np.random.Generator, static: float, speed: float) -> TableLaw:

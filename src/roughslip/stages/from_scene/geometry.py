@@ -19,7 +19,6 @@ STREAM_FIELD, STREAM_FIELD_DRAWS = 13, 14
 STREAM_MAP, STREAM_SURVIVAL = 15, 16
 STREAM_SQUARE_PILOT = 17
 STREAM_ANSWER = 18
-STREAM_CHANGE = 19
 APART = 0.5  # correlation lengths from the central nodes to the outer ones; of 0.5, 1 and 1.5 it has the least bias
 
 
@@ -107,6 +106,11 @@ def windows(scene: Scene, step: int = 1) -> Windows:
     strip, cell = scene.strip, step * scene.strip.cell_m
     length, spacing = (round(size / cell) for size in (strip.window_m, strip.window_spacing_m))
     return Windows(middle(scene, step), length, spacing)
+
+
+def least_contact_area(scene: Scene) -> float:
+    """[m2] below which a window has no friction coefficient."""
+    return scene.friction.least_contact_fraction * (scene.strip.window_m * scene.strip.width_m)
 
 
 def training_columns(middle: slice) -> np.ndarray:

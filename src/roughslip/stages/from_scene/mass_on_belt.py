@@ -142,10 +142,7 @@ def motion_options(scene: Scene) -> MotionOptions:
     return MotionOptions(
         tolerance=scene.numerics.oscillator_tolerance,
         stochastic_static_limit=section.stochastic_static_limit,
-        interpolation=scene.ensemble.interpolation,
         friction_follows=section.friction_follows,
-        negative_friction=section.negative_friction,
-        integrator=section.integrator,
     )
 
 

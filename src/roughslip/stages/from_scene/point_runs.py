@@ -10,7 +10,7 @@ from roughslip.friction.recursion import recursion
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
 from roughslip.scene.expansion import AUTO
-from roughslip.scene.ranges import KEYS, Ranges
+from roughslip.scene.ranges import KEYS, StickSlipMap
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -21,10 +21,10 @@ OF_FRICTION = ("windows", "correlation_length", "mean_friction")  # parameters t
 Box = dict[str, tuple[float, float]]
 
 
-def box(scene: Scene, numbers: FrictionNumbers, ranges: Ranges | None, default: Sequence[str] = ()) -> Box:
+def box(scene: Scene, numbers: FrictionNumbers, ranges: StickSlipMap | None, default: Sequence[str] = ()) -> Box:
     """First and last value of each parameter that a section gives, by names of `variation.PARAMETERS` in their order.
 
-    ranges : section `map` or `design`
+    ranges : section `map`
     default : the parameters where it gives none; auto stands for `own_range`
 
     Raises InputError for a parameter without effect in the scene.
@@ -55,7 +55,7 @@ class PointRuns:
     One generator per realisation serves every point, so that neighbours err together. Results do not depend on the
     order of the points.
 
-    scene : with sections `oscillator`, `numerics`, `ensemble.marginal` and `ensemble.interpolation`
+    scene : with sections `oscillator` and `numerics`, and `ensemble.marginal`
     numbers, statistics : friction of the scene, and its file if any
     periods : natural periods of a run after its first departure
     stream : of the random numbers

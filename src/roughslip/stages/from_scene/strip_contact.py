@@ -1,22 +1,47 @@
 """Contact of strips with the plane, at every penetration of the scene."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from roughslip import store
 from roughslip.contact.area import contact_shares
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import sweep
+from roughslip.contact.solve import ContactSolution, sweep
 from roughslip.grid import Grid
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry, strip_coordinates
 from roughslip.stages.from_scene.surface_model import SurfaceModel, scan_warnings, surface_model
 from roughslip.stages.runtime.command import Job
 
 WINDOWS = {"area": ("m2", "contact area of the window"), "force": ("N", "normal force on the window")}
-COARSE = "coarse_"  # before the names of what cells of twice the edge give
-OTHERS = "other_"  # the same of strips that are solved on these cells alone
+FINE = ""  # before the names of what the cells of the scene give
+COARSE = "coarse_"  # of what cells of twice the edge give on the same strips
+OTHERS = "other_"  # and on strips that are solved on these cells alone
+MESHES = {
+    FINE: ("sample", ""),
+    COARSE: ("sample", ", cells of 2 times the edge"),
+    OTHERS: ("other_sample", ", strips on cells of 2 times the edge alone"),
+}
+
+
+class Mesh(NamedTuple):
+    """Every node of a strip, or every second one. step : between nodes; windows : on these nodes"""
+
+    influence: Influence
+    windows: geometry.Windows
+    step: int
+
+    def solve(
+        self, scene: Scene, heights: np.ndarray, planes: list[float]
+    ) -> Iterator[tuple[ContactSolution, np.ndarray]]:
+        """Solutions at the planes, each with the share of contact of every cell. heights : (nx, ny) [m] of all nodes"""
+        nodes, hardness = slice(self.step // 2, None, self.step), elastic.hardness_pa(scene)
+        tolerance = scene.numerics.contact_tolerance
+        for solution in sweep(self.influence, heights[nodes, nodes], planes, tolerance, hardness_pa=hardness):
+            yield solution, contact_shares(solution.pressure, hardness)
 
 
 def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
@@ -28,62 +53,62 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
     grid = geometry.strip_grid(scene)
     model, heights_of = strips_of(job, grid)
     influence = elastic.influence(scene, grid)
-    meshes = [("", influence, 1)] + scene.numerics.extrapolate_mesh * [(COARSE, influence.coarser, 2)]
-    windows = [geometry.windows(scene, step) for *_, step in meshes]
-    blocks = replace(windows[0], length=windows[0].spacing)
+    fine = Mesh(influence, geometry.windows(scene), 1)
+    meshes = {FINE: fine}
+    if scene.numerics.extrapolate_mesh:
+        meshes[COARSE] = Mesh(influence.coarser, geometry.windows(scene, 2), 2)
+    blocks = replace(fine.windows, length=fine.windows.spacing)
     light = len(scene.strip.light_percentiles or ())  # levels of which blocks alone are kept, the first ones
     percentiles = [*(scene.strip.light_percentiles or ()), *scene.strip.penetration_percentiles]
     planes = model.plane_height(np.array(percentiles)).tolist()
-    tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
     middle = geometry.middle(scene)
     count, levels = len(numbers), len(planes) - light
     columns = geometry.training_columns(middle)
     trained = max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
-    shape = count, levels, windows[0].count
-    sums = {mesh + name: np.empty(shape) for mesh, _, _ in meshes for name in WINDOWS}
+    strips = dict.fromkeys(meshes, count) | ({OTHERS: len(others)} if others else {})
+    shape = levels, fine.windows.count
+    sums = {place + name: np.empty((size, *shape)) for place, size in strips.items() for name in WINDOWS}
     in_blocks = {name: np.empty((count, light + levels, blocks.count)) for name in WINDOWS}
     of_nodes, corrected = np.empty((2, count, levels))
     residual, effort = np.zeros((count, levels)), np.zeros((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
-    skipped = elastic.empty_skip_counts()
+    skipped, products = elastic.empty_skip_counts(), 0
+    rows = [(row, number, meshes) for row, number in enumerate(numbers)]
+    rows += [(row, number, {OTHERS: meshes[COARSE]}) for row, number in enumerate(others)]
     with job.usage.core():
-        for row, number in enumerate(numbers):
+        for done, (row, number, places) in enumerate(rows, 1):
             heights = heights_of(number)
-            for (mesh, on, step), lie in zip(meshes, windows, strict=True):
-                nodes = slice(step // 2, None, step)
-                at = planes[light * (step - 1) :]
-                solutions = sweep(on, heights[nodes, nodes], at, tolerance, hardness_pa=hardness)
-                for level, solution in enumerate(solutions, levels - len(solutions)):
+            for place, mesh in places.items():
+                solutions = mesh.solve(scene, heights, planes if place == FINE else planes[light:])
+                for level, (solution, shares) in enumerate(solutions, -light if place == FINE else 0):
                     elastic.count_solve(skipped, solution)
-                    shares = contact_shares(solution.pressure, hardness)
                     cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
                     for name, field in (("area", cells), ("force", solution.pressure)):
-                        if mesh != COARSE:
+                        if place == FINE:
                             in_blocks[name][row, light + level] = grid.cell_area * blocks.sums(field)
                         if level >= 0:
-                            sums[mesh + name][row, level] = on.grid.cell_area * lie.sums(field)
+                            sums[place + name][row, level] = mesh.influence.grid.cell_area * mesh.windows.sums(field)
                     if level < 0:
+                        continue
+                    products += solution.work
+                    if place == OTHERS:
                         continue
                     residual[row, level] = max(residual[row, level], solution.residual)
                     effort[row, level] += solution.work
-                    if mesh == COARSE:
+                    if place == COARSE:
                         continue
                     of_nodes[row, level] = grid.cell_area * np.count_nonzero(solution.contact[middle])
                     corrected[row, level] = grid.cell_area * shares[middle].sum()
                     if row < trained:
                         pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
-            job.usage.progress(row + 1, count)
-    job.usage.count(solves=count * levels * len(meshes), convolutions=int(effort.sum()))
+            job.usage.progress(done, len(rows))
+    job.usage.count(solves=levels * sum(strips.values()), convolutions=products)
     job.usage.skip(skipped)
-    dimensions, columns_of = ("sample", "level"), ("training_sample", "level", "column", "y")
-    variables = strip_coordinates.of_windows(scene, numbers, windows[0].count) | {
-        "area_of_nodes": store.Variable(dimensions, of_nodes, "m2", "area of the nodes in contact, all windows"),
-        "area_corrected": store.Variable(dimensions, corrected, "m2", "the same, less the mesh error at edges"),
-        "residual": store.Variable(dimensions, residual, "1", "largest relative residual of the complementarity"),
-        "work": store.Variable(dimensions, effort, "1", "work of the solver, as its method counts it"),
-    }
-    variables |= sum_variables(sums, in_blocks) | coarse_sums(job, influence, planes[light:], heights_of, others)
+    variables = strip_coordinates.of_windows(scene, numbers, fine.windows.count)
+    variables |= solve_variables(of_nodes, corrected, residual, effort)
+    variables |= window_variables(strips, sums) | block_variables(in_blocks)
     if trained:
+        columns_of = ("training_sample", "level", "column", "y")
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
         variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")
     store.write(job.arguments.output, variables, job.key, {"first": numbers.start})
@@ -101,45 +126,34 @@ def strips_of(job: Job, grid: Grid) -> tuple[SurfaceModel, Callable[[int], np.nd
     )
 
 
-def coarse_sums(
-    job: Job, influence: Influence, planes: list[float], heights_of: Callable[[int], np.ndarray], numbers: range
+def solve_variables(
+    of_nodes: np.ndarray, corrected: np.ndarray, residual: np.ndarray, effort: np.ndarray
 ) -> dict[str, store.Variable]:
-    """Contact area and normal force of every window of strips that are solved on cells of twice the edge alone."""
-    if not numbers:
-        return {}
-    scene, windows, on = job.scene, geometry.windows(job.scene, 2), influence.coarser
-    hardness, on_nodes = elastic.hardness_pa(scene), scene.numerics.contact_area == "nodes"
-    sums = np.empty((len(WINDOWS), len(numbers), len(planes), windows.count))
-    skipped, products = elastic.empty_skip_counts(), 0
-    with job.usage.core():
-        for row, number in enumerate(numbers):
-            heights = heights_of(number)[1::2, 1::2]
-            solutions = sweep(on, heights, planes, scene.numerics.contact_tolerance, hardness_pa=hardness)
-            for level, solution in enumerate(solutions):
-                elastic.count_solve(skipped, solution)
-                products += solution.work
-                cells = solution.contact if on_nodes else contact_shares(solution.pressure, hardness)
-                for kind, field in enumerate((cells, solution.pressure)):
-                    sums[kind, row, level] = on.grid.cell_area * windows.sums(field)
-            job.usage.progress(row + 1, len(numbers))
-    job.usage.count(solves=sums[0, :, :, 0].size, convolutions=products)
-    job.usage.skip(skipped)
+    """Contact area of all windows, residual and work, each (samples, levels)."""
+    dimensions = ("sample", "level")
     return {
-        OTHERS + name: store.Variable(
-            ("other_sample", "level", "window"), found, unit, f"{title}, strips on cells of 2 times the edge alone"
-        )
-        for found, (name, (unit, title)) in zip(sums, WINDOWS.items(), strict=True)
+        "area_of_nodes": store.Variable(dimensions, of_nodes, "m2", "area of the nodes in contact, all windows"),
+        "area_corrected": store.Variable(dimensions, corrected, "m2", "the same, less the mesh error at edges"),
+        "residual": store.Variable(dimensions, residual, "1", "largest relative residual of the complementarity"),
+        "work": store.Variable(dimensions, effort, "1", "work of the solver, as its method counts it"),
     }
 
 
-def sum_variables(sums: dict[str, np.ndarray], in_blocks: dict[str, np.ndarray]) -> dict[str, store.Variable]:
-    """Sums over windows, by mesh and name, and over blocks, of which the first levels are the light ones."""
+def window_variables(places: Iterable[str], sums: dict[str, np.ndarray]) -> dict[str, store.Variable]:
+    """Sums over windows, by mesh and name."""
     variables = {}
-    for place, values in sums.items():
-        unit, title = WINDOWS[place.removeprefix(COARSE)]
-        on_mesh = title + (", cells of 2 times the edge" if place.startswith(COARSE) else "")
-        variables[place] = store.Variable(("sample", "level", "window"), values, unit, on_mesh)
-    for name, values in in_blocks.items():
+    for place in places:
+        sample, on_mesh = MESHES[place]
+        for name, (unit, title) in WINDOWS.items():
+            dimensions = sample, "level", "window"
+            variables[place + name] = store.Variable(dimensions, sums[place + name], unit, title + on_mesh)
+    return variables
+
+
+def block_variables(sums: dict[str, np.ndarray]) -> dict[str, store.Variable]:
+    """Sums over blocks, of which the first levels are the light ones."""
+    variables = {}
+    for name, values in sums.items():
         unit, title = WINDOWS[name]
         of_block = title.replace("the window", "a block as long as the distance of two windows")
         variables[f"block_{name}"] = store.Variable(("sample", "block_level", "block"), values, unit, of_block)

@@ -30,7 +30,7 @@ def expand_strips(job: Job, numbers: range, solved: int) -> tuple[np.ndarray, np
     """
     scene, arguments = job.scene, job.arguments
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, arguments.scan)
-    stored, target = store.read(arguments.expansion), expansion.strip_target(scene, model, grid)
+    stored, target = store.read(arguments.expansion), expansion.target(scene, model, grid)
     lattice, windows = geometry.lattice(scene), geometry.windows(scene)
     stencil = expansion.stencil(model, lattice.grid)
     fitted = StripExpansion(stored["indices"], stored["whiten"], stored["coefficients"], stencil, target)

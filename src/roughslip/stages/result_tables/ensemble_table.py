@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.oscillator.cycles import count_difference, normality, reattachment_statistics
+from roughslip.probability.estimate import student_95
 
 STORED = (
     *("cycles", "micro_slips", "last_cycle", "stick_slip", "nominal_last_cycle"),
@@ -68,7 +68,7 @@ def share_of_time(stick_slip: np.ndarray) -> np.ndarray:
     found = np.full((3, stick_slip.shape[1]), np.nan)
     columns, runs = stick_slip[:, is_known], known[is_known]
     mean = np.nanmean(columns, axis=0)
-    half = stdtrit(runs - 1, 0.975) * np.nanstd(columns, axis=0, ddof=1) / np.sqrt(runs)
+    half = student_95(runs) * np.nanstd(columns, axis=0, ddof=1) / np.sqrt(runs)
     found[:, is_known] = mean, np.maximum(mean - half, 0.0), np.minimum(mean + half, 1.0)
     return found
 

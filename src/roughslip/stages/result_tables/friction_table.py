@@ -18,7 +18,7 @@ from roughslip.friction.correlation import (
 from roughslip.friction.marginal import FAMILIES, SHAPES, fit_candidates, standardised_distribution
 from roughslip.friction.over_penetration import LENGTHS, trend_estimates, trend_of
 from roughslip.friction.penetration import p_value, p_value_of_equality, penetration_curve
-from roughslip.friction.statistics import PERCENTS
+from roughslip.friction.statistics import PERCENTS, ratio_of_sums
 from roughslip.probability import Estimate
 from roughslip.scene.contact import Strip
 from roughslip.scene.types import Scene
@@ -175,7 +175,7 @@ def error_variables(combined: list[Combined]) -> dict[str, store.Variable]:
     variables: dict[str, store.Variable] = {}
     for name in GAINS:
         variables |= stored(f"mesh_change_of_{name}", ("level",), [each.mesh_change(name) for each in combined])
-        gains, gain = np.array([1.0 / each.kept[name] for each in combined]), f"combined_{name}_gain"
+        gains, gain = np.array([1.0 / each.variance_share[name] for each in combined]), f"combined_{name}_gain"
         variables[gain] = store.Variable(("level",), gains, "1", TITLES[gain])
     return variables
 
@@ -328,3 +328,35 @@ def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str
     }
     title = "length by it at median penetration"
     return variables | store.with_interval("log_line", ("largest_lag",), columns, "m", title)
+
+
+def law_variables(
+    scene: Scene, mu: Windows, combined: dict[str, list[Estimate]], weights: np.ndarray
+) -> dict[str, store.Variable]:
+    """What the paper says of friction, and mu_fit(d). mu : solved windows; weights : of their strips"""
+    strip, strips = scene.strip, mu[0].shape[1]
+    percentiles = np.array(strip.penetration_percentiles, dtype=float)
+    lags, median = strip.window_spacing_m * np.arange(mu[0].shape[2]), int(np.flatnonzero(percentiles == 50.0)[0])
+    return (
+        candidate_variables(mu, weights)
+        | p_value_variables(mu, combined, percentiles, weights)
+        | fit_variables(combined["mean"], percentiles)
+        | window_variables(scene, strips, lags, combined["autocorrelation"][median])
+    )
+
+
+def windows_variables(mu: Windows, median: int) -> dict[str, store.Variable]:
+    """Densities and quantiles of the solved windows. median : number of the median penetration"""
+    return distribution(mu[0][median], mu[1][median]) | histograms(mu)
+
+
+def solve_variables(batches: list[store.Result], shear: Estimate, weights: np.ndarray) -> dict[str, store.Variable]:
+    """Shear strength [Pa], what the mesh does to the contact area, and the largest residual of all solves."""
+    title = "shear strength that gives the mean at the median"
+    variables = store.with_interval("shear_strength", (), [shear.value, shear.low, shear.high], "Pa", title)
+    corrected, of_nodes = (store.join(batches, f"area_{name}").T for name in ("corrected", "of_nodes"))
+    pairs = zip(corrected, of_nodes, strict=True)
+    ratios = [ratio_of_sums(area[:, None], other[:, None], 1.0, weights) for area, other in pairs]
+    variables |= stored("area_correction", ("level",), ratios)
+    residual = max(float(batch["residual"].max()) for batch in batches)
+    return variables | {"largest_residual": store.Variable((), residual, "1", "largest residual of all contact solves")}

@@ -13,10 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.hermite import hermite_basis
-from roughslip.chaos.regression import Fit, wild_coefficients
-from roughslip.chaos.sampling import NORMAL_95, cumulative_given_contact, kolmogorov_distance, wilson_interval
-from roughslip.stages.result_tables.centre_distribution import (
+from roughslip.chaos.centre_distribution import (
     EXPANDED,
     REPLICATES,
     TAIL,
@@ -25,6 +22,10 @@ from roughslip.stages.result_tables.centre_distribution import (
     Row,
     mean_over_designs,
 )
+from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.regression import Fit, wild_coefficients
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, wilson_interval
+from roughslip.probability.estimate import NORMAL_95, TAILS
 
 VARIANTS = EXPANDED[:2]
 KNOWN = 20_000  # surfaces in contact at most, at which expansions are evaluated
@@ -140,7 +141,7 @@ def _of_variant(found: Members, judged: Members, sampled: Sampled) -> dict[str, 
     """What is stored of one variant, each with its interval in the last axis where it has one."""
     levels, designs = sampled.solved.levels, found.designs
     curves, numbers = variant_rows(found, sampled)
-    ends = (curves.min(axis=0), curves.max(axis=0)) if designs > 1 else np.quantile(curves, [0.025, 0.975], axis=0)
+    ends = (curves.min(axis=0), curves.max(axis=0)) if designs > 1 else np.quantile(curves, TAILS, axis=0)
     pairs = list(zip(found.pressures[:designs], judged.pressures[:designs], strict=True))
     sizes = (found.pressures.shape[1], judged.pressures.shape[1])
     return {f"given_{name}": np.array(row) for name, row in numbers.items()} | {

@@ -12,14 +12,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
 
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import LocalExpansion, jackknife_deviations
 from roughslip.chaos.pressure import fit_in_contact
 from roughslip.chaos.regression import Fit, wild_coefficients
-from roughslip.chaos.sampling import NORMAL_95, cumulative_given_contact, kolmogorov_distance, wilson_interval
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, wilson_interval
 from roughslip.errors import IllPosedError
+from roughslip.probability.estimate import NORMAL_95, TAILS, student_95
 
 SAMPLED = ("monte_carlo", "latin_hypercube")
 EXPANDED = ("equation_8", "equation_9", "roughslip")
@@ -247,7 +247,7 @@ def expanded_rows(pressure: np.ndarray, moved: np.ndarray, probability: Row, ref
     far_tail = np.quantile([reference.tail_error(one, curve) for one in curves], 0.95)
     far_tail += error / np.log(10) / np.sqrt(reference.tail_from)
     return {
-        "cumulative": (curve, *np.quantile(curves, [0.025, 0.975], axis=0)),
+        "cumulative": (curve, *np.quantile(curves, TAILS, axis=0)),
         "contact_probability": probability,
         "distance_in_contact": (distance, max(distance - far, 0.0), min(distance + far, 1.0)),
         "tail_error": (tail, max(tail - far_tail, 0.0), tail + far_tail),
@@ -284,7 +284,7 @@ def designed_rows(pressures: np.ndarray, probability: Row, reference: Reference)
 def mean_over_designs(values: np.ndarray, error: float = 0.0) -> Row:
     """Mean of a number over independent designs with its 95 % interval, which an independent error widens."""
     mean = float(values.mean())
-    half = float(stdtrit(len(values) - 1, 0.975)) * float(values.std(ddof=1)) / np.sqrt(len(values))
+    half = float(student_95(len(values))) * float(values.std(ddof=1)) / np.sqrt(len(values))
     half = float(np.hypot(half, error))
     return mean, max(mean - half, 0.0), mean + half
 

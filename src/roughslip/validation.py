@@ -40,29 +40,38 @@ def gate(public: Public) -> Public:
     own = int(inner is not public)  # self
 
     @functools.cache
-    def checks() -> tuple[dict[str, Check], dict[str, tuple[str, ...]]]:
+    def checks() -> tuple[dict[str, Check], list[tuple[str, Check]], list[tuple[int, str, tuple[str, ...]]]]:
         own_hints = {name: hint for name, hint in inner.__annotations__.items() if name != "return"}
         hints = typing.get_type_hints(types.SimpleNamespace(__annotations__=own_hints), inner.__globals__)
         shapes = _shapes(public.__doc__ or "")
         names = [p.name for p in inspect.signature(inner).parameters.values() if p.kind != p.VAR_KEYWORD][own:]
         letters = {name: shape.dimensions for name, shape in shapes.items() if name in names and shape.dimensions}
         often = Counter(itertools.chain.from_iterable(letters.values()))
-        compared = {name: row for name, row in letters.items() if any(often[one] > 1 or one.isdigit() for one in row)}
-        return {name: _check(hints.get(name, Any), shapes.get(name)) for name in names}, compared
+        compared = [
+            (names.index(name) + own, name, row)
+            for name, row in letters.items()
+            if any(often[letter] > 1 or letter.isdigit() for letter in row)
+        ]
+        by_name = {name: _check(hints.get(name, Any), shapes.get(name)) for name in names}
+        return by_name, list(by_name.items()), compared
 
     @functools.wraps(inner)
     def checked(*args: Any, **keywords: Any) -> Any:
-        known, letters = checks()
+        by_name, in_order, compared = checks()
         given = list(args)
-        for place, (name, check) in enumerate(known.items(), own):
-            if place == len(given):
-                break
+        for place, (name, check) in zip(range(own, len(given)), in_order, strict=False):
             given[place] = check(name, given[place])
         for name, value in keywords.items():
-            if name in known:
-                keywords[name] = known[name](name, value)
-        if letters:
-            _agree(dict(zip(known, given[own:], strict=False)) | keywords, letters)
+            if name in by_name:
+                keywords[name] = by_name[name](name, value)
+        if len(compared) > 1:
+            _agree(
+                [
+                    (name, row, value)
+                    for place, name, row in compared
+                    if isinstance(value := given[place] if place < len(given) else keywords.get(name), np.ndarray)
+                ]
+            )
         return inner(*given, **keywords)
 
     if own:
@@ -94,9 +103,11 @@ def _shapes(docstring: str) -> dict[str, _Shape]:
     return found
 
 
-def _agree(given: dict[str, Any], letters: dict[str, tuple[str, ...]]) -> None:
-    """Raise ParameterError where two arrays differ in a dimension of one letter, or one from its number."""
-    arrays = [(name, row, given[name]) for name, row in letters.items() if isinstance(given.get(name), np.ndarray)]
+def _agree(arrays: list[tuple[str, tuple[str, ...], np.ndarray]]) -> None:
+    """Raise ParameterError where two arrays differ in a dimension of one letter, or one from its number.
+
+    arrays : name, letters of the dimensions, and values
+    """
     sizes: dict[str, tuple[str, int]] = {}
     for name, row, value in arrays if len(arrays) > 1 else ():
         if not value.size:
@@ -188,7 +199,7 @@ def _shaped(shape: _Shape, name: str, values: Any) -> np.ndarray:
     if not shape.real or found.dtype.kind == "b":
         return found
     found = np.asarray(found, np.float64)
-    if not np.isfinite(found).all():
+    if not np.logical_and.reduce(np.isfinite(found), axis=None):  # what `all` does after some microseconds
         raise ParameterError(f"{name} must be finite")
     return found
 

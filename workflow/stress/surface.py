@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import scipy.linalg
@@ -214,8 +213,7 @@ def judge_embedding(covariance: Covariance, grid: Grid, number: int, embedding: 
     rms, generator = covariance.rms_height_m, np.random.default_rng([number, 3])
     filter_ = np.fft.irfft2(embedding.root, s=embedding.torus) / rms
     noise = generator.standard_normal(embedding.torus)
-    given = SimpleNamespace(standard_normal=lambda _: noise.copy())  # a generator of this noise
-    heights = embedding.sample(given) / rms  # type: ignore[arg-type]
+    heights = embedding.sample(np.random.default_rng([number, 3])) / rms  # of the same noise
     if heights.shape != grid.shape or not (np.isfinite(heights).all() and np.isfinite(filter_).all()):
         return Verdict(math.inf, ("heights of another shape, or not finite",))
     nodes = [tuple(int(generator.integers(n)) for n in grid.shape) for _ in range(NODES)]

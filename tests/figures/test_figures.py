@@ -112,7 +112,9 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize(
+    "name", ["map" if name == "map" else pytest.param(name, marks=pytest.mark.slow) for name in FIGURES]
+)
 def test_a_figure_reads_the_stored_variables_and_leaves_the_same_bytes(name, tmp_path):
     """Also where a matplotlibrc in the working folder or at home asks for another look."""
     draw, drawn, result = FIGURES[name]
@@ -132,7 +134,14 @@ def test_a_figure_reads_the_stored_variables_and_leaves_the_same_bytes(name, tmp
         assert b"dc:date" not in content
 
 
-@pytest.mark.parametrize(("name", "case"), [(name, case) for name, cases in CASES.items() for case in cases])
+@pytest.mark.parametrize(
+    ("name", "case"),
+    [
+        pytest.param(name, case, marks=[pytest.mark.slow] if number else [])
+        for name, cases in CASES.items()
+        for number, case in enumerate(cases)
+    ],
+)
 def test_all_is_in_its_place(name, case):
     figure = FIGURES[name][0](CASES[name][case])
     assert_all_is_in_its_place(figure)

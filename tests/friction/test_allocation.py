@@ -185,6 +185,7 @@ def test_no_neighbour_is_cheaper_and_numbers_given_by_hand_are_kept():
     assert by_hand.strips < chosen.strips
 
 
+@pytest.mark.slow
 def test_a_pilot_of_24_strips_seldom_asks_for_too_few():
     """One statistic: the true half width at the numbers chosen exceeds what is asked with a probability of CHANCE.
 

@@ -135,6 +135,7 @@ def count(interval, values):
     return int(np.sum((interval.low < values) & (values < interval.high)))
 
 
+@pytest.mark.slow
 def test_numbers_of_twins_lie_within_the_intervals_of_the_scan(described):
     found, twins = described
     inside = {name: count(getattr(found, name), [float(getattr(t, name).value) for t in twins]) for name in NUMBERS}

@@ -98,6 +98,7 @@ def verdict_numbers_are_those_of_stage_friction(solved, expanded, found):
             np.testing.assert_allclose(scale * value, found[f"{name}{end}"], rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_strips_are_added_for_verdicts_as_far_as_the_limit_allows(run, allotted):
     """As many as the most that one of them takes, if they cost less; given numbers and no limit add none."""
     pilot, expansion, allocation = allotted
@@ -160,6 +161,7 @@ def test_strips_on_coarse_cells_alone_are_those_of_a_whole_solve(run, stored):
         np.testing.assert_array_equal(store.join(batches, f"other_{name}"), whole[f"coarse_{name}"])
 
 
+@pytest.mark.slow
 def test_an_accuracy_above_the_cost_limit_is_refused_with_the_nearest_one(run, allotted):
     """What the message names as nearest is then reached."""
     pilot, expansion, allocation = allotted

@@ -55,6 +55,7 @@ def test_a_surface_that_yields_penetrates_farther(percentile_at):
     assert np.all(percentile_at(NOMINAL, hardness_pa=2e9) > percentile_at(NOMINAL) + 1.0)
 
 
+@pytest.mark.slow
 def test_light_levels_continue_those_of_windows(run, folder):
     """Blocks of all strips at a light level give pads as they follow from windows where it is one of theirs.
 

@@ -49,6 +49,7 @@ def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run):
     assert np.all(hardly["existence_limit"] > hardly["hopf_damping"])  # subcritical
 
 
+@pytest.mark.slow
 def test_the_map_of_few_points_is_that_of_all_where_it_has_them(run):
     """The same realisations at every point, in any order; here the paths change with one of the parameters."""
     ranges = {"normal_forces_n": [2000.0, 6000.0], "correlation_lengths_m": [1e-4, 1e-3]}

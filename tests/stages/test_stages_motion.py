@@ -270,6 +270,7 @@ def test_runs_and_nodes_keep_the_accuracy_asked(run):
     assert 1.96 * counts.std(axis=0).max() / np.sqrt(runs[0]) + found["from_nodes"] < 2.0
 
 
+@pytest.mark.slow
 def test_an_accuracy_of_cycles_beyond_the_cost_is_refused_with_the_nearest_one(run):
     scene = asked(0.5, 0.05)
     dear = scene | {"accuracy": {"cycles": 0.5, "cost_limit_cpu_s": 0.1}}

@@ -27,7 +27,7 @@ from roughslip.stages.runtime.parent import PARENT
 from workflow.keys import key_files
 from workflow.recovery import earlier_runs, start
 from workflow.recovery.snakemake_metadata import SHARED
-from workflow.study.closing import closing_lines
+from workflow.study.closing import print_closing
 from workflow.study.commands import command, log, outputs, run
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes
@@ -77,27 +77,17 @@ onstart:
 
 
 onsuccess:
-    if workflow.is_main_process:
-        made = [file for job in workflow.dag.jobs for file in job.output]
-        print("".join(f"{line}\n" for line in closing_lines(made)), end="", file=sys.stderr)
+    print_closing(workflow, workflow.dag.jobs)
 
 
 # Scenes that succeeded have their answer although another one failed.
 onerror:
-    if workflow.is_main_process:
-        made = [file for job in workflow.dag.finished_jobs for file in job.output]
-        print("".join(f"{line}\n" for line in closing_lines(made)), end="", file=sys.stderr)
+    print_closing(workflow, workflow.dag.finished_jobs)
 
 
-def close_where_nothing_is_done():
-    """Print the answers where all results are up to date: Snakemake calls no hook then."""
-    if workflow.is_main_process and workflow.dag is not None and not len(workflow.dag):
-        if not (workflow.output_settings.dryrun or DESCRIBES.intersection(sys.argv)):
-            made = [file for job in workflow.dag.jobs for file in job.output]
-            print("".join(f"{line}\n" for line in closing_lines(made)), end="", file=sys.stderr)
-
-
-atexit.register(close_where_nothing_is_done)
+# Where all results are up to date Snakemake calls no hook.
+if not (workflow.output_settings.dryrun or DESCRIBES.intersection(sys.argv)):
+    atexit.register(print_closing, workflow, ())
 
 
 wildcard_constraints:

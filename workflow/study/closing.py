@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 MOST_WARNINGS = 5  # of a scene; the others are on its page
+
+
+def print_closing(workflow: Any, jobs: Iterable[Any]) -> None:
+    """Print the lines of the results of these jobs; without jobs, of all targets where a run had nothing to do."""
+    if not workflow.is_main_process or workflow.dag is None:
+        return
+    if not jobs and not len(workflow.dag):
+        jobs = workflow.dag.jobs
+    lines = closing_lines(file for job in jobs for file in job.output)
+    print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
 
 
 def closing_lines(results: Iterable[str]) -> list[str]:

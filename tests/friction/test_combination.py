@@ -150,9 +150,9 @@ def test_levels_that_do_not_nest_and_weights_of_other_groups_are_refused(counts,
 def test_strips_on_coarse_cells_alone_bring_no_bias_and_save_what_they_promise() -> None:
     """20 solved strips, 160 on cells 2h, 1600 of the control. Cells 2h read mu 5 % high, and correlate by c with h.
 
-    The variance of the mean, over that of 20 strips, is 1 - alpha c with alpha = c / (1 + v). v, of the others over
-    that of the same strips, is (20 / 160) (1 - RHO^2 / (1 + 160 / 1600)). Replicates know alpha to sqrt(2 / 19), which
-    costs a part 1 / 19 of what is left, and a variance of 400 values is known to sqrt(2 / 399).
+    Over that of 20 strips the variance of the mean is 1 - alpha c, with alpha = c / (1 + v). Here v is the variance of
+    the 160 strips over that of the 20: (20 / 160) (1 - RHO^2 / (1 + 160 / 1600)). Replicates know alpha to
+    sqrt(2 / 19), which costs a part 1 / 19 of what is left. A variance of 400 values is known to sqrt(2 / 399).
     """
     groups, c, repetitions = (20, 160, 1600), 0.99, 400
     variance = groups[0] / groups[1] * (1 - RHO**2 / (1 + groups[1] / groups[2]))

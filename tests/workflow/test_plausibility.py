@@ -14,7 +14,7 @@ from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import rms_slope
 from tests.scene.shipped import CONFIG, shipped_scene
 from workflow.study.scenes import Scenes
-from workflow.study.surface_check import length_mistake, load_mistake, scene_warnings
+from workflow.study.surface_check import scene_warnings, surface_mistake
 
 SQ, LENGTH = 5e-8, 1.416e-5  # of the scene `resolved`, which has no warning
 
@@ -172,8 +172,11 @@ def test_a_curve_and_a_spring_of_another_machine_are_warned_of(tmp_path):
 
 @pytest.mark.parametrize("hardness", [None, 1.0e8])
 def test_a_load_of_full_contact_and_one_of_none_are_named_before_a_strip_is_solved(hardness):
-    """`disc_brake`: E* = 2 GPa / (1 - 0.25^2), h'^2 = 4 Sq^2 (1 - exp(-(h/l)^2)) / h^2; full contact from 2 E* h'
-    or H on, none where 2 p / (E* h'), or p / H, is below a tenth of the 0.001 % of the heights above the plane."""
+    """`disc_brake` has E* = 2 GPa / (1 - 0.25^2) and h'^2 = 4 Sq^2 (1 - exp(-(h/l)^2)) / h^2.
+
+    Contact is full from 2 E* h' or H on. There is none where 2 p / (E* h'), or p / H, is below a tenth of the 0.001 %
+    of the heights above the plane.
+    """
     scene = shipped_scene("disc_brake")
     cell, length = scene["strip"]["cell_m"], scene["roughness"]["correlation_length_m"]
     slope = 2 * scene["roughness"]["rms_height_m"] * math.sqrt(-math.expm1(-((cell / length) ** 2))) / cell
@@ -182,7 +185,7 @@ def test_a_load_of_full_contact_and_one_of_none_are_named_before_a_strip_is_solv
 
     def said(pressure):
         load = {"nominal_pressure_pa": pressure}
-        return load_mistake(changed("disc_brake", load=load, material={"hardness_pa": hardness}))
+        return surface_mistake(changed("disc_brake", load=load, material={"hardness_pa": hardness}))[1]
 
     most, least = min(2 * scale, hard), 0.1 * 1e-5 * min(scale / 2, hard)
     assert said(0.999 * most) == said(1.001 * least) == said(5e5) == ""
@@ -193,5 +196,5 @@ def test_a_load_of_full_contact_and_one_of_none_are_named_before_a_strip_is_solv
 def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take():
     """Heights of independent nodes are allowed, and 2.4 mm at 4 nodes a nanometre are 9.6 million."""
     strip = {"cell_m": 2.5e-6, "length_m": 2.4e-3}
-    assert length_mistake(changed(strip=strip, roughness={"correlation_length_m": 2.6e-8})) == ""
-    assert "9.6e+06 nodes" in length_mistake(changed(strip=strip, roughness={"correlation_length_m": 1e-9}))
+    assert surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 2.6e-8}))[1] == ""
+    assert "9.6e+06 nodes" in surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 1e-9}))[1]

@@ -21,7 +21,7 @@ from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
 from workflow.study.commands import job_name
-from workflow.study.surface_check import check_scan, length_mistake, load_mistake, scene_warnings
+from workflow.study.surface_check import check_scan, scene_warnings, surface_mistake
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
@@ -258,10 +258,9 @@ class Scenes:
         """A line if the scan of the scene cannot be read, if no surface has its numbers, or if none takes its load."""
         file = scene_file(name, self.root / "config" / "scenes")
         try:
-            if text := length_mistake(self.valid[name]):
-                return [strict_yaml.line(file, ("roughness",), text)]
-            if text := load_mistake(self.valid[name]):
-                return [strict_yaml.line(file, ("load",), text)]
+            section, text = surface_mistake(self.valid[name])
+            if text:
+                return [strict_yaml.line(file, (section,), text)]
         except RoughslipError as error:
             return [strict_yaml.line(file, ("roughness",), str(error))]
         return self._scan_check(name)[0]

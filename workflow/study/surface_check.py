@@ -14,6 +14,8 @@ from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
 from roughslip.scene.strict_yaml import line
 from roughslip.scene.types import get, scene_of
 
+FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
+
 
 def check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked: Path) -> tuple[list[str], list[str]]:
     """Return the mistakes and the warnings of the scan of a scene.
@@ -64,38 +66,41 @@ def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | 
     return field, field.axis_lengths_m, "roughness.correlation_length_m"
 
 
-FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
+def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
+    """A section of the scene and what is wrong with it, before any strip is solved; "" where nothing is.
 
-
-def length_mistake(scene: dict[str, Any]) -> str:
-    """What is wrong with the lengths of a surface against the cells of the strip; raises as `surface_of`."""
+    Raises as `surface_of`.
+    """
     cell, surface = plausibility.cells_of(scene).get("strip.cell_m"), surface_of(scene)
-    if cell is None or surface is None or min(surface[1]) * FINEST >= cell:
-        return ""
-    least = min(surface[1])
+    if cell is None or surface is None:
+        return "roughness", ""
+    covariance, lengths, key = surface
+    if min(lengths) * FINEST < cell:
+        return "roughness", _length_mistake(scene, min(lengths), key, cell)
+    return "load", _load_mistake(scene, covariance, cell) if scene.get("load") is not None else ""
+
+
+def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) -> str:
+    """Of a correlation length that the cells of the strip leave far behind."""
     nodes = 4 * get(scene, "strip.length_m") / least
     return (
-        f"a correlation length of {least:.3g} m ({surface[2]}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
+        f"a correlation length of {least:.3g} m ({key}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
         f"to resolve it a strip would take {nodes:.2g} nodes along the belt. For heights independent from node to "
         f"node, give {cell / 10:.2g} m"
     )
 
 
-def load_mistake(scene: dict[str, Any]) -> str:
-    """What is wrong with the load of a scene on its surface, before any strip is solved; raises as `surface_of`."""
-    load, cells, surface = scene.get("load"), plausibility.cells_of(scene), surface_of(scene)
-    if load is None or surface is None or "strip.cell_m" not in cells:
-        return ""
+def _load_mistake(scene: dict[str, Any], covariance: Any, cell: float) -> str:
+    """Of a load that the surface bears in full contact, or without contact."""
     from roughslip.contact.influence import Material  # with numpy, for such scenes alone
-    from roughslip.surface.plausibility import load_mistake as of_contact
-    from roughslip.surface.plausibility import rms_slope
+    from roughslip.surface.plausibility import contact_mistake, rms_slope
 
     solid, strip = get(scene, "material"), get(scene, "strip")
     modulus = Material(solid["young_modulus_pa"], solid["poisson_ratio"]).plane_strain_modulus_pa
     hardness = math.inf if solid["hardness_pa"] is None else solid["hardness_pa"]
     lowest = min([*(strip["light_percentiles"] or ()), *strip["penetration_percentiles"]]) / 100.0
-    slope = rms_slope(surface[0], cells["strip.cell_m"])
-    return of_contact(load["nominal_pressure_pa"], modulus, slope, hardness, lowest)
+    slope = rms_slope(covariance, cell)
+    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, lowest)
 
 
 def scene_warnings(scene: dict[str, Any]) -> list[str]:

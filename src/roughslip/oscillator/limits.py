@@ -195,9 +195,9 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     speed is the limit of stick, departure is the grazing point, and the stick-slip cycle has shrunk to a cycle of slip
     alone.
 
-    It is the upper limit. Friction that rises from a minimum can return so much of its work to a nearly undamped mass
-    that it overtakes the belt, and falls back behind it beyond the static limit: a cycle of slip alone, which ends
-    above a damping ratio of its own. `slip_loop` has no cycle there.
+    It is the upper limit. Where friction rises from a minimum, a nearly undamped mass may overtake the belt and fall
+    back behind it beyond the static limit. This is a cycle of slip alone, which ends above a damping ratio of its own.
+    `slip_loop` has no cycle there.
 
     Of a flow that is too stiff for an explicit method the limit is known to STIFF_LIMIT (`stiff_return`). Raises
     IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any damping
@@ -208,32 +208,33 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     undamped = replace(oscillator, damping_ratio=0.0)
     is_stiff, flow = False, slip_flow(undamped, law)
 
-    def excess(ratio: float) -> float:
+    def exists(ratio: float) -> bool:
         nonlocal is_stiff
         damped = replace(oscillator, damping_ratio=ratio)
         if not is_stiff:
             try:
-                return 1.0 if _reaches_the_belt(damped, law) else -1.0
+                return _reaches_the_belt(damped, law)
             except ConvergenceError:
                 is_stiff = True
         start = (departure_point(damped, law) - flow.steady) / oscillator.V
-        return -1.0 if stiff_return(replace(flow, damping_ratio=ratio), start) is None else 1.0
+        return stiff_return(replace(flow, damping_ratio=ratio), start) is not None
 
     if not _excess_without_damping(undamped, law) > GRAZES:
         raise IllPosedError(
             "no stick-slip cycle even without damping: friction must fall with speed, or from a higher static one"
         )
     low, high, trials = 0.0, max(hopf_damping(oscillator, law), 0.05), 2
-    while (reached := excess(high)) > 0.0:
+    while exists(high):
         if high > LARGEST_DAMPING:
             raise ConvergenceError(
                 f"the cycle exists at every damping ratio tried, up to {high:.3g}; there is no limit to give",
-                residual=reached,
+                residual=1.0,
                 work=trials,
             )
         low, high, trials = high, 2.0 * high, trials + 1
     accuracy = STIFF_LIMIT * high if is_stiff else 1e-10 * max(high, 1.0)
-    return float(scipy.optimize.bisect(excess, low, high, xtol=accuracy, rtol=8.9e-16))
+    limit = scipy.optimize.bisect(lambda ratio: exists(ratio) - 0.5, low, high, xtol=accuracy, rtol=8.9e-16)
+    return float(limit)
 
 
 def _excess_without_damping(undamped: Oscillator, law: FrictionLaw) -> float:

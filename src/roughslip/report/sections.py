@@ -90,9 +90,9 @@ SECTIONS = {
     ),
     "figure3_law": Section(
         "Distribution and correlation of friction",
-        "Eight panels: autocorrelation against distance; fitted lengths against penetration, and against the largest "
-        "lag of a straight line; histograms with densities at the median and where the paper's Beta lies nearest; "
-        "distances to families of distributions; skewness; excess kurtosis.",
+        "Eight panels. Of correlation: autocorrelation against distance, fitted lengths against penetration, and "
+        "against the largest lag of a straight line. Of the distribution: histograms with densities, at the median "
+        "and where the paper's Beta lies nearest; distances to families of distributions; skewness; excess kurtosis.",
         "The friction coefficient is correlated exponentially over 250 µm, right skewed and leptokurtic. Scaled to "
         "(0, 1) it follows Beta(2.1, 5) at every penetration.",
         "Friction is an average over a window of 600 µm. The average alone makes a triangular autocorrelation of white "
@@ -109,9 +109,10 @@ SECTIONS = {
     ),
     "figure5": Section(
         "Figure 5: the mass on the belt",
-        "Panels a to c, as in the paper: loops of displacement and velocity, one black loop without scatter and many "
-        "blue ones around it; a histogram of the point where the mass sticks again, with a normal curve; the cycles "
-        "lost to the scatter against damping. Beyond the paper, d shows the cycles with scatter and without.",
+        "Panels a to c are those of the paper. In a, loops of displacement and velocity: a black one without scatter, "
+        "and many blue ones around it. In b, a histogram of the point where the mass sticks again, with a normal "
+        "curve. In c, the cycles lost to the scatter against damping. Beyond the paper, d has the cycles with scatter "
+        "and without.",
         "With and without scatter the mass moves on a stick-slip limit cycle. Without scatter the cycle ceases at a "
         "sharp limit of damping, and with scatter there is a range where the mass can still move on it.",
         "With scatter the mass changes between stick-slip and sliding, on both sides of the limit. How much of the "

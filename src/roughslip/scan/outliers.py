@@ -24,10 +24,10 @@ SQUARE = np.ones((3, 3), dtype=bool)
 def outliers(scan: Topography) -> np.ndarray:
     """(nx, ny) bool, true at measured points that are outliers.
 
-    The deviation of the bulk, a side, is the larger of those that the median absolute deviation and the 5 % quantile
-    give: deep valleys of a plateau, or the dimples of a texture, widen it. A spot is a connected set of points that lie
-    FAR of them from the median. It is one of outliers where it is small and compact, and its median lies ABOVE of them
-    beyond its surroundings. Grooves and scratches are no such spots. A few deep pores are, as nothing tells them apart.
+    On each side the deviation of the bulk is the larger of two: from the median absolute deviation, and from the 5 %
+    quantile. Deep valleys of a plateau, or the dimples of a texture, widen it. A spot is a connected set of points that
+    lie FAR of them from the median. It is one of outliers where it is small and compact, and its median lies ABOVE of
+    them beyond its surroundings. Grooves and scratches are no such spots. A few deep pores are: they look alike.
     """
     measured = scan.heights[scan.measured]
     z = scan.heights - np.median(measured)

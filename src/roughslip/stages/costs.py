@@ -23,8 +23,8 @@ def total(
     """A row a stage, in the order of their names, and a last row for the whole scene.
 
     not_needed : stages that did not run, and why; they stand in the last row
-    warnings : on the scene itself; the last row holds the first of them, on an inherited friction curve where there is
-        one, then accuracies that are missed, so that the end of a run shows both, the others, and those of the stages
+    warnings : on the scene itself. The last row begins with the first of them, on an inherited friction curve where
+        there is one. Accuracies that are missed come next, so that the end of a run shows both; then all others.
 
     Seconds and counts add up over the jobs; peak memory is that of the largest job. `core_share` is the share of the
     CPU time spent solving, fitting and integrating; the rest is start-up, imports, compilation and files.

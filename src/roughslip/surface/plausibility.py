@@ -11,9 +11,7 @@ MOST_SLOPE = 0.5  # rms; a half-space stands for a surface of small slopes
 CELLS = 4.0  # a correlation length, at least
 LENGTHS = 10.0  # correlation lengths a window, at least
 FULL = 2.0  # p / (E* h') of four rms pressures of full contact, E* h' / 2: a share of 3e-5 would be in tension
-LIGHT = (
-    0.1  # contact over the share of heights above the plane, at least; it tends to a half, Bush, Gibson & Thomas (1975)
-)
+LIGHT = 0.1  # contact over the share of heights above the plane, at least; in theory a half (Bush et al., 1975)
 ROUNDING = 1e-9
 
 
@@ -29,7 +27,7 @@ def rms_slope(covariance: Callable[..., np.ndarray], step_m: float) -> float:
     return math.sqrt(max(4 * whole - 2 * along - 2 * across, 0.0)) / step_m
 
 
-def load_mistake(pressure_pa: float, modulus_pa: float, slope: float, hardness_pa: float, lowest: float) -> str:
+def contact_mistake(pressure_pa: float, modulus_pa: float, slope: float, hardness_pa: float, lowest: float) -> str:
     """What no strip has to be solved for: a nominal pressure of full contact, or of none; "" for others.
 
     modulus_pa : E* [Pa]

@@ -1,5 +1,6 @@
 """What the terminal shows of a job that fails, and of Ctrl-C: one line."""
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -46,9 +47,15 @@ def test_a_fault_of_the_code_is_shown_with_its_log(tmp_path):
 
 
 def output(folder: Path, command: str) -> list[str]:
-    """What Snakemake prints of a job with that command."""
+    """What Snakemake prints of a job with that command, also where the tests themselves run without Ctrl-C."""
     (folder / "Snakefile").write_text(SNAKEFILE.format(root=str(ROOT), command=command))
     options = ["-j1", "--show-failed-logs", "--quiet", "host", "reason", "--nocolor"]
-    run = subprocess.run([sys.executable, "-m", "snakemake", *options], cwd=folder, capture_output=True, text=True)
+    run = subprocess.run(
+        [sys.executable, "-m", "snakemake", *options],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     assert run.returncode == 1
     return (run.stdout + run.stderr).splitlines()

@@ -187,7 +187,7 @@ def main() -> None:
         for path in arguments.output:
             save(drawn, path)
         if usage:
-            usage.files(read=[arguments.benchmark], made=arguments.output)
+            usage.files(arguments.output)
 
 
 if __name__ == "__main__":

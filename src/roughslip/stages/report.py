@@ -119,7 +119,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
             for figure in drawn
         },
         captions=captions,
-        surfaces=represented(folder, stages, scene_of(configuration)),
+        surfaces=represented(files, stages, scene_of(configuration)),
         answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
         claims=store.read_json(files["claims.json"]),
         costs=costs,

@@ -227,13 +227,14 @@ class Names:
             others = sorted(self.scenes.stages(scene).difference(plan.AFTER_COSTS))
             return {"records": [record for name in others for record in self.records(scene, name)]}
         options = {**declared.inputs, **declared.optional, **declared.many, **declared.collects}
-        found = {option: self.results(scene, *_stages(made_by)) for option, made_by in options.items()}
+        found: dict[str, list[str]] = {}
         if stage == "scan" and not self._is_ground(scene):
             found["scan"] = [self.scenes.scan_file(scene)]
         if stage == "chaos_strip":  # training strips are those of the pilot, or of the first batches
             pilot = self.results(scene, "strip_pilot")
             found["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")
-        return found
+        others = {option: _stages(made_by) for option, made_by in options.items() if option not in found}
+        return found | {option: self.results(scene, *stages) for option, stages in others.items()}
 
     def _is_ground(self, scene: str) -> bool:
         return "grinding" in self.scenes.stages(scene)

@@ -28,8 +28,9 @@ from workflow.keys.names import KEY, STORE, Names
 from workflow.study import earlier_runs
 from workflow.study.closing import print_closing
 from workflow.study.commands import command, log, outputs
+from workflow.study.inputs import Inputs
 from workflow.study.options import check_config, check_targets
-from workflow.study.publish import LISTED, is_current, is_published, publish_existing
+from workflow.study.publish import LISTED, publish_existing
 from workflow.study.scenes import BENCHMARKS, RULES, Scenes
 from workflow.study.terminal import show_own_errors
 
@@ -55,7 +56,8 @@ try:
     check_targets(words, known, RULES | {"all"})
     scenes = Scenes(ROOT, words, options["memory_mb"], default=default, checked_scans=STATE / "scans")
     compared = scenes.compared(config.get("compare"))
-    names = Names(scenes, ROOT, writes=RUNS, shows_all=bool(GRAPHS))
+    names = Names(scenes, ROOT, writes=RUNS)
+    inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS))
     if workflow.is_main_process and not LISTS:
         lines = [*code_hash.report(LOCK.read_text(encoding="utf-8")), *earlier_runs.hold(STATE).lines]
         lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
@@ -94,17 +96,6 @@ onerror:
 # Where all results are up to date Snakemake calls no hook.
 if RUNS:
     atexit.register(print_closing, workflow, ())
-
-
-def publication(scene):
-    """What the published files of a scene wait for. A file that was lost or saved over is published again."""
-    is_complete = is_published(Path("results", scene), names.published(scene))
-    return [*names.awaited(scene), *([] if is_complete else [NEWEST.name])]
-
-
-def one_file(path, source):
-    """The file of the store that stands at a path, and what is newer than all if that file is another one."""
-    return [source, *([] if is_current(path, source) else [NEWEST.name])]
 
 
 wildcard_constraints:

@@ -40,12 +40,12 @@ class Project:
         self.path(name).write_text(text.replace(old, new, 1))
 
     def copy(self, folder: Path, *scenes: str) -> Project:
-        """The project with all time stamps and the results of these scenes."""
+        """The project with all time stamps, the store and what these scenes published."""
 
         def others(parent: str, names: list[str]) -> list[str]:
             if Path(parent) == self.folder and not scenes:
                 return [name for name in names if name == "results"]
-            return [name for name in names if Path(parent) == self.path("results") and name not in scenes]
+            return [name for name in names if Path(parent) == self.path("results") and name not in ("store", *scenes)]
 
         shutil.copytree(self.folder, folder, ignore=others)
         return Project(folder)

@@ -13,6 +13,7 @@ import pytest
 from roughslip.errors import InputError
 from workflow.faults.scratch import as_a_user
 from workflow.study.options import check_config, check_targets
+from workflow.keys.names import Names
 from workflow.study.scenes import RULES, Scenes, not_writable
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -198,10 +199,11 @@ def test_a_file_in_place_of_a_folder_is_named(tmp_path, monkeypatch):
     Path("results/smoke/logs").write_text("in the way")
     with pytest.raises(InputError, match=r"^results/smoke/logs: cannot be written to$"):
         Scenes(ROOT, words=["smoke"])
-    scenes = Scenes(ROOT, words=["given"])
-    Path("results/given/keys/cycles.json").mkdir(parents=True)
-    with pytest.raises(InputError, match=r"^results/given/keys: cannot be written to \("):
-        scenes.write_keys()
+    names = Names(Scenes(ROOT, words=["given"]), ROOT, writes=True)
+    Path("results/store").mkdir()
+    Path("results/store/cycles").write_text("in the way")
+    with pytest.raises(InputError, match=r"^results/store/cycles/\w+: cannot be written to \("):
+        names.entry("given", "cycles")
     Path("results").rename("elsewhere")
     Path("results").symlink_to(tmp_path / "gone")
     assert not_writable("smoke") == [Path("results")]

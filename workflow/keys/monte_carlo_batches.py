@@ -18,6 +18,7 @@ SAMPLES = {"pressure": SURFACES, "friction": STRIPS}
 # key of a batch holds no hash of code or packages. Only a change of seed, material, roughness or geometry makes batches
 # again. A test shows that the present code reproduces the kept numbers.
 
+
 def reference_file(name: str, kind: str = "pressure") -> str:
     """Return the path of the kept Monte Carlo reference of a scene.
 

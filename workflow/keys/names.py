@@ -22,7 +22,8 @@ from roughslip.errors import InputError
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.types import get
-from roughslip.stages.runtime.record import checksum, is_whole
+from roughslip.stages.runtime.record import checksum
+from workflow.keys import monte_carlo_batches
 from workflow.keys.code_hash import code_hash
 from workflow.study.scenes import Scenes
 
@@ -69,11 +70,10 @@ class Names:
 
     root : the project's folder
     writes : whether each key file is written as soon as its name is known; a dry run writes none
-    shows_all : whether a job that has ended has inputs too, for graphs of the study
     """
 
-    def __init__(self, scenes: Scenes, root: Path, writes: bool, shows_all: bool = False) -> None:
-        self.scenes, self._writes, self._shows_all = scenes, writes, shows_all
+    def __init__(self, scenes: Scenes, root: Path, writes: bool) -> None:
+        self.scenes, self._writes = scenes, writes
         self._source, self._lock = root / "src", root / "requirements.lock"
         self._entries: dict[str, Entry] = {}  # by folder
 
@@ -124,7 +124,9 @@ class Names:
         """One picture of the figures of several scenes. figures : by scene"""
         pairs = [(scene, figure) for scene, names in figures.items() for figure in names]
         inputs = {"results": [file for pair in pairs for file in self.results(*pair)]}
-        before = {scene: {figure: self.entry(scene, figure).key for figure in names} for scene, names in figures.items()}
+        before = {
+            scene: {figure: self.entry(scene, figure).key for figure in names} for scene, names in figures.items()
+        }
         awaited = [record for pair in pairs for record in self.records(*pair)]
         made_of = {"configuration": {"scenes": [scene for scene, _ in pairs]}, "before": before}
         return self._known(Entry(self._code("comparison") | made_of, inputs, awaited))
@@ -133,10 +135,17 @@ class Names:
         """A stage that reads and writes published files: `verify` and `reference`."""
         return self._known(Entry(self._code(stage) | {"configuration": {}}, inputs, [], outputs=outputs))
 
-    def solves(self, scene: str, kind: str, configuration: dict[str, Any]) -> Entry:
-        """Batches of a Monte Carlo reference; see monte_carlo_batches for why no code has a part in their name."""
-        made_of = {"stage": f"{kind}_solves", "configuration": configuration, "code": "any"}
-        return self._known(Entry(made_of, {}, [], scene=scene))
+    def solves(self, scene: str, kind: str) -> Entry:
+        """Batches of a Monte Carlo reference; monte_carlo_batches says why no code has a part in their name."""
+        part = monte_carlo_batches.configuration(self.scenes[scene], kind)
+        return self._known(
+            Entry({"stage": f"{kind}_solves", "configuration": part, "code": "any"}, {}, [], scene=scene)
+        )
+
+    def solved(self, scene: str, kind: str, samples: int | None) -> list[str]:
+        """Those batches, all or as many as hold so many samples."""
+        folder = self.solves(scene, kind).folder
+        return [f"{folder}/{first}-{last}.nc" for first, last in monte_carlo_batches.ranges(scene, kind, samples)]
 
     def results(self, scene: str, *stages: str, below: str = "") -> list[str]:
         """The results of these stages, as far as the scene runs them.
@@ -179,7 +188,9 @@ class Names:
         files = self.published(scene)
         if name not in files:
             near = difflib.get_close_matches(name, files, 1)
-            raise InputError(f"results/{scene}/{name}: no target of the scene makes it{f'; {near[0]}?' if near else ''}")
+            raise InputError(
+                f"results/{scene}/{name}: no target of the scene makes it{f'; {near[0]}?' if near else ''}"
+            )
         return files[name]
 
     def awaited(self, scene: str) -> list[str]:
@@ -202,16 +213,6 @@ class Names:
             except (OSError, ValueError, KeyError) as error:
                 raise InputError(f"{file}: no key file ({error}); name the scene as the target") from error
         return self._entries[folder]
-
-    def inputs_of(self, folder: str, job: str, newest: str) -> list[str]:
-        """What a job waits for: nothing once it has ended, because its results are what their name says.
-
-        newest : a file that is newer than any result. A job whose record is missing, or whose files were lost or cut
-            short, gets it as one more input, so that Snakemake runs it although a result may be there
-        """
-        if self._shows_all:
-            return self.at(folder).awaited
-        return [] if is_whole(Path(folder, "usage", f"{job}.json")) else [*self.at(folder).awaited, newest]
 
     def publication(self, scene: str) -> Entry:
         """The list of what stands in the folder of a scene."""

@@ -4,21 +4,10 @@
 # Out: results/store/<kind>_solves/<key>/<first>-<last>.nc, results/reference/<scene>/<kind>.nc. `make reference` makes it
 #      where it is missing, as `--config reference_surfaces=40000 reference_strips=1000` of fewer samples. An interrupted
 #      run is resumed, and batches made elsewhere count.
-from workflow.keys.monte_carlo_batches import SAMPLES, configuration, missing, ranges
+from workflow.keys.monte_carlo_batches import SAMPLES, missing
 
 FEWER = {"pressure": "reference_surfaces", "friction": "reference_strips"}
 REFERENCE_SAMPLES = {kind: options[option] for kind, option in FEWER.items()}
-
-
-def solves_folder(scene, kind):
-    """The folder of the batches of a scene."""
-    return names.solves(scene, kind, configuration(scenes[scene], kind)).folder
-
-
-def solves(scene, kind):
-    """The batches that make the reference of a scene."""
-    batches = ranges(scene, kind, REFERENCE_SAMPLES.get(kind))
-    return [f"{solves_folder(scene, kind)}/{first}-{last}.nc" for first, last in batches]
 
 
 for kind in SAMPLES:
@@ -44,7 +33,7 @@ for kind in SAMPLES:
         name:
             f"{kind}_reference"
         input:
-            solves=lambda wildcards, kind=kind: solves(wildcards.scene, kind),
+            solves=lambda wildcards, kind=kind: names.solved(wildcards.scene, kind, REFERENCE_SAMPLES[kind]),
         output:
             result=f"results/reference/{{scene}}/{kind}.nc",
         log:
@@ -55,7 +44,7 @@ for kind in SAMPLES:
             mem_mb=1000,
         params:
             kind=kind,
-            key=lambda wildcards, kind=kind: f"{solves_folder(wildcards.scene, kind)}/key.json",
+            key=lambda wildcards, kind=kind: f"{names.solves(wildcards.scene, kind).folder}/key.json",
         shell:
             'exec "$ROUGHSLIP_PYTHON" -m workflow.job'
             " monte_carlo.{params.kind} gather --key {params.key} --solves {input.solves:q} --output {output.result:q} 2> {log:q}"

@@ -2,46 +2,32 @@
 # In:  results of the default scenes, or of those that `--config compare=resolved,mine` names; the kept results.
 # Out: results/report.html; results/comparison.png|svg|nc, figures of several scenes in one picture; results/verify.json|txt;
 #      results/reference, the small results that git keeps. `clean_unused` removes what no scene uses.
-JOINT_FILES = ("report.html", *declarations()["comparison"].results.values())
+COMPARISON = declarations()["comparison"].results.values()
 DRAWN = [f"results/evidence/{file.stem}.svg" for file in KEPT_EVIDENCE if file.stem in BENCHMARKS]
-
-
-def joint_file(file):
-    """The file of the store, of the page on the default scenes or of a comparison."""
-    if file.endswith(".html"):
-        entry = names.joint_page(scenes.default, KEPT_EVIDENCE, DRAWN, [ROOT / "workflow/benchmarks/plot.py"])
-    else:
-        entry = names.comparison(compared)
-    return f"{entry.folder}/{file}"
-
-
-def over_published(stage, **inputs):
-    """Key file of a stage that reads the published results of the default scenes."""
-    folders = [f"results/{name}" for name in scenes.default]
-    files = {option: f"results/{file or stage}" for option, file in declarations()[stage].results.items()}
-    return f"{names.over_published(stage, files, scenes=folders, **inputs).folder}/key.json"
-
-
+PLOT = ROOT / "workflow/benchmarks/plot.py"
+# By published file, a function of its name in the store.
+JOINT = {file: lambda file=file: f"{names.comparison(compared).folder}/{file}" for file in COMPARISON}
+JOINT["report.html"] = lambda: f"{names.joint_page(scenes.default, KEPT_EVIDENCE, DRAWN, [PLOT]).folder}/report.html"
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
 
 rule joint_file:
     input:
-        lambda wildcards: one_file(f"results/{wildcards.joint}", joint_file(wildcards.joint)),
+        unpack(lambda wildcards: inputs.of_file(f"results/{wildcards.joint}", JOINT[wildcards.joint]())),
     output:
         "results/{joint}",
     log:
         "results/logs/publish-{joint}.log",
     wildcard_constraints:
-        joint="|".join(JOINT_FILES),
+        joint="|".join(JOINT),
     localrule: True
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {input[0]:q} {output:q} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {input.source:q} {output:q} 2> {log:q}'
 
 
 rule comparison:
     input:
-        [f"results/{file}" for file in declarations()["comparison"].results.values()],
+        [f"results/{file}" for file in COMPARISON],
 
 
 rule verify:
@@ -53,7 +39,9 @@ rule verify:
         "results/logs/verify.log",
     localrule: True
     params:
-        key=lambda wildcards: over_published("verify", reference=[str(ROOT / "results" / "reference")]),
+        key=lambda wildcards: inputs.over_published(
+            "verify", scenes.default, reference=[str(ROOT / "results" / "reference")]
+        ),
     shell:
         'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.verify --key {params.key} 2> {log:q}'
 
@@ -66,7 +54,7 @@ rule reference:
         "results/logs/reference.log",
     localrule: True
     params:
-        key=lambda wildcards: over_published("reference"),
+        key=lambda wildcards: inputs.over_published("reference", scenes.default),
     shell:
         'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.reference --key {params.key} 2> {log:q}'
 

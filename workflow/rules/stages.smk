@@ -5,35 +5,23 @@ RULE_NAMES = {"report": "scene_report", "comparison": "scenes_compared"}
 OVER_PUBLISHED = {"verify", "reference"}  # workflow/rules/several_scenes.smk
 
 
-def awaited(stage):
-    """An input function. What exists has no inputs: it is what its name says."""
-    job_name = declarations()[stage].job_name
-    placeholders = declarations()[stage].placeholders
-
-    def files(wildcards):
-        job = job_name(**{name: wildcards[name] for name in placeholders}) if placeholders else job_name()
-        return names.inputs_of(f"{STORE}/{stage}/{wildcards.key}", job, NEWEST.name)
-
-    return files
-
-
 for stage in sorted(declarations().keys() - OVER_PUBLISHED):
 
     rule:
         name:
             RULE_NAMES.get(stage, stage)
         input:
-            awaited(stage),
+            inputs.of_stage(stage),
         output:
-            **outputs(stage, lambda wildcards, stage=stage: names.at(f"{STORE}/{stage}/{wildcards.key}").scene),
+            **outputs(stage, lambda wildcards, stage=stage: inputs.entry(stage, wildcards).scene),
         log:
             log(stage),
         resources:
             mem_mb=lambda wildcards, attempt, stage=stage: scenes.at_attempt(
-                names.at(f"{STORE}/{stage}/{wildcards.key}").memory_mb, attempt
+                inputs.entry(stage, wildcards).memory_mb, attempt
             ),
         params:
-            scene=lambda wildcards, stage=stage: names.at(f"{STORE}/{stage}/{wildcards.key}").scene,
+            scene=lambda wildcards, stage=stage: inputs.entry(stage, wildcards).scene,
             command=lambda wildcards, stage=stage: command(stage).format(wildcards=wildcards),
             caption=declarations()[stage].caption,
         message:
@@ -44,7 +32,7 @@ for stage in sorted(declarations().keys() - OVER_PUBLISHED):
 
 rule publish:
     input:
-        lambda wildcards: publication(wildcards.scene),
+        inputs.of_scene,
     output:
         f"results/{{scene}}/{LISTED}",
     log:
@@ -59,13 +47,11 @@ rule publish:
 # One file by the name under which people open it.
 rule one_file:
     input:
-        lambda wildcards: one_file(
-            f"results/{wildcards.scene}/{wildcards.file}", names.file(wildcards.scene, wildcards.file)
-        ),
+        unpack(inputs.of_scene_file),
     output:
         "results/{scene}/{file}",
     log:
         "results/{scene}/logs/publish-{file}.log",
     localrule: True
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {input[0]:q} {output:q} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {input.source:q} {output:q} 2> {log:q}'

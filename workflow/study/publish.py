@@ -26,9 +26,7 @@ def is_current(path: str | Path, source: str | Path) -> bool:
         return False
     if os.path.samestat(own, stored):
         return True
-    if own.st_size != stored.st_size:
-        return False
-    return own.st_mtime_ns == stored.st_mtime_ns or filecmp.cmp(path, source, shallow=False)
+    return own.st_size == stored.st_size and filecmp.cmp(path, source, shallow=False)
 
 
 def is_published(folder: Path, files: Mapping[str, str]) -> bool:

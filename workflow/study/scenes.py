@@ -213,7 +213,8 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
 def not_writable(name: str) -> list[Path]:
     """The folders that stand in the way of a scene's results, if there are any."""
     results = Path("results")
-    folders = (results, results / "store", results / name)
+    below = {Path(stage.result).parent.as_posix() for stage in declarations().values()} | {"keys", "logs", "usage"}
+    folders = (results, results / "store", results / name, *(results / name / inner for inner in sorted(below - {"."})))
     there = [path for path in folders if os.path.lexists(path)]
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
 

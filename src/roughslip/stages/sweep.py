@@ -54,7 +54,9 @@ def number(result: store.Result, name: str) -> Number | None:
 
 def numbers(files: Mapping[str, Path]) -> dict[str, Number]:
     """Those of NUMBERS that the results of a scene have. files : by their names"""
-    results = {file: store.read(files[file]) for file in sorted({file for _, file, _ in NUMBERS.values()} & files.keys())}
+    results = {
+        file: store.read(files[file]) for file in sorted({file for _, file, _ in NUMBERS.values()} & files.keys())
+    }
     found = {name: number(results[file], variable) for name, (_, file, variable) in NUMBERS.items() if file in results}
     return {name: value for name, value in found.items() if value is not None}
 

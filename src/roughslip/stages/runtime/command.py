@@ -101,7 +101,12 @@ def paths(stage: Stage, key: Path, entry: Mapping[str, Any], placeholders: Mappi
     values = {name: placeholders[name] for name in stage.placeholders}
     results = {name: key.parent / file.format(**values) for name, file in stage.results.items() if file}
     record = key.parent / "usage" / f"{stage.job_name(**values)}.json"
-    return {**found, "usage": record, **results, **{name: Path(path) for name, path in entry.get("outputs", {}).items()}}
+    return {
+        **found,
+        "usage": record,
+        **results,
+        **{name: Path(path) for name, path in entry.get("outputs", {}).items()},
+    }
 
 
 def check_sources(stage: Stage, entry: Mapping[str, Any]) -> None:

@@ -85,7 +85,7 @@ cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile profiles/slurm $(SCENE)
 
 reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again; Monte Carlo where missing (75 minutes)
-	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input
+	$(RUN) snakemake -j$(JOBS) reference
 	$(RUN) workflow.evidence.keep
 
 docs: $(DOCS_VENV)/run.stamp ## build the manual in docs/_build/html: notebooks are run, warnings and broken links are errors

@@ -54,7 +54,9 @@ class LoginNode:
     def latest_job(self, run: subprocess.Popen, made: str) -> str:
         """Of those that run on a node as soon as a result is there."""
         while run.poll() is None:
-            if next(self.options["cwd"].glob(made), None) and (running := earlier_runs.queued_jobs(self.options["cwd"], "RUNNING")):
+            if next(self.options["cwd"].glob(made), None) and (
+                running := earlier_runs.queued_jobs(self.options["cwd"], "RUNNING")
+            ):
                 return max(running, key=int)
             time.sleep(0.2)
         raise AssertionError(self.log.read_text()[-5000:])

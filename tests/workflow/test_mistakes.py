@@ -12,8 +12,8 @@ import pytest
 
 from roughslip.errors import InputError
 from workflow.faults.scratch import as_a_user
-from workflow.study.options import check_config, check_targets
 from workflow.keys.names import Names
+from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes, not_writable
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -67,7 +67,7 @@ def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
     assert shipped <= scenes.valid.keys()
     assert not [name for name in scenes.valid if name.startswith("broken") and "-" not in name]
     for name in scenes.valid:
-        assert scenes.all_of(name)
+        assert scenes.stages(name)
     with pytest.raises(InputError, match=r"damping_ratio: -0\.2 is not allowed; a number >= 0 and <= 1"):
         Scenes(tmp_path, [f"broken{len(mistakes) - 1}"])
 
@@ -132,7 +132,7 @@ def test_no_rule_is_the_name_of_a_scene():
     names = {
         line[5:].strip(": ") for path in rules for line in path.read_text().splitlines() if line.startswith("rule ")
     }
-    assert {"all", "comparison", "scene_report"} <= names
+    assert {"all", "comparison", "publish"} <= names
     assert names - {"all"} <= RULES
 
 

@@ -49,10 +49,15 @@ class Inputs:
         return self.names.at(f"{STORE}/{stage}/{wildcards.key}")
 
     def of_scene(self, wildcards: Any) -> list[str]:
-        """What the published files of a scene wait for. A file that was lost or saved over is published again."""
-        files = self.names.published(wildcards.scene)
-        is_complete = self.shows_all or is_published(Path("results", wildcards.scene), files)
-        return [*self.names.awaited(wildcards.scene), *([] if is_complete else [self.newest])]
+        """What the published files of a scene wait for: nothing where all jobs have ended and all files are there.
+
+        A file that was lost or saved over is published again.
+        """
+        records = self.names.awaited(wildcards.scene)
+        if self.shows_all:
+            return records
+        is_complete = is_published(Path("results", wildcards.scene), self.names.published(wildcards.scene))
+        return [] if is_complete and all(is_whole(Path(record)) for record in records) else [*records, self.newest]
 
     def of_file(self, path: str, source: str) -> dict[str, str]:
         """The file of the store that stands at a path, and what is newer than all if another one is there."""

@@ -4,6 +4,7 @@ import atexit
 import os
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from snakemake.utils import min_version
@@ -88,8 +89,9 @@ onsuccess:
 
 # What succeeded although something failed: its files stand where people open them, and scenes that ended have answers.
 onerror:
-    for each in scenes.asked:
-        publish_existing(Path("results", each), names.published(each))
+    with suppress(OSError):  # a full disk, which the error of the run names
+        for each in scenes.asked:
+            publish_existing(Path("results", each), names.published(each))
     print_closing(workflow, workflow.dag.finished_jobs)
 
 

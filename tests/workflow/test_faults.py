@@ -37,7 +37,8 @@ def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkey
     scan.write_text("1 2\n")
     files = {"roughslip/stages/design.py": record.checksum(source)}
     sources = {"files": files, "closure": closure_hash("roughslip.stages.design", tmp_path)}
-    key = {"configuration": {}, "code": "", "sources": sources, "scans": {str(scan): record.checksum(scan)}}
+    key = {"configuration": {}, "code": "", "sources": sources, "scans": [record.checksum(scan)]}
+    key["inputs"] = {"scan": [str(scan)]}
     (tmp_path / "key.json").write_text(json.dumps(key))
     monkeypatch.setattr(command, "SOURCE", tmp_path)
     monkeypatch.setattr("sys.argv", ["stage", f"--key={tmp_path / 'key.json'}"])

@@ -93,7 +93,7 @@ class Names:
 
             made_of["given"] = {"bounds": BOUNDS}
         if stage == "scan" and not self._is_ground(scene):
-            made_of["scans"] = {file: checksum(Path(file)) for file in inputs["scan"]}
+            made_of["scans"] = [checksum(Path(file)) for file in inputs["scan"]]
         if declarations()[stage].batches is not None:
             made_of["jobs"] = self.scenes.jobs(scene, stage)
         made_of["before"] = {name: self.entry(scene, name).key for name in before}

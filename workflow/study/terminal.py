@@ -41,8 +41,9 @@ class OwnErrors(DefaultFormatter):
     def format_job_error(self, msg: dict[str, Any]) -> str:
         """The stated error behind the name of its scene."""
         stated = stated_error(msg["log"])
-        folder = Path(*msg["log"][:1]).parent.parent.as_posix()
-        return f"{self.scene_of(folder)}: {stated} [{msg['log'][0]}]" if stated else super().format_job_error(msg)
+        folder = Path(*msg["log"][:1]).parent.parent
+        name = self.scene_of(folder.as_posix()) if "store" in folder.parts else folder.name
+        return f"{name}: {stated} [{msg['log'][0]}]" if stated else super().format_job_error(msg)
 
 
 def stated_error(logs: list[str]) -> str:

@@ -20,6 +20,7 @@ sys.path[:0] = [str(ROOT), str(SOURCE)]
 configfile: f"{ROOT}/config/config.yaml"
 
 
+from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
 from roughslip.scene.sweep import all_names
@@ -67,6 +68,7 @@ try:
         earlier_runs.refuse_queued_jobs(STATE)
         for name in scenes.asked:
             names.published(name)
+        source_hash.keep()
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)

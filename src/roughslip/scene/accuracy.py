@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from roughslip.limits import SHARES
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import AUTO
 from roughslip.scene.fields import Section, number, section
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
 

@@ -11,6 +11,7 @@ from roughslip.contact.area import contact_shares
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES
+from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
@@ -33,7 +34,7 @@ STAGE = Stage(
     },
 )
 
-AUTO = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
+SURFACES = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
 SURPLUS = 4
 DRAWN = 3  # fields at the variables of solved ones
 
@@ -46,8 +47,8 @@ STATISTICS = {
 
 def surfaces_of(scene: Scene, modes: int) -> int:
     """Surfaces to solve. Raises InputError where they are too few for so many modes, or tables exceed the memory."""
-    asked, nodes = scene.expansion.samples, scene.square.nodes**2
-    count: int = max(AUTO, SURPLUS * modes) if asked == "auto" else asked
+    nodes = scene.square.nodes**2
+    count = unless_auto(scene.expansion.samples) or max(SURFACES, SURPLUS * modes)
     if count - math.ceil(count / FIELD_GROUPS) <= modes + 1 or count < FIELD_SAMPLES:
         raise InputError(
             f"expansion.samples: {count} surfaces are too few for {modes} modes, a {FIELD_GROUPS}th of them left out: "

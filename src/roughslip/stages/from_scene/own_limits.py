@@ -11,7 +11,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import existence_limit, hopf_damping
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import AUTO, unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -31,8 +31,7 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | No
 
     statistics : the file of the friction, if any
     """
-    given = scene.ensemble.damping_ratios
-    if not isinstance(given, str):
+    if (given := unless_auto(scene.ensemble.damping_ratios)) is not None:
         return given
     section = scene.oscillator
     free = replace(mass_on_belt.oscillator(scene), excitation_force_n=0.0)

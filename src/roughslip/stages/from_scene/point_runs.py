@@ -9,7 +9,7 @@ from roughslip.errors import InputError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import AUTO, unless_auto
 from roughslip.scene.ranges import KEYS, StickSlipMap
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt, variation
@@ -36,11 +36,11 @@ def box(scene: Scene, numbers: FrictionNumbers, ranges: StickSlipMap | None, def
         if name not in changeable:
             allowed = ", ".join(KEYS[one] for one in changeable)
             raise InputError(f"{KEYS[name]} has no effect in this scene; choose of: {allowed}")
-    given = given or dict.fromkeys(default, AUTO)
+    ends = {name: unless_auto(value) for name, value in (given or dict.fromkeys(default, AUTO)).items()}
     return {
-        name: own_range(name, own) if isinstance(given[name], str) else (float(given[name][0]), float(given[name][1]))
+        name: own_range(name, own) if (pair := ends[name]) is None else (float(pair[0]), float(pair[1]))
         for name in variation.PARAMETERS
-        if name in given
+        if name in ends
     }
 
 

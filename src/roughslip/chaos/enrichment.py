@@ -135,6 +135,8 @@ def enrich(
     """
     if not 0 < real("error asked for", accuracy) < 1:
         raise ParameterError(f"the error asked for must lie between 0 and 1, not {accuracy}")
+    if not 0 < real("share for the expansion", share) <= 1:
+        raise ParameterError(f"the share for the expansion must lie above 0 and not above 1, but is {share}")
     if not GROUPS <= whole_at_least("least number of surfaces", least, 0) <= whole_at_least("most surfaces", most, 0):
         raise ParameterError(f"between {GROUPS} and {most} surfaces are needed to begin with, not {least}")
     samples = solve(0, least)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -127,8 +127,8 @@ class Runs:
         if run.motion.cycles < 2:
             return np.empty((0, 2))
         periods = run.motion.duration / (2 * np.pi)
-        samples = min(SAMPLES, max(int(MOST_SAMPLES / periods), 1))
-        drawn = trajectory(belt, law, path, self.paths.spacing, periods, self.options, 0.0, samples)
+        options = replace(self.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
+        drawn = trajectory(belt, law, path, self.paths.spacing, periods, options)
         return whole_cycles(drawn, run.states)
 
 

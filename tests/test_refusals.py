@@ -29,7 +29,7 @@ from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.level import levels_of
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
-from roughslip.friction.paths import prepare
+from roughslip.friction.paths import path_sampler
 from roughslip.friction.penetration import between, penetration_curve, trend
 from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import recursion
@@ -232,7 +232,9 @@ def pressure_refusals() -> Calls:
         spoilt(partial(fit_local, samples=known, target=trial), degree=NOT_A_DEGREE),
         spoilt(partial(Stencil, far=(2, 2)), near=widths),
         spoilt(target, kind=UNKNOWN, gap_stiffness=NOT_POSITIVE, cell_pressure_pa=NEGATIVE),
-        spoilt(enriched, accuracy=NOT_A_SHARE, share=NOT_A_SHARE, least=NOT_A_COUNT | {"above-most": 60}, most=NOT_A_COUNT),
+        spoilt(
+            enriched, accuracy=NOT_A_SHARE, share=NOT_A_SHARE, least=NOT_A_COUNT | {"above-most": 60}, most=NOT_A_COUNT
+        ),
         spoilt(partial(wilson_interval, trials=2), successes={"more-than-trials": 3}),
         spoilt(partial(kolmogorov_distance, second=np.ones(2)), first=with_nan),
         spoilt(partial(cumulative_given_contact, levels=np.ones(2)), pressure=with_nan),
@@ -315,7 +317,7 @@ def path_refusals() -> Calls:
     """Return bad input to friction processes and their paths."""
     beta, quantiles = probability.BetaDistribution(2.1, 5.0, 0.2, 0.6), np.arange(20.0)
     process = FrictionProcess(beta, 1e-4)
-    waves = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="spectral")
+    waves = partial(path_sampler, process, spacing_m=1e-5, length_m=1e-3, method="spectral")
     spacings = NOT_POSITIVE | {"far-too-fine": 1e-12, "far-too-wide": 1.0}
     bounds = partial(probability.BetaDistribution, a=2.1, b=5.0, lower=0.0, upper=1.0)
     empirical = partial(probability.QuantileDistribution, quantiles=quantiles, mean=0.3, standard_deviation=0.1)

@@ -68,10 +68,10 @@ def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np
     xi = np.stack([monte_carlo([*seed, number], len(problem.modes)) for number in range(count)])
     state = np.empty((count, problem.grid.size))
     contact = np.empty(state.shape, np.float32) if job.scene.numerics.contact_area == "corrected" else None
-    for row, one in enumerate(solutions(problem, xi, count, job)):
-        state[row] = np.where(one.pressure > 0, one.pressure, -one.gap).ravel()
+    for row, solution in enumerate(solutions(problem, xi, count, job)):
+        state[row] = np.where(solution.pressure > 0, solution.pressure, -solution.gap).ravel()
         if contact is not None:
-            contact[row] = contact_shares(one.pressure, problem.hardness_pa).ravel()
+            contact[row] = contact_shares(solution.pressure, problem.hardness_pa).ravel()
     return xi, state, contact
 
 
@@ -110,19 +110,23 @@ def work(job: Job) -> None:
 
 def maps(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Variable]:
     """Statistics at every node with their standard errors and gains."""
-    found = {name: store.Variable((name,), getattr(grid, name)(), "m", f"node along {name}") for name in "xy"}
+    variables = {name: store.Variable((name,), getattr(grid, name)(), "m", f"node along {name}") for name in "xy"}
     for name, (units, title) in STATISTICS.items():
-        one = getattr(expansion, name)
+        estimate = getattr(expansion, name)
         parts = {
-            "": (one.value, units, title),
-            "_error": (one.error, units, f"standard error of the {title}"),
-            "_gain": (one.gain, "1", f"variance of the {title} from the solves alone, over that with the expansion"),
+            "": (estimate.value, units, title),
+            "_error": (estimate.error, units, f"standard error of the {title}"),
+            "_gain": (
+                estimate.gain,
+                "1",
+                f"variance of the {title} from the solves alone, over that with the expansion",
+            ),
         }
         for end, (values, unit, text) in parts.items():
-            found[name + end] = store.Variable(("x", "y"), values.reshape(grid.shape), unit, text)
+            variables[name + end] = store.Variable(("x", "y"), values.reshape(grid.shape), unit, text)
     title = "share of the variance of the pressure that predictions of left-out surfaces miss"
-    found["missed"] = store.Variable(("x", "y"), expansion.missed.reshape(grid.shape), "1", title)
-    return found
+    variables["missed"] = store.Variable(("x", "y"), expansion.missed.reshape(grid.shape), "1", title)
+    return variables
 
 
 def coefficients(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Variable]:

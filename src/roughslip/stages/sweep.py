@@ -56,8 +56,8 @@ def numbers(folder: Path) -> dict[str, Number]:
     """Those of NUMBERS that the results of a scene have."""
     files = {file for _, file, _ in NUMBERS.values() if (folder / file).is_file()}
     results = {file: store.read(folder / file) for file in sorted(files)}
-    found = {name: number(results[file], variable) for name, (_, file, variable) in NUMBERS.items() if file in results}
-    return {name: value for name, value in found.items() if value is not None}
+    values = {name: number(results[file], variable) for name, (_, file, variable) in NUMBERS.items() if file in results}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def work(job: Job) -> None:

@@ -63,8 +63,8 @@ def own_range(name: str, own: System) -> tuple[float, float]:
     value = PARAMETERS[name].value(own)
     values = [value / FACTOR, value * FACTOR] if value > 0.0 else []
     if name == "damping":
-        limits = [one for one in limits_or_nan(own.belt, own.law) if one > 0.0]
-        values += [factor * one for one in limits for factor in (0.5, 2.0)]
+        limits = [limit for limit in limits_or_nan(own.belt, own.law) if limit > 0.0]
+        values += [factor * limit for limit in limits for factor in (0.5, 2.0)]
         values = values or [0.01, 1.0]
     return max(min(values), 1.0) if name == "windows" else min(values), max(values)
 

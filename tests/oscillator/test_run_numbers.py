@@ -38,12 +38,10 @@ def test_runs_that_a_half_width_takes():
 
 
 def test_the_fewest_nodes_take_their_share_and_runs_the_rest():
-    chosen = ERRORS.numbers(2.0, None, None, WITHIN)
-    assert chosen.from_nodes == 30.0 * missing_scatter(chosen.nodes) <= NODES_SHARE * 2.0
-    assert 30.0 * missing_scatter(chosen.nodes // 2) > NODES_SHARE * 2.0
-    assert chosen.runs == ERRORS.runs_for(2.0 - chosen.from_nodes)
-    coarse = ERRORS.numbers(2.0, 2, None, WITHIN)
-    assert (coarse.nodes, coarse.runs) == (2, ERRORS.runs_for(2.0 - ERRORS.from_nodes(2)))
-    assert ERRORS.numbers(2.0, None, 9, WITHIN).runs == 9
-    assert ERRORS.numbers(2.0, None, None, (8, chosen.runs - 1)) is None
-    assert ERRORS.numbers(2.0, None, None, (2 * chosen.runs, MOST_RUNS)).runs == 2 * chosen.runs
+    nodes, runs = ERRORS.numbers(2.0, None, None, WITHIN)
+    assert 30.0 * missing_scatter(nodes) <= NODES_SHARE * 2.0 < 30.0 * missing_scatter(nodes // 2)
+    assert runs == ERRORS.runs_for(2.0 - 30.0 * missing_scatter(nodes))
+    assert ERRORS.numbers(2.0, 4, None, WITHIN) == (4, ERRORS.runs_for(2.0 - ERRORS.from_nodes(4)))
+    assert ERRORS.numbers(2.0, None, 9, WITHIN) == (nodes, 9)
+    assert ERRORS.numbers(2.0, None, None, (8, runs - 1)) is None
+    assert ERRORS.numbers(2.0, None, None, (2 * runs, MOST_RUNS)) == (nodes, 2 * runs)

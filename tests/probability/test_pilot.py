@@ -7,7 +7,11 @@ import pytest
 from roughslip.errors import IllPosedError
 from roughslip.probability.pilot import Pilot
 
-FIXED, SCATTER, MOST = {"mean": 0.01, "std": 0.02}, {"mean": 1.0, "std": 3.0}, 40_000
+FIXED, SCATTER, MOST = (
+    {"friction_mean": 0.01, "friction_std": 0.02},
+    {"friction_mean": 1.0, "friction_std": 3.0},
+    40_000,
+)
 
 
 def cheapest(asked):
@@ -19,7 +23,7 @@ def cheapest(asked):
 
 
 def pilot(mean, std, **options):
-    return Pilot({"mean": mean, "std": std}, cheapest, lambda: "take finer cells", **options)
+    return Pilot({"friction_mean": mean, "friction_std": std}, cheapest, lambda: "take finer cells", **options)
 
 
 def test_the_cheapest_numbers_keep_every_half_width():
@@ -27,24 +31,28 @@ def test_the_cheapest_numbers_keep_every_half_width():
     assert pilot(0.05, 0.1).numbers() == 1407
 
 
-@pytest.mark.parametrize(("mean", "std", "binding"), [(0.01, 0.1, 1.5), (0.1, 0.007, 5.0)])
+@pytest.mark.parametrize(("mean", "std", "binding"), [(0.01, 0.1, 1.5), (0.05, 0.007, 5.0)])
 def test_what_is_out_of_reach_has_a_nearest_accuracy_in_the_same_ratio(mean, std, binding):
     """At MOST the half widths are 0.01 + 1 / 200 and 0.02 + 3 / 200: 1.5 or 5 times what is asked, to 1 %."""
     near = pilot(mean, std).nearest()
-    assert near["mean"] / mean == pytest.approx(near["std"] / std, rel=0.01)
-    assert binding <= near["mean"] / mean <= 1.011 * binding
+    assert near["friction_mean"] / mean == pytest.approx(near["friction_std"] / std, rel=0.01)
+    assert binding <= near["friction_mean"] / mean <= 1.011 * binding
     assert cheapest(near) is not None
     with pytest.raises(IllPosedError) as refused:
         pilot(mean, std).numbers()
-    wanted, reached = f"{{mean: {mean:g}, std: {std:g}}}", f"{{mean: {near['mean']:g}, std: {near['std']:g}}}"
+    wanted, reached = (
+        f"{{friction_mean: {first:g}, friction_std: {second:g}}}" for first, second in ((mean, std), near.values())
+    )
     assert str(refused.value) == (
         f"accuracy: {wanted} is not reached; nearest is {reached}; ask for that, or take finer cells"
     )
     wider = pilot(mean, std, margin=1.1).nearest()
-    assert wider["mean"] == pytest.approx(1.1 * near["mean"], rel=0.01)
+    assert wider["friction_mean"] == pytest.approx(1.1 * near["friction_mean"], rel=0.01)
 
 
-def test_no_accuracy_below_the_largest_is_named_where_none_is_reached():
-    assert pilot(0.001, 0.002, largest=0.03).nearest() is None
+def test_the_nearest_accuracy_is_one_that_a_scene_may_ask_for():
+    """0.035 of a standard deviation asked as 0.001 widens the mean to 0.35, and asked as 0.0001 beyond 0.5."""
+    assert pilot(0.01, 0.001).nearest()["friction_mean"] == pytest.approx(0.35, rel=0.01)
+    assert pilot(0.01, 0.0001).nearest() is None
     with pytest.raises(IllPosedError, match="is not reached, nor is any other; take finer cells"):
-        pilot(0.001, 0.002, largest=0.03).numbers()
+        pilot(0.01, 0.0001).numbers()

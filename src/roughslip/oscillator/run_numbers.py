@@ -40,15 +40,6 @@ def missing_scatter(nodes: int) -> float:
     return 1.0 - float(np.sqrt(np.einsum("it,ij,jt->t", weights, correlation, weights)).mean())
 
 
-@dataclass(frozen=True)
-class RunNumbers:
-    """nodes of the paths per correlation length, runs for each damping ratio, and the error that these nodes leave."""
-
-    nodes: int
-    runs: int
-    from_nodes: float
-
-
 @dataclass(frozen=True, eq=False)
 class RunErrors:
     """Errors of the mean counts, from a pilot.
@@ -89,7 +80,9 @@ class RunErrors:
             runs = math.ceil(1.02 * runs)
         return runs
 
-    def numbers(self, asked: float, nodes: int | None, runs: int | None, limits: tuple[int, int]) -> RunNumbers | None:
+    def numbers(
+        self, asked: float, nodes: int | None, runs: int | None, limits: tuple[int, int]
+    ) -> tuple[int, int] | None:
         """The fewest nodes and runs that keep the accuracy asked, in cycles; None where it takes too many runs.
 
         nodes, runs : where they are given
@@ -97,9 +90,8 @@ class RunErrors:
         """
         enough = (number for number in NUMBERS_OF_NODES if self.from_nodes(number) <= NODES_SHARE * asked)
         nodes = next(enough, NUMBERS_OF_NODES[-1]) if nodes is None else nodes
-        from_nodes = self.from_nodes(nodes)
         if runs is None:
-            runs = max(self.runs_for(asked - from_nodes), limits[0])
+            runs = max(self.runs_for(asked - self.from_nodes(nodes)), limits[0])
             if runs > limits[1]:
                 return None
-        return RunNumbers(nodes, runs, from_nodes)
+        return nodes, runs

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from roughslip.errors import IllPosedError
+from roughslip.limits import LARGEST_ACCURACY
 
 Accuracy = Mapping[str, float]
 """Largest half widths, by the key of section `accuracy` of a scene."""
@@ -33,14 +34,12 @@ class Pilot(Generic[Numbers]):
     asked : the accuracy
     cheapest : numbers of samples that keep given half widths at the least cost; None where none within the limits do
     advice : what else to do than to ask for the nearest accuracy
-    largest : half width from which an accuracy says nothing
     margin : factor on the nearest accuracy, where its own pilot has other samples
     """
 
     asked: Accuracy
     cheapest: Callable[[Accuracy], Numbers | None]
     advice: Callable[[], str]
-    largest: float = 1.0
     margin: float = 1.0
 
     def numbers(self) -> Numbers:
@@ -51,14 +50,18 @@ class Pilot(Generic[Numbers]):
         return numbers
 
     def nearest(self) -> dict[str, float] | None:
-        """The half widths nearest to those asked that are reached, all in the same ratio, to 1 %; None without any."""
-        low, high = 1.0, self.largest / max(self.asked.values())
+        """The half widths nearest to those asked that are reached, all in the same ratio, to 1 %.
+
+        None where not even the largest that a scene may ask for are.
+        """
+        margin = 1.005 * self.margin  # three digits round by at most half of 1 %
+        low, high = 1.0, min(LARGEST_ACCURACY[name] / width for name, width in self.asked.items()) / margin
         if self.cheapest(widened(self.asked, high)) is None:
             return None
         while high > 1.002 * low:
             factor = math.sqrt(low * high)
             low, high = (factor, high) if self.cheapest(widened(self.asked, factor)) is None else (low, factor)
-        return widened(self.asked, 1.005 * self.margin * high)  # three digits round by at most half of 1 %
+        return widened(self.asked, margin * high)
 
 
 def widened(accuracy: Accuracy, factor: float) -> dict[str, float]:

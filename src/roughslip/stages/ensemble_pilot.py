@@ -29,7 +29,6 @@ STAGE = Stage(
 
 RUNS, NODES = 24, 8  # of the pilot, and per correlation length
 PERIOD_S = 2.5e-5  # CPU time of a natural period of a run, measured on resolved
-LARGEST = 1000.0  # accuracy.cycles of any scene
 
 
 def pilot_counts(job: Job) -> np.ndarray:
@@ -60,29 +59,29 @@ def work(job: Job) -> None:
     errors = RunErrors.of_pilot(counts)
     each = PERIOD_S * counts.shape[-1] * ensemble.duration_periods
     limits = ensemble.drawn_realisations, min(MOST_RUNS, int(accuracy.cost_limit_cpu_s / each))
-    nodes, runs = unless_auto(ensemble.nodes_per_correlation_length), unless_auto(ensemble.realisations)
-    chosen = Pilot(
+    given = unless_auto(ensemble.nodes_per_correlation_length), unless_auto(ensemble.realisations)
+    nodes, runs = Pilot(
         {"cycles": accuracy.cycles},
-        lambda asked: errors.numbers(asked["cycles"], nodes, runs, limits),
+        lambda asked: errors.numbers(asked["cycles"], *given, limits),
         lambda: (
             f"raise accuracy.cost_limit_cpu_s, as only {limits[1]} runs are within it and {MOST_RUNS} in all, or "
             "take fewer ensemble.damping_ratios"
         ),
-        largest=LARGEST,
     ).numbers()
+    from_nodes = errors.from_nodes(nodes)
     job.usage.count(
         runs=counts.size,
-        runs_chosen=chosen.runs,
-        nodes_chosen=chosen.nodes,
+        runs_chosen=runs,
+        nodes_chosen=nodes,
         cycles_asked=accuracy.cycles,
-        cycles_from_nodes=round(chosen.from_nodes, 3),
-        cycles_expected=round(chosen.from_nodes + errors.from_runs(chosen.runs, safe=False), 3),
+        cycles_from_nodes=round(from_nodes, 3),
+        cycles_expected=round(from_nodes + errors.from_runs(runs, safe=False), 3),
     )
     title = "error of the mean counts, at most, from the nodes of the paths"
     variables = {
-        "nodes_per_correlation_length": store.Variable((), chosen.nodes, "1", "nodes per correlation length taken"),
-        "runs": store.Variable((), chosen.runs, "1", "runs for each damping ratio"),
-        "from_nodes": store.Variable((), chosen.from_nodes, "1", title),
+        "nodes_per_correlation_length": store.Variable((), nodes, "1", "nodes per correlation length taken"),
+        "runs": store.Variable((), runs, "1", "runs for each damping ratio"),
+        "from_nodes": store.Variable((), from_nodes, "1", title),
     }
     store.write(job.arguments.output, variables, job.key)
 

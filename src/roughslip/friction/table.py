@@ -89,7 +89,7 @@ def friction_table(
     sums : area [m2] and force [N] of the solved windows, each (levels, S, W)
     mean : friction coefficient at median penetration
     replicates : resampled sets; seed : of their draws
-    progress : is told how many levels of how many are done
+    progress : receives the number of levels that are done, and of all
 
     Raises IllPosedError where windows are too few or do not scatter, with the penetration.
     """

@@ -259,7 +259,7 @@ def test_motions_miss_the_belt_as_often_as_predicted(response):
         for place, damping in enumerate(dampings):
             damped = replace(STUDY, damping_ratio=float(damping))
             start = LAW.static * STUDY.F - 2 * damping * STUDY.V - 5 * deviation * STUDY.F  # sticks for all mu_S(0)
-            motion = simulate(damped, LAW, deviation * path, step, 1.6, start_position_m=start)
+            motion = simulate(damped, LAW, deviation * path, step, 1.6, start_m=start)
             missed[place] += not np.any(motion.kind == REATTACHMENT)
     expected = stats.norm.cdf((dampings - response.limit) / scatter)
     assert np.all(np.abs(missed / runs - expected) < 4 * np.sqrt(expected * (1 - expected) / runs) + 0.02)

@@ -82,7 +82,7 @@ def test_micro_slip_and_cycle_are_distinguished():
     """
     spacing = 2e-5
     path = np.minimum(np.arange(8000) * spacing / 3e-4, 1.0) * 0.3
-    drawn = trajectory(STUDY, LAW, path, spacing, 4.0, samples_per_period=4000)
+    drawn = trajectory(STUDY, LAW, path, spacing, 4.0, MotionOptions(samples_per_period=4000))
     motion = drawn.motion
     reattached = np.flatnonzero(motion.kind == REATTACHMENT)
     assert motion.cycles + motion.micro_slips == reattached.size
@@ -107,7 +107,7 @@ def test_turning_point_between_steps():
     def draw(height):
         climb = np.full(60, 0.6)
         climb[:2] = 0.0, height
-        drawn = trajectory(STUDY, LAW, climb, 1e-3, 3.0, MotionOptions(1e-7), samples_per_period=4000)
+        drawn = trajectory(STUDY, LAW, climb, 1e-3, 3.0, MotionOptions(1e-7, samples_per_period=4000))
         k = np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0]
         return bool(drawn.motion.backwards[k]), drawn.velocity[drawn.time < drawn.motion.time[k]].min()
 

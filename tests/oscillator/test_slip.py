@@ -164,8 +164,8 @@ def oscillation(rate, x, u, t):
 
 
 def drawn(law, path, spacing, tolerance, integrator, follows, start=START):
-    options = MotionOptions(tolerance, interpolation="linear", friction_follows=follows, integrator=integrator)
-    return trajectory(FIXED, law, path, spacing, 0.4, options, start, samples_per_period=200)
+    options = MotionOptions(tolerance, True, "linear", follows, integrator, samples_per_period=200)
+    return trajectory(FIXED, law, path, spacing, 0.4, options, start)
 
 
 def two_stretches(times, change, first, second):
@@ -262,8 +262,8 @@ def test_friction_that_is_cut_for_a_part_of_a_step_is_seen(tolerance):
     out = np.array([nodes[1] - nodes[0], *0.5 * (nodes[2:] - nodes[:-2]), nodes[-1] - nodes[-2]])
     mu = CubicHermiteSpline(spacing * np.arange(8), nodes, out / spacing)
     law, end = CoulombLaw(0.371, 0.371), 6.5 * spacing
-    options = MotionOptions(tolerance, friction_follows="time", integrator="dormand_prince853")
-    found = trajectory(FIXED, law, nodes - 0.371, spacing, end / (2 * math.pi), options, START, 2000)
+    options = MotionOptions(tolerance, friction_follows="time", integrator="dormand_prince853", samples_per_period=2000)
+    found = trajectory(FIXED, law, nodes - 0.371, spacing, end / (2 * math.pi), options, START)
     assert mu(0.06) < 0.0 < min(mu(0.05), mu(0.075), mu(0.1))
     t = found.time[-1]
     kinks = [z for z in mu.roots(extrapolate=False) if z < t] + [spacing * k for k in range(1, 7) if spacing * k < t]
@@ -280,7 +280,7 @@ def test_rest_on_a_knot_needs_no_more_steps_than_rest_beside_it(integrator):
     for knot in (1.0, 5.0):
         law = TableLaw((0.0, knot, 9.0), (0.2, 0.2 + 0.1 * knot, 0.2 + 0.1 * knot), 0.2, "linear")
         steps.append(
-            simulate(oscillator, law, None, 1.0, 60.0, MotionOptions(integrator=integrator), start_position_m=0.9).steps
+            simulate(oscillator, law, None, 1.0, 60.0, MotionOptions(integrator=integrator), start_m=0.9).steps
         )
     assert steps[0] < 1.5 * steps[1]
 

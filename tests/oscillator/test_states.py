@@ -115,7 +115,7 @@ def test_a_relaxation_oscillation_is_followed_by_an_implicit_method():
     """At 1e-4 kg slip is too stiff for an explicit method; where both methods hold, at 1e-2 kg, they agree."""
     loop = {mass: slip_loop(replace(STUDY, mass_kg=mass), LAW).cycle for mass in (1e-2, 1e-4)}
     heavy = replace(STUDY, mass_kg=1e-2)
-    plain = simulate(heavy, LAW, None, 0.0, 60.0, MotionOptions(1e-9), start_position_m=departure_point(heavy, LAW))
+    plain = simulate(heavy, LAW, None, 0.0, 60.0, MotionOptions(1e-9), start_m=departure_point(heavy, LAW))
     assert loop[1e-2].slip_duration == pytest.approx(plain.time[1], rel=1e-6)
     # slow motion scales as F / V, so that both durations are as the masses; the jumps between add their own time
     assert loop[1e-4].slip_duration / loop[1e-2].slip_duration == pytest.approx(100, rel=0.03)
@@ -203,7 +203,7 @@ def test_below_the_limit_a_nearly_undamped_mass_may_pass_the_belt_twice_without_
     for damping, sticks in ((0.0, False), (3e-5, False), (1e-4, True), (6e-3, True), (7e-3, False)):
         assert (slip_loop(replace(belt, damping_ratio=damping), law).cycle is not None) == sticks
     undamped = replace(belt, damping_ratio=0.0)
-    run = simulate(undamped, law, duration_periods=40.0, start_position_m=departure_point(undamped, law))
+    run = simulate(undamped, law, duration_periods=40.0, start_m=departure_point(undamped, law))
     assert set(run.kind[1:]) == {CROSSING}
     assert run.position[2] > belt.F * law.static
     assert np.all(np.diff(run.position[2::2]) > -1e-9 * run.position[2])

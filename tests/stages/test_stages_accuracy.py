@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+import yaml
 
 from roughslip import store
 from roughslip.errors import IllPosedError
@@ -167,12 +168,12 @@ def test_an_accuracy_above_the_cost_limit_is_refused_with_the_nearest_one(run, a
     pilot, expansion, allocation = allotted
     limit = float(store.read(allocation)["cost"]) / 2
     scene = changed(SCENE, accuracy={"cost_limit_cpu_s": limit})
-    with pytest.raises(IllPosedError, match=r"nearest are .* or raise accuracy.cost_limit_cpu_s to") as caught:
+    with pytest.raises(IllPosedError, match=r"nearest is .* or raise accuracy.cost_limit_cpu_s to") as caught:
         run(strip_allocation, scene, "refused", pilot=pilot, expansion=expansion)
-    near = dict(re.findall(r"(friction_\w+) ([0-9.]+)", str(caught.value).partition("nearest are")[2]))
-    scene = changed(scene, accuracy={name: float(value) for name, value in near.items()})
+    near = yaml.safe_load(re.search(r"nearest is (\{.*\});", str(caught.value))[1])
+    scene = changed(scene, accuracy=near)
     assert run(strip_allocation, scene, "nearest", pilot=pilot, expansion=expansion)["cost"] <= limit
-    assert all(ASKED[name] < float(value) < 2 * ASKED[name] for name, value in near.items())
+    assert all(ASKED[name] < value < 2 * ASKED[name] for name, value in near.items())
     by_hand = changed(SCENE, strip={"samples": PILOT + SHARES})
     with pytest.raises(IllPosedError, match="or leave the number of strips that you gave to auto"):
         run(strip_allocation, by_hand, "refused", pilot=pilot, expansion=expansion)

@@ -9,7 +9,7 @@ import pytest
 from roughslip import store
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
-from roughslip.oscillator.motion import trajectory
+from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.probability.level_search import ACCURACY
 from roughslip.report.answer import limit_rows
 from roughslip.scene.types import scene_of
@@ -65,7 +65,7 @@ def test_without_scatter_amplitude_and_frequency_are_those_of_the_limit_cycle(an
     found = answered(1e-9, varied=("damping",))
     belt, law = mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR})), StribeckLaw(0.3, 0.4)
     assert found["frequency"]["value"] == pytest.approx(316 / limit_cycle(belt, law).period, rel=1e-5)
-    drawn = trajectory(belt, law, None, 0.0, 10.0, samples_per_period=4000)
+    drawn = trajectory(belt, law, None, 0.0, 10.0, MotionOptions(samples_per_period=4000))
     amplitude = 0.5 * np.ptp(drawn.position[20_000:])
     assert amplitude * (1 - 0.5 * (np.pi / 100) ** 2) <= found["amplitude"]["value"] <= amplitude * (1 + 1e-5)
     for name in ("amplitude", "frequency"):

@@ -35,8 +35,8 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import PERCENTILES, influences
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.limits import SHARES
+from roughslip.scene.auto import AUTO
 from roughslip.scene.discretisation import discretised
-from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of

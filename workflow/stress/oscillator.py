@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import repeat
 
@@ -80,7 +80,8 @@ class MotionProblem:
     def solve(self) -> Trajectory:
         """Return the motion at SAMPLES times a period."""
         path = repeat(self.nodes) if self.nodes.size else None
-        return trajectory(self.oscillator, self.law, path, self.spacing, PERIODS, self.options, self.start, SAMPLES)
+        options = replace(self.options, samples_per_period=SAMPLES)
+        return trajectory(self.oscillator, self.law, path, self.spacing, PERIODS, options, self.start)
 
     def is_answer(self, error: RoughslipError) -> bool:
         """Whether an error answers it: the step limit with advice."""

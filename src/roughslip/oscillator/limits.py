@@ -107,7 +107,8 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
         return SlipLoop(cycle, time / turn, fastest if cycle else v0)
 
     try:
-        drawn = trajectory(oscillator, law, None, 0.0, LOOP_PERIODS, MotionOptions(tolerance), departure, LOOP_SAMPLES)
+        options = MotionOptions(tolerance, samples_per_period=LOOP_SAMPLES)
+        drawn = trajectory(oscillator, law, None, 0.0, LOOP_PERIODS, options, departure)
         if REATTACHMENT in drawn.motion.kind:
             return cycle_of(drawn)
         rises = np.diff(drawn.velocity) > 0.0
@@ -118,9 +119,8 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
         if peak <= 1.0:
             return SlipLoop(None, time / turn if peak > 0.0 else 0.0, v0)
         samples = max(int(LOOP_SAMPLES * LOOP_PERIODS * turn / time), 1)
-        return cycle_of(
-            trajectory(oscillator, law, None, 0.0, time / turn, MotionOptions(tolerance), departure, samples)
-        )
+        options = MotionOptions(tolerance, samples_per_period=samples)
+        return cycle_of(trajectory(oscillator, law, None, 0.0, time / turn, options, departure))
     except ConvergenceError:
         returned = stiff_return(flow, (departure - flow.steady) / oscillator.V)
     if returned is None:
@@ -250,8 +250,8 @@ def _excess_without_damping(undamped: Oscillator, law: FrictionLaw) -> float:
 def _reaches_the_belt(oscillator: Oscillator, law: FrictionLaw) -> bool:
     """Whether slip from the departure point comes back to the belt, to stick or to pass its velocity."""
     departure = departure_point(oscillator, law)
-    options = MotionOptions(LIMIT_TOLERANCE, integrator="dormand_prince853")
-    drawn = trajectory(oscillator, law, None, 0.0, 0.5 * LOOP_PERIODS, options, departure, LOOP_SAMPLES)
+    options = MotionOptions(LIMIT_TOLERANCE, integrator="dormand_prince853", samples_per_period=LOOP_SAMPLES)
+    drawn = trajectory(oscillator, law, None, 0.0, 0.5 * LOOP_PERIODS, options, departure)
     if np.any(drawn.motion.kind != DEPARTURE):
         return True
     rises = np.diff(drawn.velocity) > 0.0

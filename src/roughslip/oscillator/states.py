@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -122,13 +121,11 @@ def run_until_known(
     belt costs nothing. Raises as `simulate` and `slip_loop` do, ConvergenceError where the mass does not depart.
     """
     longest = longest_slip(oscillator, law)
-    start: dict[str, Any] = {}
-    if from_sliding:
-        start = {"start_position_m": equilibrium(oscillator, law), "start_velocity_m": 0.0}
+    start: float | tuple[float, float] = (equilibrium(oscillator, law), 0.0) if from_sliding else 0.0
     turn = 2.0 * math.pi
 
     def run(duration: float) -> Motion:
-        return simulate(oscillator, law, path, spacing_m, duration, options, **start)
+        return simulate(oscillator, law, path, spacing_m, duration, options, start)
 
     def until_departure(position: float) -> float:
         """Natural periods of stick from X = position on, without scatter."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Literal
+from typing import Any
 
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import Auto
 from roughslip.scene.fields import Section, integer, many, number, section
 from roughslip.scene.mistakes import Mistake, Values, refused, strictly_increasing
 
-Range = tuple[float, ...] | Literal["auto"] | None
+Range = Auto[tuple[float, ...]] | None
 
 # Keys of ranges by the parameters of stages.from_scene.variation.
 KEYS = {
@@ -30,7 +30,7 @@ def _range(what: str, unit: str = "-", **bounds: Any) -> Any:
         number(what.capitalize(), unit, **bounds),
         fewest=2,
         most=2,
-        or_word=AUTO,
+        or_auto=True,
         default=None,
     )
 

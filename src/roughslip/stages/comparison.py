@@ -30,9 +30,9 @@ def work(job: Job) -> None:
         figure = file.stem
         result = results.setdefault(figure, {})[scene] = store.read(file)
         for name in drawn(figure):
-            one = result.variable(name)
-            dimensions = tuple(f"{dimension}_{figure}_{scene}" for dimension in one.dimensions)
-            numbers[f"{scene}_{figure}_{name}"] = one._replace(dimensions=dimensions)
+            variable = result.variable(name)
+            dimensions = tuple(f"{dimension}_{figure}_{scene}" for dimension in variable.dimensions)
+            numbers[f"{scene}_{figure}_{name}"] = variable._replace(dimensions=dimensions)
     save_with_numbers(job, comparison(results), numbers)
     job.usage.count(scenes=len(set(scenes)))
 

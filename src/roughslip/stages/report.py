@@ -84,24 +84,24 @@ def strips_represented(scene: Scene, scan: Path | None) -> list[str]:
 
 def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list[str]]:
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
-    found = {}
+    sentences = {}
     if "karhunen_loeve" in stages:
         figure = "figure2" if "figure2" in scene.targets else "figure_field"
-        found[figure] = square_represented(store.read(files["surface/modes.nc"]), scene)
+        sentences[figure] = square_represented(store.read(files["surface/modes.nc"]), scene)
     if "chaos_square" in stages:
-        found["figure2"].append(score_of_variables(store.read(files["chaos/square.nc"])))
+        sentences["figure2"].append(score_of_variables(store.read(files["chaos/square.nc"])))
     if "scan" in stages:
         result = store.read(files["surface/synthetic_surfaces.nc"])
         why, count = str(result["no_twins"][0]), int(result["outliers"])
-        found["figure_scan"] = [
+        sentences["figure_scan"] = [
             f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
             f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
         ]
     if "contact_strip" in stages:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         scan = files["surface/scan.nc"] if "scan" in stages else None
-        found[figure] = strips_represented(scene, scan)
-    return found
+        sentences[figure] = strips_represented(scene, scan)
+    return sentences
 
 
 def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: Path) -> SceneReport:
@@ -133,11 +133,13 @@ def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
     """What is kept of benchmarks and stress, with pictures of the former. Raises StoreError where one is damaged."""
     if kept is None or drawn is None:
         return None
-    found = {name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()}
+    benchmarks = {
+        name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()
+    }
     return Evidence(
-        pictures={name: reduced(picture(drawn / f"{name}.svg").decode()).encode() for name in found},
+        pictures={name: reduced(picture(drawn / f"{name}.svg").decode()).encode() for name in benchmarks},
         stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
-        machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in found.items()},
+        machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in benchmarks.items()},
     )
 
 

@@ -57,8 +57,8 @@ def numbers(files: Mapping[str, Path]) -> dict[str, Number]:
     results = {
         file: store.read(files[file]) for file in sorted({file for _, file, _ in NUMBERS.values()} & files.keys())
     }
-    found = {name: number(results[file], variable) for name, (_, file, variable) in NUMBERS.items() if file in results}
-    return {name: value for name, value in found.items() if value is not None}
+    values = {name: number(results[file], variable) for name, (_, file, variable) in NUMBERS.items() if file in results}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def work(job: Job) -> None:

@@ -101,13 +101,13 @@ def miscalibration(expansion: LocalExpansion, samples: Samples, levels: np.ndarr
     """
     central = np.abs(samples.distance2) < 1e-9
     group = samples.group
-    found = np.empty((GROUPS, len(levels)))
+    differences = np.empty((GROUPS, len(levels)))
     for number, member in enumerate(expansion.without):
         pressure = np.sort(samples.pressure[group == number][:, central], axis=None)
         variables = samples.variables[group == number][:, central].reshape(-1, expansion.indices.shape[1])
         predicted = cumulative(expansion, member, hermite_basis(variables, expansion.indices), levels)
-        found[number] = np.searchsorted(pressure, levels, side="right") / len(pressure) - predicted
-    return found
+        differences[number] = np.searchsorted(pressure, levels, side="right") / len(pressure) - predicted
+    return differences
 
 
 def enrich(
@@ -143,7 +143,7 @@ def enrich(
             error = cdf_error(expansion, fitted, np.random.default_rng(seed))
         except IllPosedError as ill_posed:
             history.append((count, float("nan")))
-            reason = str(ill_posed)
+            reason = str(ill_posed).partition(": ")[0]  # without its advice, such as more samples
         else:
             history.append((count, error.total))
             if error.total <= asked:
@@ -151,9 +151,11 @@ def enrich(
             reason = f"its error is {error.scatter:.2g} from their scatter and {error.bias:.2g} from bias"
         if 2 * count > most:
             raise ConvergenceError(
-                f"{count} surfaces do not give the distribution to within {asked:g}: {reason}. More than {most} are "
-                "not solved: ask for a larger error; against scatter take fewer variables or a lower degree, against "
-                "bias more variables, a higher degree or the other target",
+                f"{count} surfaces, of at most {most}, do not give the distribution to within {asked:g}: {reason}; "
+                "ask for a larger error; against scatter take fewer variables or a lower degree, against bias more "
+                "variables, a higher degree or the other target, without contact a deeper penetration; scene keys: "
+                "accuracy.pressure, of which this is a part, expansion.variables, expansion.degree, expansion.target, "
+                "square.penetration_percentile",
                 residual=history[-1][1],
                 work=count,
             )

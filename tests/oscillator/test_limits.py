@@ -97,7 +97,7 @@ def test_stiff_slip_ends_with_a_message(monkeypatch):
 def test_a_turn_begins_at_a_peak_or_beyond_it():
     flow = slip_flow(STUDY, LAW)
     for y, w in ((math.nan, 0.5), (0.0, 0.0), (flow.at_peak(0.5) - 0.1, 0.5)):
-        with pytest.raises(ParameterError, match="turn of slip"):
+        with pytest.raises(ParameterError, match="loop of slip"):
             next_peak(flow, y, w)
 
 

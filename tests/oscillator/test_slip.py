@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-from roughslip.oscillator.equation import Oscillator, State, coefficients, completed
+from roughslip.oscillator.equation import Oscillator, State, coefficients, slip_state
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
@@ -51,7 +51,7 @@ NONE = np.zeros(0)
 
 
 def start(x, u, sigma=1.0):
-    return completed(0.0, x, u, 0.0, sigma, FREE, UNDAMPED)
+    return slip_state(0.0, x, u, 0.0, sigma, FREE, UNDAMPED)
 
 
 def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, settings=None, path=NO_PATH):
@@ -131,7 +131,7 @@ def test_steep_friction_at_the_belt_is_not_passed_over(pair, decay):
     So the error of the shortened step is checked too; without the check the sum was 582 times the tolerance.
     """
     p = coefficients(STUDY, StribeckLaw(0.1, 0.4, decay, 0.0))._replace(D=0.0)
-    y = completed(0.0, 0.0, V - 0.05 * F, 0.0, 1.0, FREE, p)
+    y = slip_state(0.0, 0.0, V - 0.05 * F, 0.0, 1.0, FREE, p)
     found = phase(y, allowed=0.5, p=p, settings=Settings(pair, 1e-6, True))
     exact = phase(y, allowed=1e-3, p=p, settings=Settings(DORMAND_PRINCE853, 1e-12, True))
     assert found.error <= 1e-6 * found.y.tau * 2.0 * F  # |X| and |X'| stay below F

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
+from roughslip.oscillator import states as module
 from roughslip.oscillator.counts import counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
@@ -268,3 +269,13 @@ def test_a_share_does_not_depend_on_the_duration_where_the_starts_agree():
             later, later_error = found[400.0, False]
             assert abs(later - rest) <= 0.05 + 4 * math.hypot(error, other, later_error), number
     assert agreed >= 5
+
+
+def test_an_unknown_state_is_an_error_with_the_time_that_was_run(monkeypatch):
+    """Friction of 5 holds the mass far beyond the departure without scatter, up to which the only run goes."""
+    monkeypatch.setattr(module, "EXTENSIONS", 1)
+    until = departure_point(STUDY, LAW) / STUDY.V / TURN
+    with pytest.raises(ConvergenceError, match="do not show when the mass leaves the belt: raise the ") as caught:
+        run_until_known(STUDY, LAW, np.full(9, 5.0), 1.0, 0.5)
+    run = float(str(caught.value).split()[0])
+    assert run == pytest.approx(0.5 + longest_slip(STUDY, LAW) + until + 1.0, rel=5e-3)  # of three digits

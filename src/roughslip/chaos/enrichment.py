@@ -102,13 +102,13 @@ def miscalibration(expansion: LocalExpansion, samples: Samples, levels: np.ndarr
     """
     central = np.abs(samples.distance2) < 1e-9
     group = samples.group
-    missed = np.empty((GROUPS, len(levels)))
+    differences = np.empty((GROUPS, len(levels)))
     for number, member in enumerate(expansion.without):
         pressure = np.sort(samples.pressure[group == number][:, central], axis=None)
         variables = samples.variables[group == number][:, central].reshape(-1, expansion.indices.shape[1])
         predicted = cumulative(expansion, member, hermite_basis(variables, expansion.indices), levels)
-        missed[number] = np.searchsorted(pressure, levels, side="right") / len(pressure) - predicted
-    return missed
+        differences[number] = np.searchsorted(pressure, levels, side="right") / len(pressure) - predicted
+    return differences
 
 
 def enrich(
@@ -148,7 +148,7 @@ def enrich(
             error = cdf_error(expansion, fitted, np.random.default_rng(seed))
         except IllPosedError as ill_posed:
             history.append((count, float("nan")))
-            reason = str(ill_posed)
+            reason = str(ill_posed).partition(": ")[0]  # without its advice, such as more samples
         else:
             history.append((count, error.total))
             if error.total <= share * accuracy:
@@ -159,7 +159,9 @@ def enrich(
             nearest = widened({"pressure": min(errors) / share}, 1.005) if errors else None
             advice = (
                 "against scatter take fewer variables or a lower degree, against bias more variables, a higher degree "
-                f"or the other target: of {most} surfaces at most, {count} do not give the distribution, as {reason}"
+                "or the other target, without contact a deeper penetration: of "
+                f"{most} surfaces at most, {count} do not give the distribution, as {reason}; scene keys: "
+                "expansion.variables, expansion.degree, expansion.target, square.penetration_percentile"
             )
             raise ConvergenceError(
                 refusal({"pressure": accuracy}, nearest, advice), residual=history[-1][1], work=count

@@ -66,8 +66,8 @@ def _by_penetration(name: str, label: str, factor: float = 1.0) -> Callable[[Axe
 
 def _modes(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     """Sobol' indices of the modes with others, with two standard errors."""
-    for scene, one in results.items():
-        share, error = 100 * one["sobol_total"], 200 * one["sobol_total_error"]
+    for scene, result in results.items():
+        share, error = 100 * result["sobol_total"], 200 * result["sobol_total_error"]
         ends = share, share - error, share + error
         draw_curve(axes, np.arange(1, len(share) + 1), ends, {"color": looks[scene]["color"]})
     axes.set(xlabel="mode", ylabel="share of the variance [%]", ylim=(0, None))
@@ -106,9 +106,9 @@ def _loss(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
 def _map(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     """Where stick-slip is as likely as not, on the maps of the same parameters as that of the first scene."""
     names = [list(map(str, result["map_parameters"])) for result in results.values()]
-    for one, (scene, result) in zip(names, results.items(), strict=True):
+    for parameters, (scene, result) in zip(names, results.items(), strict=True):
         probability = result["probability"]
-        if one == names[0] and probability.min() < 0.5 < probability.max():
+        if parameters == names[0] and probability.min() < 0.5 < probability.max():
             axes.contour(result["map_x"], result["map_y"], probability.T, [0.5], colors=[looks[scene]["color"]])
     axes.set(xlabel=LABELS[names[0][0]], ylabel=LABELS[names[0][1]])
 
@@ -156,7 +156,7 @@ def comparison(results: Mapping[str, Results]) -> Figure:
     shown = [panel for panel in COMPARED if panel.figure in results]
     columns = min(COLUMNS, len(shown))
     figure, grid = panels(columns, -(-len(shown) // columns), 4.0)
-    scenes = list(dict.fromkeys(scene for found in results.values() for scene in found))
+    scenes = list(dict.fromkeys(scene for by_scene in results.values() for scene in by_scene))
     looks: dict[str, Look] = {
         scene: {"color": colour, "marker": marker, "ms": 4}
         for scene, (colour, marker) in zip(scenes, LOOKS, strict=False)

@@ -15,11 +15,16 @@ from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
 from roughslip.oscillator.runge_kutta import FEHLBERG45, PAIRS, STAGES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
-from roughslip.validation import gate
+from roughslip.validation import gate, positive
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
 TOLERANCES = (1e-13, 1e-3)
+COARSER = (  # what to try without a friction path, and with one
+    "try a larger tolerance; scene key: numerics.oscillator_tolerance",
+    "try a larger tolerance or a coarser path; scene keys: numerics.oscillator_tolerance, "
+    "ensemble.nodes_per_correlation_length",
+)
 
 
 @dataclass(frozen=True)
@@ -114,7 +119,10 @@ class MotionOptions:
 
     def __post_init__(self) -> None:
         if not TOLERANCES[0] <= self.tolerance <= TOLERANCES[1]:
-            raise ParameterError(f"the tolerance must lie in {TOLERANCES[0]} to {TOLERANCES[1]}, not {self.tolerance}")
+            raise ParameterError(
+                f"the tolerance must lie in {TOLERANCES[0]} to {TOLERANCES[1]}, not {self.tolerance}; scene key: "
+                "numerics.oscillator_tolerance"
+            )
         if self.samples_per_period < 1:
             raise ParameterError(f"a trajectory needs at least one sample a period, not {self.samples_per_period}")
         for name, allowed in (
@@ -168,8 +176,7 @@ def _followed(
     samples: Samples,
 ) -> Motion:
     """The motion of `simulate`. samples : arrays that receive X and X' at equal times"""
-    if not (math.isfinite(duration_periods) and duration_periods > 0.0):
-        raise ParameterError(f"the duration must be finite and positive, not {duration_periods} natural periods")
+    positive("duration_periods", duration_periods, "natural periods")
     p = coefficients(oscillator, law, options.friction_follows)
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
@@ -213,16 +220,16 @@ def _check_end(status: Status, run: RunState, periods: float, path: str, length:
     """
     reached = run.y.tau / (2.0 * math.pi)
     if status == Status.PATH_OVER:
-        need = 1.1 * length * periods / reached if reached > 0.0 else math.inf
+        need = f", about {1.1 * length * periods / reached:.3g} {path[-1]}" if reached > 0.0 else ""
         raise ParameterError(
-            f"the friction path of {path} ends after {reached:.4g} of {periods:.4g} natural periods; give a longer "
-            f"one, about {need:.3g} {path[-1]}"
+            f"the friction path of {path} ends after {reached:.4g} of {periods:.4g} natural periods: give a longer one"
+            f"{need}, or a shorter motion; scene key: ensemble.duration_periods"
         )
     if status in (Status.STEPS_OVER, Status.STEP_LOST):
         reason = "within the step limit" if status == Status.STEPS_OVER else "and needs a step too short to change time"
         raise ConvergenceError(
             f"the motion reached {reached:.4g} of {periods:.4g} natural periods {reason}; "
-            + (steep or ("try a larger tolerance" + (" or a coarser path" if length > 0.0 else "")))
+            + (steep or COARSER[length > 0.0])
             + "; local errors in m",
             residual=run.error,
             work=run.steps,

@@ -172,13 +172,13 @@ def _accuracies(costs: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
     `bar` has lengths in per cent of the largest: asked, reached, and of that what all these sources leave.
     """
-    found: dict[str, dict[str, float]] = {}
+    by_number: dict[str, dict[str, float]] = {}
     for row in (row for row in costs if row["stage"] != "all"):
         for name, value in row["did"].items():
             if match := ACCURACY.fullmatch(name):
-                found.setdefault(match[1], {})[match[2]] = value
+                by_number.setdefault(match[1], {})[match[2]] = value
     rows = []
-    for number, values in found.items():
+    for number, values in by_number.items():
         sources = {name.removeprefix("from_"): value for name, value in values.items() if name.startswith("from_")}
         asked, reached = values["asked"], values.get("reached", 0.0)
         lengths = {"asked": asked, "reached": reached, "sources": min(sum(sources.values()), reached)}
@@ -195,18 +195,18 @@ def _strips_for_verdicts(scene: SceneReport) -> str:
     if "strips_for_accuracy" not in did:
         return ""
     statements = {claim["id"]: claim["statement"] for claim in scene.claims}
-    found: dict[str, list[str]] = {"to_decide": [], "beyond_limit_for": []}
+    named: dict[str, list[str]] = {"to_decide": [], "beyond_limit_for": []}
     for name, number in did.items():
         if match := FOR_VERDICTS.fullmatch(name):
-            found[match[1]].append(f"“{statements[match[2]]}” ({number:,})")
+            named[match[1]].append(f"“{statements[match[2]]}” ({number:,})")
     own, chosen = did["strips_for_accuracy"], did["strips_chosen"]
     text = f"The accuracy of friction takes {own:,} strips."
-    if found["to_decide"]:
+    if named["to_decide"]:
         text += (
-            f" {chosen - own:,} were added, as the pilot leaves these verdicts open: {', '.join(found['to_decide'])}."
+            f" {chosen - own:,} were added, as the pilot leaves these verdicts open: {', '.join(named['to_decide'])}."
         )
-    if found["beyond_limit_for"]:
-        text += f" More would cost above accuracy.verdict_limit_cpu_s: {', '.join(found['beyond_limit_for'])}."
+    if named["beyond_limit_for"]:
+        text += f" More would cost above accuracy.verdict_limit_cpu_s: {', '.join(named['beyond_limit_for'])}."
     return text
 
 

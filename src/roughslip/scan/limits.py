@@ -69,33 +69,33 @@ def check_hdf5(path: Path) -> None:
     """Refuses HDF5 and netCDF-4 files with links or external values, or that unpack to too many bytes."""
     if not h5py.is_hdf5(path):
         return
-    found: list[str] = []
+    refused: list[str] = []
 
     def look_at_link(name: str, link: object) -> None:
         if not isinstance(link, h5py.HardLink):
-            found.append(f"{name} is a link")
+            refused.append(f"{name} is a link")
 
     def look_at(name: str, part: h5py.Group | h5py.Dataset) -> None:
         if not isinstance(part, h5py.Dataset):
             return
         if part.is_virtual or part.external:
-            found.append(f"{name} has its values elsewhere")
+            refused.append(f"{name} has its values elsewhere")
         elif part.nbytes > MOST_BYTES:
-            found.append(f"{name} unpacks to {part.nbytes / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
+            refused.append(f"{name} unpacks to {part.nbytes / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
         elif part.chunks and math.prod(part.chunks) > MOST_POINTS:
-            found.append(
+            refused.append(
                 f"{name} is stored in pieces of {math.prod(part.chunks)} values; at most {MOST_POINTS} are read"
             )
 
     try:
         with h5py.File(path) as file:
             file.visititems_links(look_at_link)
-            if not found:
+            if not refused:
                 file.visititems(look_at)
     except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
         raise InputError(f"{path}: truncated or damaged ({first_line(error)}); export it again") from error
-    if found:
-        raise InputError(f"{path}: {found[0]}; export the heights alone, into a file of their own")
+    if refused:
+        raise InputError(f"{path}: {refused[0]}; export the heights alone, into a file of their own")
 
 
 def first_line(error: Exception) -> str:

@@ -33,7 +33,7 @@ from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.from_scene.variation import PARAMETERS, System
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.verdicts.bracket import end
+from roughslip.verdicts.bracket import range_end
 
 STAGE = Stage(
     name="answer",
@@ -216,7 +216,7 @@ def without_scatter(runs: Runs, name: str, start: float, reach: float) -> float 
         period = cycle_period(changed.belt, changed.law)
         return None if period is None else period < np.inf
 
-    return None if exists(start) is None else end(exists, start, reach).changes
+    return None if exists(start) is None else range_end(exists, start, reach).first_different
 
 
 def smallest_change(limits: Mapping[str, Any], is_likely: bool) -> dict[str, Any] | None:

@@ -180,6 +180,8 @@ def test_rings_hold_as_many_waves_in_every_direction():
         assert 0.25 < steep.mean() < 0.75, number
     assert np.diff(over.wavenumber).min() > 0.0
     np.testing.assert_allclose(over.mean(np.ones(over.ring.shape)), 1.0)
+    turned = rings(grid, SubAreas(grid, (8, 3), (1.0, 5.0)))
+    np.testing.assert_array_equal(turned.ring, over.ring.T)
 
 
 def test_the_lay_is_found_at_any_angle():

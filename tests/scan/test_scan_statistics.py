@@ -106,9 +106,19 @@ def test_moments_and_density_of_the_measured_heights():
     scan = complete(z)
     found = scan_statistics(scan)
     measured = z[np.isfinite(z)]
-    assert found.rms_height.value == pytest.approx(measured.std(), rel=1e-12)
-    assert found.skewness.value == pytest.approx(scipy.stats.skew(measured), rel=1e-10)
-    assert found.kurtosis.value == pytest.approx(scipy.stats.kurtosis(measured, fisher=False), rel=1e-10)
+    samples = [measured]  # then without each sub-area
+    for part in found.sub_areas.slices():
+        rest = z.copy()
+        rest[part] = np.nan
+        samples.append(rest[np.isfinite(rest)])
+    for ours, statistic, positive in (
+        (found.rms_height, np.std, True),
+        (found.skewness, scipy.stats.skew, False),
+        (found.kurtosis, lambda heights: scipy.stats.kurtosis(heights, fisher=False), False),
+    ):
+        expected = found.sub_areas.interval(np.array([statistic(heights) for heights in samples]), positive=positive)
+        for end in ("value", "low", "high"):
+            assert getattr(ours, end) == pytest.approx(getattr(expected, end), rel=1e-10)
     density = height_density(scan, found.sub_areas)
     width = np.diff(density.edges)
     assert np.sum(density.density.value * width) == pytest.approx(1.0, rel=1e-12)

@@ -230,6 +230,12 @@ def test_rings_of_a_model_are_its_own():
     assert fit.parameters["smoothness"] == pytest.approx(SMOOTHNESS, rel=1e-4)
     assert fit.covariance.lengths_m == pytest.approx(TRUTH.lengths_m, rel=1e-4)
     assert fit.spectrum_misfit < 1e-3
+    # in metres, where logarithms of lengths are negative, no parameter lies at a bound either
+    um, powers = 1e-6, 1e-12 * powers
+    small = RingPowers(powers, rings.standard_error, 1e-12 * rings.without_part, lambda model: model.spectrum(q / um))
+    in_metres = fit_covariance("matern", estimates(um * x, um * y, table, error, parts), 1.0, rings=small)
+    assert in_metres.parameters["smoothness"] == pytest.approx(SMOOTHNESS, rel=1e-4)
+    assert np.isfinite(list(in_metres.standard_errors.values())).all()
 
 
 def test_lags_are_thinned_about_lag_zero(scans):

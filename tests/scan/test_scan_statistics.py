@@ -12,7 +12,7 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scan.autocorrelation import _lag_sums as lag_sums
 from roughslip.scan.autocorrelation import autocorrelation, sub_areas_for
-from roughslip.scan.jackknife import SubAreas, leave_one_out, sub_areas, widening
+from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening
 from roughslip.scan.spectrum import LEAKAGE, fractal_dimension, rings, self_affine_band, spectrum
 from roughslip.scan.statistics import height_density, scan_statistics
 from roughslip.scan.topography import Topography, remove_form, topography
@@ -97,6 +97,16 @@ def test_neighbours_share_scatter_across_their_edge():
     closed = math.sqrt(v(400, a) * v(300, b) / (v(100, a) * v(60, b)))
     # lags where r < exp(-2) are left out, which only lowers the factor: by a fifth of its excess here
     assert 1.0 + 0.7 * (closed - 1.0) < widening(parts, correlation) < closed
+
+
+def test_along_an_endless_lay_a_scan_is_long_enough():
+    """A scan needs edges of ENOUGH_LENGTHS; across the lay its 1/e length is that of the Gaussian, 3."""
+    noise = embed(covariance_of("gaussian", 1.0, 3.0), Grid(1, 400, 1.0, 1.0)).sample(np.random.default_rng(3))
+    for endless, heights in ((0, np.tile(noise, (300, 1))), (1, np.tile(noise, (300, 1)).T)):
+        parts = sub_areas_for(topography(heights, 1.0, 1.0, "grooves"), endless)
+        assert parts.extent[endless] == pytest.approx(300 / ENOUGH_LENGTHS)
+        assert parts.extent[1 - endless] == pytest.approx(3.0, abs=1.0)
+        assert parts.sufficient
 
 
 def test_moments_and_density_of_the_measured_heights():

@@ -15,7 +15,7 @@ from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
-from roughslip.oscillator.path import Piece, path_through
+from roughslip.oscillator.path import Piece, path_through, piece_at
 from roughslip.oscillator.runge_kutta import DORMAND_PRINCE853, FEHLBERG45, PAIRS, step
 from roughslip.oscillator.slip import (
     Horizon,
@@ -23,6 +23,7 @@ from roughslip.oscillator.slip import (
     Settings,
     Status,
     StepControl,
+    node_side_matters,
     slip,
     step_to_node,
 )
@@ -250,6 +251,16 @@ def test_no_step_passes_a_node_between_straight_lines(integrator):
 
         found = drawn(LEVEL, np.array([0.0, *12 * (k * node,)]), node, tolerance, integrator, "slip")
         assert relative_error(found, two_stretches(found.time, reach, climb, level)) < 2.0 * tolerance
+
+
+def test_a_node_within_the_rounding_of_the_path_is_reached():
+    """Of 10^10 m, of which the last digit is 2e-6 m: two of them from a kink of friction count as at it, 50 do not."""
+    node, p = 10**10, UNDAMPED._replace(F=1.0, advance=1.0)
+    path = path_through(np.array([0.0, 0.0, 1.0]), node - 1, 1.0, False, True)
+    for digits, matters in ((2, False), (50, True)):
+        y = State(node - digits * np.spacing(node - 1.0), 0.0, 0.0, 0.0, -1.0, 0.0)
+        piece = piece_at(path, y.tau)
+        assert node_side_matters(y, 0.1, 1.0, piece, path, p, Settings(FEHLBERG45, 1e-12, True)) == matters
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])

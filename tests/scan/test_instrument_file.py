@@ -147,6 +147,8 @@ def test_an_archive_is_unpacked_up_to_a_limit_and_only_where_it_states_its_size(
 def test_text_is_read_up_to_a_size_of_its_own(tmp_path, monkeypatch):
     path = tmp_path / "long.asc"
     path.write_text("# Width: 20 um\n" + "1.0 2.0\n" * 1000)
+    monkeypatch.setattr(limits, "MOST_TEXT", path.stat().st_size)
+    limits.check_text(path)
     monkeypatch.setattr(limits, "MOST_TEXT", 8000)
     check_refused(path, "0 MB of text; at most 0 MB are read")
 
@@ -188,6 +190,22 @@ def test_a_file_that_unpacks_to_more_than_it_shows_is_refused(tmp_path, shape, c
     with h5py.File(path, "w") as file:
         file.create_dataset("heights", shape, "f8", chunks=chunks, maxshape=(None, shape[1]), compression="gzip")
     check_refused(path, words)
+
+
+def test_what_lies_at_a_limit_is_not_refused(tmp_path, monkeypatch):
+    """As many points, values in a piece, or bytes of the file, of its heights or of an archive as the limit says."""
+    whole, archive = tmp_path / "whole.nc", tmp_path / "whole.x3p"
+    with h5py.File(whole, "w") as file:
+        file.create_dataset("heights", data=np.zeros((8, 4)), chunks=(8, 4))
+    with zipfile.ZipFile(archive, "w") as members:
+        members.writestr("main.xml", bytes(8 * 4 * 8))
+    monkeypatch.setattr(limits, "MOST_POINTS", 8 * 4)
+    monkeypatch.setattr(limits, "MOST_BYTES", 8 * 4 * 8)
+    limits.check_points(whole, (8, 4))
+    limits.check_hdf5(whole)
+    limits.check_archive(archive)
+    monkeypatch.setattr(limits, "MOST_BYTES", whole.stat().st_size)
+    limits.check_size(whole)
 
 
 def test_without_the_library_the_line_says_how_to_get_it(tmp_path, monkeypatch):

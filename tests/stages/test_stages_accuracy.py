@@ -1,6 +1,7 @@
 """The stages that find how many strips an accuracy takes, and the shares that compute these."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -97,6 +98,14 @@ def verdict_numbers_are_those_of_stage_friction(solved, expanded, found):
         scale = 0.3 if re.search("_(mean|std)_(line|change)$", name) else 1.0
         for end, value in (("", one.value), ("_low", one.low), ("_high", one.high)):
             np.testing.assert_allclose(scale * value, found[f"{name}{end}"], rtol=1e-9, atol=1e-15)
+
+    # the median alone: the same numbers from the same draws, and no trend
+    median = [replace(level, mu=level.mu[:1], valid=level.valid[:1]) for level in levels]
+    rng = np.random.default_rng([SCENE["seed"], geometry.STREAM_BOOTSTRAP])
+    alone = judged_estimates(percentiles[:1], median, lags, strip["window_m"], 200, rng)
+    assert alone.keys() == {name for name in numbers if not name.startswith("trend_")}
+    for name, one in alone.items():
+        np.testing.assert_allclose(one.rows[:, 0], numbers[name].rows[:, 0], rtol=1e-9, atol=1e-15)
 
 
 @pytest.mark.slow

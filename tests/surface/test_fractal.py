@@ -166,6 +166,15 @@ def test_laws_out_of_range_are_refused(change, message):
         replace(LAW, **change)
 
 
+def test_the_error_of_the_series_is_bounded_by_the_waves_that_have_decayed():
+    """2 / (pi n) times the product of sqrt(2 / (pi a s)) over n = 3 of four waves; J0 of the fourth is still 1."""
+    a = np.array([1.0, 0.7, 0.5, 1e-8])
+    with pytest.raises(ConvergenceError) as refused:
+        RandomPhaseMarginal(a).cdf(0.1)
+    s = math.pi * 2**20 / a.sum()
+    assert refused.value.residual == pytest.approx(2 / (3 * math.pi) * np.sqrt(2 / (math.pi * a[:3] * s)).prod())
+
+
 def test_too_few_waves_and_too_wide_bands_are_refused():
     for grid in (Grid(2, 2, UM, UM), Grid(1, 1, UM, UM)):
         with pytest.raises(ParameterError, match="no wave fits"):

@@ -13,6 +13,7 @@ from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
 from roughslip.report.sections import under_which
+from roughslip.verdicts import bracket
 from roughslip.verdicts.finding import inside
 from roughslip.verdicts.friction_distribution import BETA_KURTOSIS, BETA_SKEWNESS
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
@@ -713,3 +714,29 @@ def test_the_range_beyond_the_limit_goes_with_the_scatter_of_the_windows_that_be
     if ours is not None:
         assert claim["ours"] == pytest.approx(ours, rel=1e-3)
         assert claim["interval"] == pytest.approx(interval, rel=1e-3)
+
+
+ANSWERS = {  # of an answer at 1, up to where it is own, unknown, own again; then it is another
+    "changes at once": ((2.0, 2.0, 2.0), (2.0, 2.0)),
+    "unknown between": ((1.5, 2.0, 2.0), (1.5, 2.0)),
+    "known again between": ((1.5, 2.0, 3.0), (1.5, 3.0)),
+    "unknown beyond": ((1.5, 99.0, 99.0), (1.5, None)),
+    "never changes": ((99.0, 99.0, 99.0), (10.0, None)),
+}
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+@pytest.mark.parametrize("power", [1, -1])
+def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
+    """To the accuracy asked for, upwards to 10 and downwards to 1/10."""
+    (own, unknown, again), (stands, changes) = ANSWERS[name]
+
+    def answer(value):
+        value = value**power
+        return "own" if value < own or unknown <= value < again else None if value < unknown else "other"
+
+    found = bracket.end(answer, 1.0, 10.0**power)
+    assert found.stands**power == pytest.approx(stands, rel=2e-6)
+    assert (found.changes and found.changes**power) == (changes and pytest.approx(changes, rel=2e-6))
+    assert answer(found.stands) == "own"
+    assert found.changes is None or answer(found.changes) == "other"

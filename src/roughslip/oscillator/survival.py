@@ -93,7 +93,7 @@ def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
     times, deaths = np.unique(duration[ended], return_counts=True)
     at_risk = duration.size - np.searchsorted(duration, times, "left")
     survival = np.cumprod((at_risk - deaths) / at_risk)
-    greenwood = np.cumsum(np.where(survival > 0.0, deaths / (at_risk * np.maximum(at_risk - deaths, 1)), 0.0))
+    greenwood = np.cumsum(deaths / (at_risk * np.maximum(at_risk - deaths, 1)))  # not used where none survive
     steps = np.empty((times.size + 1, 3))
     steps[0] = 1.0, 0.05 ** (1.0 / duration.size), 1.0
     for step, value in enumerate(survival, start=1):

@@ -110,6 +110,7 @@ def test_derivatives_of_the_named_parameters(kind):
     np.testing.assert_allclose(exact, differences, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_jackknife_sees_errors_that_neighbours_share():
     """Tables estimated on strips of sampled fields, each strip independent. The scatter of the fitted length over
     fields is what a standard error should be: the jackknife meets it, independent lags promise a fraction."""
@@ -186,6 +187,7 @@ def fits(scans):
     return [[fit_covariance("matern", lags, 1.0, rings=given and rings) for lags, rings in data] for given in (None, 1)]
 
 
+@pytest.mark.slow
 def test_rings_determine_the_smoothness_that_lags_leave_open(fits):
     """Of six scans one has lags that fit a smoothness at its bound; with the rings all lie within some 15 %.
 

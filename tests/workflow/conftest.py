@@ -107,7 +107,7 @@ def project(finished: Project, tmp_path: Path):
 @pytest.fixture
 def plan(monkeypatch):
     """Jobs of each scene by rule that a dry run in a project announces: {scene: {rule: jobs}}."""
-    # Its import takes two seconds, which no test without plans should wait for.
+    # Its import takes nearly a second, which no test without plans should wait for.
     from snakemake.api import SnakemakeApi
     from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, ResourceSettings
 

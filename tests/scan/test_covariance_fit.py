@@ -58,7 +58,9 @@ def test_without_errors_the_parameters_come_back(kind):
     assert fit.lags == 312  # half of 625 - 1: a lag and its opposite count once
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.slow) if kind == "self_affine" else kind for kind in KINDS]
+)
 def test_independent_errors_scatter_the_parameters_as_said(kind):
     """Ten tables: the sum of squared pulls of each parameter is chi-square of 10 degrees.
 

@@ -69,6 +69,7 @@ def test_equal_code_is_compiled_once(project, tmp_path):
     assert compiled_files(tmp_path / "shared") == files
 
 
+@pytest.mark.slow
 def test_an_edit_in_a_called_file_reaches_compiled_callers(project):
     """numba alone would return 20 again: it compares the file of the caller only."""
     assert run(project, OUTER)[0] == "20"

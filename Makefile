@@ -45,7 +45,7 @@ reproduce: $(VENV)/run.stamp ## reproduce the paper: figures, claims and results
 smoke: $(VENV)/run.stamp ## run every stage on a tiny scene
 	$(RUN) snakemake -j$(JOBS) smoke
 
-test: $(VENV)/dev.stamp ## run the fast tests, three minutes on two cores
+test: $(VENV)/dev.stamp ## run the fast tests, a minute and a half on two cores
 	$(RUN) pytest -n $(JOBS) --dist loadfile -m "not slow"
 
 test-all: test ## run all tests: the fast ones, then the slow ones

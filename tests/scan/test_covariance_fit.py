@@ -59,7 +59,9 @@ def test_without_errors_the_parameters_come_back(kind):
     assert fit.lags == 312  # half of 625 - 1: a lag and its opposite count once
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.slow) if kind == "self_affine" else kind for kind in KINDS]
+)
 def test_independent_errors_scatter_the_parameters_as_said(kind):
     """Ten tables: the sum of squared pulls of each parameter is chi-square of 10 degrees.
 
@@ -111,6 +113,7 @@ def test_derivatives_of_the_named_parameters(kind):
     np.testing.assert_allclose(exact, differences, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_jackknife_sees_errors_that_neighbours_share():
     """Tables estimated on strips of sampled fields, each strip independent. The scatter of the fitted length over
     fields is what a standard error should be: the jackknife meets it, independent lags promise a fraction."""
@@ -187,6 +190,7 @@ def fits(scans):
     return [[fit_covariance("matern", lags, 1.0, rings=given and rings) for lags, rings in data] for given in (None, 1)]
 
 
+@pytest.mark.slow
 def test_rings_determine_the_smoothness_that_lags_leave_open(fits):
     """Of six scans one has lags that fit a smoothness at its bound; with the rings all lie within some 15 %.
 

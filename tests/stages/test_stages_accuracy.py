@@ -42,6 +42,7 @@ def allotted(run):
     return pilot, expansion, run(strip_allocation, SCENE, pilot=pilot, expansion=expansion).path
 
 
+@pytest.mark.slow
 def test_pilot_and_shares_are_the_strips_of_one_batch_and_reach_what_is_asked(run, allotted):
     """Bit for bit, each strip once.
 

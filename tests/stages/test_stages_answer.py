@@ -1,5 +1,6 @@
 """The answer on stick-slip: the deterministic limits without scatter, identities of the equation of motion."""
 
+import functools
 import json
 from argparse import Namespace
 
@@ -27,8 +28,9 @@ CERTAIN = [72 / (72 + 1.959964**2), 1.0]  # Wilson's interval of 72 hits in 72 r
 @pytest.fixture(scope="module")
 def answered(folder):
     """answered(std, varied, **oscillator) is answer.json; `varied` are the parameters that are searched. The tolerance
-    is that of the shipped scenes."""
+    is that of the shipped scenes. Each is computed once."""
 
+    @functools.cache
     def of_scene(std, varied=("damping",), **others):
         asked = scattered(std, **others) | {"answer": {"realisations": 72, "duration_periods": 20.0}}
         asked |= {"numerics": {"oscillator_tolerance": 1e-6}}
@@ -62,7 +64,7 @@ def test_without_scatter_both_limits_of_damping_are_the_existence_limit(answered
 
 def test_without_scatter_amplitude_and_frequency_are_those_of_the_limit_cycle(answered):
     """Samples miss the extremes of the displacement by (pi / 100)^2 / 2 of the amplitude at most."""
-    found = answered(1e-9, varied=("damping",))
+    found = answered(1e-9)
     belt, law = mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR})), StribeckLaw(0.3, 0.4)
     assert found["frequency"]["value"] == pytest.approx(316 / limit_cycle(belt, law).period, rel=1e-5)
     drawn = trajectory(belt, law, None, 0.0, 10.0, MotionOptions(samples_per_period=4000))
@@ -72,6 +74,7 @@ def test_without_scatter_amplitude_and_frequency_are_those_of_the_limit_cycle(an
         assert found[f"{name}_scatter"]["value"] < 1e-3 * found[name]["value"]
 
 
+@pytest.mark.slow
 def test_above_the_limits_stick_slip_begins_where_damping_falls(answered):
     """At D = 1 no run cycles, from either start; with hardly any scatter both levels are passed at the limit."""
     found = answered(1e-9, damping_ratio=1.0)

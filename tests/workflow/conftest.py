@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from snakemake.api import SnakemakeApi
-from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, RerunTrigger, ResourceSettings
 
 from roughslip.compilation.source_hash import compiled_folder
 from workflow.faults.scratch import TINY, copy_project
@@ -108,6 +106,9 @@ def project(finished: Project, tmp_path: Path):
 @pytest.fixture
 def plan(monkeypatch):
     """Jobs of each scene by rule that a dry run in a project announces: {scene: {rule: jobs}}."""
+    # Its import takes nearly a second, which no test without plans should wait for.
+    from snakemake.api import SnakemakeApi
+    from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, RerunTrigger, ResourceSettings
 
     def planned(folder: Path, *targets: str) -> dict[str, dict[str, int]]:
         held: list = []

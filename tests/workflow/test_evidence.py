@@ -19,6 +19,7 @@ KEPT = Path(__file__).resolve().parents[2] / "results" / "reference" / "evidence
 ROW = {"case", "method", "error", "seconds", "work"}
 
 
+@pytest.mark.slow
 def test_a_peer_of_contact_takes_part_and_all_meet_the_tolerance(monkeypatch):
     """Conjugate gradients in numpy find our solution, in more products; the judge is neither's code."""
     sizes = contact.Sizes((16,), (24,), (16,), levels=("50",), quick=True)

@@ -40,6 +40,7 @@ BROKEN_KEYS = [
 ]
 
 
+@pytest.mark.slow
 def test_each_mistake_of_a_scene_is_one_line_before_any_job(empty, tmp_path):
     project = empty.copy(tmp_path / "copy")
     project.scene("broken", BROKEN)
@@ -209,17 +210,22 @@ def test_a_file_in_place_of_a_folder_is_named(tmp_path, monkeypatch):
     assert not_writable("smoke") == [Path("results")]
 
 
-@pytest.mark.parametrize("closed", [["results/mine"], ["results/mine/contact"], ["results", "results/mine"], ["."]])
-def test_a_folder_that_is_closed_to_writing_is_named(tmp_path, closed):
+def test_a_folder_that_is_closed_to_writing_is_named(tmp_path):
     """Asked of a process that may not overrule permissions, as root may."""
-    if closed != ["."]:
-        (tmp_path / "results/mine/contact").mkdir(parents=True)
-        (tmp_path / "results/yours").mkdir(mode=0o555)
-    for folder in closed:
-        (tmp_path / folder).chmod(0o555)
-    ask = "from workflow.study.scenes import not_writable; print(*not_writable('mine'), sep='\\n')"
+    cases = [["results/mine"], ["results/mine/contact"], ["results", "results/mine"], ["."]]
+    projects = [tmp_path / str(number) for number in range(len(cases))]
+    for project, closed in zip(projects, cases, strict=True):
+        project.mkdir()
+        if closed != ["."]:
+            (project / "results/mine/contact").mkdir(parents=True)
+            (project / "results/yours").mkdir(mode=0o555)
+        for folder in closed:
+            (project / folder).chmod(0o555)
+    ask = "import os, sys; from workflow.study.scenes import not_writable\nfor project in sys.argv[1:]:\n"
+    ask += " os.chdir(project); print(*not_writable('mine'))"
     options = {"env": {"PYTHONPATH": f"{ROOT}:{ROOT / 'src'}"}, "capture_output": True, "text": True, "check": True}
-    asked = subprocess.run([sys.executable, "-c", ask], cwd=tmp_path, preexec_fn=as_a_user(), **options)
-    for folder in closed:
-        (tmp_path / folder).chmod(0o755)
-    assert asked.stdout.split() == closed
+    asked = subprocess.run([sys.executable, "-c", ask, *projects], preexec_fn=as_a_user(), **options)
+    for project, closed in zip(projects, cases, strict=True):
+        for folder in closed:
+            (project / folder).chmod(0o755)
+    assert [line.split() for line in asked.stdout.splitlines()] == cases

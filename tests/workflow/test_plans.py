@@ -62,6 +62,7 @@ STAGES = {
 }
 
 
+@pytest.mark.slow
 def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
     """All scenes in one dry run. A result is a target too, and a dry run writes nothing."""
     project = empty.copy(tmp_path / "copy")

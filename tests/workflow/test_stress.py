@@ -76,6 +76,7 @@ FAULTS = {
 LOVE = influence.love_coefficients
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_wrong_science_is_caught(fault, monkeypatch):
     stage, number, name, wrong = FAULTS[fault]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from string import ascii_lowercase
 
 import numpy as np
 import seaborn as sns
@@ -14,7 +15,7 @@ from matplotlib.lines import Line2D
 from roughslip.figures.figure3 import PANELS as FRICTION
 from roughslip.figures.figure3 import PENETRATION
 from roughslip.figures.figure_map import LABELS
-from roughslip.figures.style import Arrays, Look, draw_curve, draw_points, heads, panels, with_ends, with_interval_names
+from roughslip.figures.style import Arrays, Look, draw_curve, draw_points, head, panels, with_ends, with_interval_names
 
 Results = Mapping[str, Arrays]  # by scene
 
@@ -162,11 +163,11 @@ def comparison(results: Mapping[str, Results]) -> Figure:
         for scene, (colour, marker) in zip(scenes, LOOKS, strict=False)
     }
     every = list(np.ravel(grid))
-    for panel, axes in zip(shown, every, strict=False):
+    for panel, axes, letter in zip(shown, every, ascii_lowercase, strict=False):
         panel.draw(axes, results[panel.figure], looks)
+        head(axes, letter, panel.title)
     for axes in every[len(shown) :]:
         axes.remove()
-    heads(every, *(panel.title for panel in shown))
     handles = [Line2D([], [], label=scene, **look) for scene, look in looks.items()]
     figure.legend(handles=handles, loc="outside upper left", ncols=len(handles))
     sns.despine(figure)

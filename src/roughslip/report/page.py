@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -124,6 +125,25 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
     versions : of the packages that made the results
     evidence : benchmarks and stress campaigns, on the joint page
     """
+    readings = {scene.name: scene.claims for scene in scenes if scene.is_reading}
+    shown = {name for scene in scenes for name in scene.figures}
+    shown |= {"figure2", "figure3", "figure3_law", "figure5"} if readings else set()
+    template = _environment().get_template("page.html.j2")
+    return template.render(
+        scenes=scenes,
+        readings=readings,
+        sections=[name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown],
+        answers=answers(readings),
+        marks=MARKS,
+        headlines=HEADLINES,
+        versions=versions,
+        evidence=evidence or Evidence(),
+    )
+
+
+@cache
+def _environment() -> Environment:
+    """The templates with their filters, compiled once in a process."""
     environment = Environment(
         loader=PackageLoader("roughslip.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
@@ -146,19 +166,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "element": element,
         "thumbnail": thumbnail,
     }
-    readings = {scene.name: scene.claims for scene in scenes if scene.is_reading}
-    shown = {name for scene in scenes for name in scene.figures}
-    shown |= {"figure2", "figure3", "figure3_law", "figure5"} if readings else set()
-    return environment.get_template("page.html.j2").render(
-        scenes=scenes,
-        readings=readings,
-        sections=[name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown],
-        answers=answers(readings),
-        marks=MARKS,
-        headlines=HEADLINES,
-        versions=versions,
-        evidence=evidence or Evidence(),
-    )
+    return environment
 
 
 def _counts(counts: Mapping[str, int]) -> str:

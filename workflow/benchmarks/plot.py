@@ -21,8 +21,7 @@ from matplotlib.ticker import NullLocator
 from roughslip.figures.figure2 import METHODS
 from roughslip.figures.style import despine, head, panels, save
 from roughslip.stages.runtime.usage import Usage
-from workflow.benchmarks.runner import OURS
-from workflow.evidence.rows import Row, fields
+from workflow.benchmarks.runner import OURS, Row, fields
 
 LETTERS, MARKERS = "abcdefghijkl", "os^vDXP"
 FLOOR = 1e-17  # errors below are drawn there

@@ -235,7 +235,7 @@ def judge(
     allowed = tolerance * reach + norm(np.where(unmet != 0, rounding, 0))
     trial.check("the residual", norm(unmet), allowed)
     trial.check("p >= 0", -p.min())
-    trial.check("p <= H", p.max(), hardness)
+    trial.check("p <= H", p.max() - hardness)
     trial.check("gap >= 0", -gap.min(), allowed)
     trial.check("gap = 0 where p > 0", np.abs(gap[p > 0]).max(initial=0), allowed)
     trial.check("u_plastic >= 0", -plastic.min())

@@ -11,8 +11,7 @@ The outcome is one of
     python -m workflow.stress.runner --seed today --share 0.1 -j 2 --output results/stress.json
     python -m workflow.stress.runner oscillator --seed 20261 --only 1830
 
-Problems are independent draws, for which alone the judges' risks hold. Hypothesis, which searches and shrinks, would
-draw others than these shares name.
+Problems are independent draws in given shares, for which alone the risks of judges hold; Hypothesis draws otherwise.
 """
 
 from __future__ import annotations

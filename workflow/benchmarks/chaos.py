@@ -29,11 +29,11 @@ from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
 from roughslip.scene.loader import load
 from roughslip.scene.types import scene_of
-from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
-from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
-from roughslip.surface.modes import heights, karhunen_loeve
+from roughslip.stages.from_scene import elastic, expansion, geometry
+from roughslip.stages.from_scene.geometry import training_nodes
+from roughslip.surface.modes import heights
 from workflow.benchmarks.runner import OURS, case, make_row, run_command, timed
-from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE
+from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE, square_of
 
 ROOT = Path(__file__).parents[2]
 KEPT_RESULTS = ROOT / "results" / "reference"  # folders of scenes whose results git keeps
@@ -87,12 +87,10 @@ class Square:
 
     def __init__(self, name: str) -> None:
         self.name, self.scene = name, scene_of(load(name, ROOT / "config" / "scenes"))
-        self.seed, self.degree, section = self.scene.seed, self.scene.expansion.degree, self.scene.square
-        self.model, self.grid = surface_model.gaussian_model(self.scene), geometry.square_grid(self.scene)
-        found = karhunen_loeve(self.model.covariance, self.grid, section.modes, share=section.variance_share)
-        self.modes, self.influence = found.modes, elastic.influence(self.scene, self.grid)
-        lengths = self.model.lengths_m
-        self.nodes, self.central = training_nodes(lengths, self.grid), len(central_nodes(lengths, self.grid).x)
+        self.seed, self.degree = self.scene.seed, self.scene.expansion.degree
+        self.model, self.grid, self.modes, central = square_of(self.scene)
+        self.influence, self.central = elastic.influence(self.scene, self.grid), len(central.x)
+        self.nodes = training_nodes(self.model.lengths_m, self.grid)
         self.directions, self.odd = expansion.directions(
             self.model, self.grid, self.modes, self.nodes, self.scene.expansion.variables
         )

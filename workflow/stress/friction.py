@@ -30,10 +30,10 @@ def attempt(trial: Trial) -> None:
     kind = choose(rng, KINDS, KIND_SHARES)
     strips = int(rng.integers(1, 4)) if rng.random() < 0.12 else int(rng.integers(2, MOST_STRIPS + 1))
     mu, valid = draw_windows(rng, kind, strips, round(MOST_WINDOWS ** rng.random()))
-    weights = strip_weights(strips, FEWEST_REPLICATES + number % 20, np.random.default_rng(number))
     trial.case["kind"] = kind
     well_posed = kind in ("rough", "shaped") and valid.all() and min(mu.shape) >= 8
     trial.answers = () if well_posed else (IllPosedError,)
+    weights = strip_weights(strips, FEWEST_REPLICATES + number % 20, np.random.default_rng(number))
     fit = fit_beta(mu, valid, weights.copy())
     ends = [end for estimate in (fit.a, fit.b, fit.lower, fit.upper) for end in (estimate.low, estimate.high)]
     assert np.isfinite(ends).all(), "intervals that are not finite"

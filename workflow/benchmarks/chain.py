@@ -35,6 +35,7 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import PERCENTILES, influences
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.limits import SHARES
+from roughslip.probability.estimate import NORMAL_95
 from roughslip.scene.discretisation import discretised
 from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load
@@ -54,7 +55,6 @@ PLAIN = "plain"
 ASKED, QUICK = (0.1, 0.05, 0.03, 0.01), (0.1, 0.05)
 LIMIT_S = 3000.0  # accuracy.cost_limit_cpu_s: enough for 0.01
 STREAM = 30  # the second entry of the seed of the plain strip
-NORMAL_95 = 1.96
 
 Windows = tuple[np.ndarray, np.ndarray]  # mu in units of the shear strength, and valid, each (strips, windows)
 

@@ -26,6 +26,7 @@ import yaml
 from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import influences
 from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.probability.estimate import NORMAL_95
 from roughslip.scene.loader import load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of
@@ -39,7 +40,7 @@ SHORTEST, FEWEST_WINDOWS = 8, 4  # correlation lengths and windows of a strip
 LEAST_CELLS = 8.0  # in contact, of a window that counts
 LIMIT_S = 3.0  # accuracy.cost_limit_cpu_s
 FEW, MANY = 24, 300  # strips of the judge on both meshes, and on the cells of the scene
-SIGMAS, NORMAL_95 = 4.0, 1.96
+SIGMAS = 4.0
 TOLERANCE = 1e-6  # of the judge
 STREAM = 31  # the second entry of the seeds of its strips
 

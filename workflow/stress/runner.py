@@ -120,8 +120,10 @@ def main() -> int:
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
     parser.add_argument("--output", type=Path, help="the JSON file")
     given = parser.parse_args()
-    if not set(given.campaigns) <= set(CAMPAIGNS) or not 0 < given.share <= 1:
-        parser.error(f"campaigns are {', '.join(CAMPAIGNS)}; --share is above 0 and at most 1, not {given.share}")
+    if unknown := set(given.campaigns) - set(CAMPAIGNS):
+        parser.error(f"no campaign {', '.join(unknown)}: take some of {', '.join(CAMPAIGNS)}")
+    if not 0 < given.share <= 1:
+        parser.error(f"--share is above 0 and at most 1, not {given.share}")
     seed = int(f"{datetime.date.today():%Y%m%d}") if given.seed == "today" else int(given.seed)
     stages = given.campaigns or list(CAMPAIGNS)
     numbers = {stage: given.only or range(max(1, round(given.share * CAMPAIGNS[stage]))) for stage in stages}

@@ -32,31 +32,21 @@ def scene(name):
 # The numbers, from samples.
 
 
-def clustered(generator, surfaces):
-    """Four dependent pressures a surface with one distribution, about a third of them positive."""
-    common = generator.standard_normal((surfaces, 1))
-    return np.maximum(common + generator.standard_normal((surfaces, 4)) - 0.6, 0.0)
+def gathered(values):
+    return pressure.gather_surfaces({}, [{"pressure": values, "percentile": np.array([20.0, 50.0])}])
 
 
-def test_shares_and_their_errors_are_those_of_the_means_of_surfaces():
-    """Independent nodes have binomial errors."""
-    values = clustered(np.random.default_rng(1), 300)
-    levels = pressure.choose_levels(values)
-    share, error = pressure.cumulative_shares(values, levels)
-    means = np.array([np.mean(values <= level, axis=1) for level in levels])
-    np.testing.assert_allclose(share, means.mean(axis=1), rtol=1e-13)
-    np.testing.assert_allclose(error, means.std(axis=1, ddof=1) / math.sqrt(300), atol=1e-12)
-    assert pressure.clustered_mean(values)[1] == pytest.approx(values.mean(axis=1).std(ddof=1) / math.sqrt(300))
+def test_errors_are_binomial_for_independent_nodes_and_those_of_a_node_for_equal_ones():
     values = np.maximum(np.random.default_rng(3).standard_normal((20_000, 4)), 0.0)
-    kept = pressure.describe_pressure(values[:, None, :], np.array([50.0]))
-    error = float(kept["contact_probability_standard_error"].values[0])
-    assert error == pytest.approx(math.sqrt(0.25 / 80_000), rel=0.02)
+    kept = gathered(np.stack([values, np.repeat(values[:, :1], 4, axis=1)], axis=1))
+    errors = kept["contact_probability_standard_error"].values
+    np.testing.assert_allclose(errors, [math.sqrt(0.25 / 80_000), math.sqrt(0.25 / 20_000)], rtol=0.02)
+    assert kept["cumulative"].values[:, -1] == pytest.approx(1.0)
 
 
 def test_a_penetration_without_contact_is_refused():
-    nothing = np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1)
     with pytest.raises(InputError, match="contact at every penetration"):
-        pressure.describe_pressure(nothing, np.array([20.0, 50.0]))
+        gathered(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1))
 
 
 # The kept files.

@@ -59,9 +59,10 @@ try:
     scenes = Scenes(ROOT, words, options["memory_mb"], default=default, checked_scans=STATE / "scans")
     compared = scenes.compared(config.get("compare"))
     names = Names(scenes, ROOT, writes=RUNS)
-    inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS))
+    held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
+    inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS and held.is_alone)
     if workflow.is_main_process and not LISTS:
-        lines = [*code_hash.report(LOCK.read_text(encoding="utf-8")), *earlier_runs.hold(STATE).lines]
+        lines = [*code_hash.report(LOCK.read_text(encoding="utf-8")), *held.lines]
         lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:

@@ -10,7 +10,7 @@ from typing import Any
 from roughslip.scene.declarations import declarations
 from roughslip.stages.runtime.record import is_whole
 from workflow.keys.names import STORE, Entry, Names
-from workflow.study.publish import is_current, is_published
+from workflow.study.publish import LISTED, is_current, is_published
 
 Waits = Callable[[Any], list[str]]
 
@@ -19,14 +19,17 @@ Waits = Callable[[Any], list[str]]
 class Inputs:
     """Input functions of the rules.
 
-    newest : a file that is newer than any result. A job that has to run although a result may be there gets it as one
+    newest : a file that is newer than results. A job that has to run although a result may be there gets it as one
         more input, because Snakemake compares times
     shows_all : whether a job that has ended has inputs too, for graphs of the study
+    clears : whether what such a job left is removed, as file times may be in disorder; a dry run, or a process that is
+        not alone in the folder, removes nothing
     """
 
     names: Names
     newest: str
     shows_all: bool
+    clears: bool
 
     def of_stage(self, stage: str) -> Waits:
         """What a job of a stage waits for: nothing once it has ended, because its results are what their name says.
@@ -36,11 +39,14 @@ class Inputs:
         declared = declarations()[stage]
 
         def awaited(wildcards: Any) -> list[str]:
-            entry = self.entry(stage, wildcards)
-            record = f"{declared.job_name(**{name: wildcards[name] for name in declared.placeholders})}.json"
+            entry, values = self.entry(stage, wildcards), {name: wildcards[name] for name in declared.placeholders}
             if self.shows_all:
                 return entry.awaited
-            return [] if is_whole(Path(entry.folder, "usage", record)) else [*entry.awaited, self.newest]
+            record = Path(entry.folder, "usage", f"{declared.job_name(**values)}.json")
+            if is_whole(record):
+                return []
+            self._clear(record, *(Path(entry.folder, file.format(**values)) for file in declared.results.values()))
+            return [*entry.awaited, self.newest]
 
         return awaited
 
@@ -56,17 +62,27 @@ class Inputs:
         records = self.names.awaited(wildcards.scene)
         if self.shows_all:
             return records
-        is_complete = is_published(Path("results", wildcards.scene), self.names.published(wildcards.scene))
-        return [] if is_complete and all(is_whole(Path(record)) for record in records) else [*records, self.newest]
+        folder = Path("results", wildcards.scene)
+        if is_published(folder, self.names.published(wildcards.scene)) and all(map(is_whole, map(Path, records))):
+            return []
+        self._clear(folder / LISTED)
+        return [*records, self.newest]
 
     def of_file(self, path: str, source: str) -> dict[str, str]:
         """The file of the store that stands at a path, and what is newer than all if another one is there."""
-        return {"source": source} | ({} if is_current(path, source) else {"newest": self.newest})
+        if is_current(path, source):
+            return {"source": source}
+        self._clear(Path(path))
+        return {"source": source, "newest": self.newest}
 
     def of_scene_file(self, wildcards: Any) -> dict[str, str]:
         """The same of one file of a scene."""
         source = self.names.file(wildcards.scene, wildcards.file)
         return self.of_file(f"results/{wildcards.scene}/{wildcards.file}", source)
+
+    def _clear(self, *files: Path) -> None:
+        for file in files if self.clears else ():
+            file.unlink(missing_ok=True)
 
     def over_published(self, stage: str, scenes: list[str], **inputs: list[str]) -> str:
         """Key file of a stage that reads the published results of these scenes."""

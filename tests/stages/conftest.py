@@ -40,7 +40,7 @@ def run(folder: Path) -> Callable[..., store.Result]:
         }
         key = store.Key(configuration, "code", {"bounds": BOUNDS})
         usage = Usage(folder / f"{stem}.json", stem)
-        stage.work(Job(key, Namespace(**{**defaults, **arguments}), usage))
+        stage.work(Job(key, Namespace(**{**defaults, **arguments}), usage, stage.STAGE.keys))
         run_stage.did, run_stage.skipped, run_stage.warnings = usage.record()["did"], usage.skipped, usage.warnings
         return store.read(output)
 

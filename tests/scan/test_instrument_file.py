@@ -233,13 +233,13 @@ def test_bad_instrument_files(tmp_path, scan):
     [
         (
             "",
-            "does not give its unit of heights and its spacing; set roughness.scan.height_unit, "
-            "roughness.scan.spacing_x_m and roughness.scan.spacing_y_m",
+            "does not give its unit of heights and its spacing; set roughness.scan.height_unit and "
+            "roughness.scan.spacing_m",
         ),
         ("# Width: 20 um\n# Height: 25.5 um\n", "does not give its unit of heights"),
         ("# Width: 20 um\n# Height: 25.5 um\n# Value units: a.u.\n", "values in 'a.u.', which is not a unit of length"),
         ("# Value units: V\n", "values in 'V', which is not a unit of length"),
-        ("# Value units: nm\n", "does not give its spacing; set roughness.scan.spacing_x_m"),
+        ("# Value units: nm\n", "does not give its spacing; set roughness.scan.spacing_m"),
     ],
 )
 def test_text_with_heights_in_unknown_units(tmp_path, heights, header, words):

@@ -29,7 +29,7 @@ OWN = {"figure5": 1, "figure_chain": 1, "claims": 1, "costs": 1, "scene_report":
     [
         ("oscillator: {damping_ratio: 0.2}", OF_OSCILLATOR | OF_POINT),
         ("ensemble: {damping_ratios: [0.17, 0.3]}", OF_OSCILLATOR),
-        ("batches: {realisations: 4}", {"oscillator", "cycles"}),  # other jobs
+        ("jobs: 2", FRICTION | OF_SQUARE - {"design"}),  # other jobs
         ("expansion: {draws: 3000}", {"chaos_square"}),
         ("strip: {expansion_samples: 24}", {"expansion_strip", "friction"} | OF_OSCILLATOR | OF_POINT),
         ("friction: {mean_at_median: 0.2}", {"friction"} | OF_OSCILLATOR | OF_POINT),

@@ -199,10 +199,10 @@ class Scenes:
         assert declared is not None
         if memory.is_allotted(self.valid[name], declared):
             return [(share, share + declared.shares) for share in range(0, SHARES, declared.shares)]
-        count, step = (get(self.valid[name], key) for key in (declared.totals[design], declared.size))
+        count, jobs = (get(self.valid[name], key) for key in (declared.totals[design], "jobs"))
         if count == AUTO:  # then another stage finds the number of samples
             return []
-        step = memory.largest_batch(self.valid[name], stage, min(step, count), self.memory_mb - self._beside_mb)
+        step = memory.largest_batch(self.valid[name], stage, -(-count // jobs), self.memory_mb - self._beside_mb)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
     def jobs(self, name: str, stage: str) -> list[dict[str, Any]]:
@@ -250,9 +250,8 @@ class Scenes:
         return [f"results/{name}/{figure}.png" for figure in plan.figures(self.valid[name])]
 
     def scan_file(self, name: str) -> str:
-        """The scan that the scene reads: the user's, or the one that is made for it."""
-        file = get(self.valid[name], "roughness.scan.file")
-        return f"results/{name}/{declarations()['grinding'].result}" if file is None else _scan_file(self.root, file)
+        """The scan that the scene reads."""
+        return _scan_file(self.root, get(self.valid[name], "roughness.scan.file"))
 
     def _surface_mistakes(self, name: str) -> list[str]:
         """A line if the scan of the scene cannot be read, if no surface has its numbers, or if none takes its load."""

@@ -21,15 +21,13 @@ RANGE = ("first", "last")  # in the name of a result: of the sample numbers of i
 
 @dataclass(frozen=True)
 class Batches:
-    """How the samples of a stage are split into jobs.
+    """How the samples of a stage are split into jobs, as many as the scene key `jobs` says.
 
-    size : scene key of the number of samples of a job
     totals : by the name of a design, the scene key of its number of samples; {"": key} for a stage without designs
     asked : scene key of the accuracy that finds the number of samples; jobs then take equal shares of them
     shares : how many of these shares a job takes
     """
 
-    size: str
     totals: Mapping[str, str]
     asked: str = ""
     shares: int = 1

@@ -323,7 +323,7 @@ def describe_allowed(schema: Values) -> str:
             return "a group of the keys " + ", ".join(schema["properties"])
         case "array":
             least, most = schema["minItems"], schema.get("maxItems")
-            number = f"{least} to {most}" if most else f"at least {least}"
+            number = f"at least {least}" if not most else f"{least}" if least == most else f"{least} to {most}"
             once = ", each once" if schema.get("uniqueItems") else ""
             return f"a list of {number}{once}, of {describe_allowed(schema['items'])}"
     signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}

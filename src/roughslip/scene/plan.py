@@ -14,7 +14,7 @@ from roughslip.scene.types import get, part_of
 Scene = dict[str, Any]
 
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
-_KEY_BY_KEY = ("roughness", "friction", "numerics", "batches")
+_KEY_BY_KEY = ("roughness", "friction", "numerics")
 _ALWAYS_GIVEN = ("seed", "description", "targets")
 FREE = frozenset({"figure_map", "figure_lifetimes"})  # figures of the oscillator without excitation
 
@@ -58,7 +58,7 @@ def needs(scene: Scene, target: str) -> list[str]:
     found: dict[str, None] = {}
     for name in sorted(_needed(scene, (target,))):
         stage = declarations()[name]
-        for key in (*stage.reads.split(), *([stage.batches.size] if stage.batches else [])):
+        for key in stage.reads.split():
             section = key.partition(".")[0]
             if key not in _ALWAYS_GIVEN:
                 found[key if section in _KEY_BY_KEY else section] = None

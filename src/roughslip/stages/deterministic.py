@@ -22,7 +22,7 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="deterministic",
-    reads="oscillator ensemble numerics.oscillator_tolerance",
+    reads="oscillator ensemble",
     reads_if_given="friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/deterministic.nc",
@@ -57,7 +57,7 @@ def where_it_exists(
 def work(job: Job) -> None:
     """Write the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
     scene = job.scene
-    ensemble, tolerance = scene.ensemble, scene.numerics.oscillator_tolerance
+    ensemble, tolerance = scene.ensemble, mass_on_belt.TOLERANCE
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     with job.usage.core():
@@ -71,7 +71,7 @@ def work(job: Job) -> None:
             counts = counts_by_period(belt, law, duration, dampings, options)
         else:
             counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
-        periods = ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS
+        periods = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, options)
     loading = departure_point(belt, law) / belt.V / (2 * np.pi) if belt.V > 0 else math.inf
     if belt.q == 0.0 and loading >= duration:
@@ -79,7 +79,7 @@ def work(job: Job) -> None:
             f"the mass first leaves the belt after {loading:.4g} natural periods, and the runs of figure 5 last "
             f"{duration:g}: they show neither stick-slip nor sliding. Raise ensemble.duration_periods"
         )
-    kept = drawn.time >= 2 * np.pi * ensemble.discarded_periods
+    kept = drawn.time >= 2 * np.pi * mass_on_belt.DISCARDED_PERIODS
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
     sticks = 0 if ensemble.count_by_period else np.sum(counts.cycles + counts.micro_slips)
     spared = round(duration * len(counts.cycles) - counts.periods)

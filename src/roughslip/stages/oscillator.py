@@ -14,13 +14,11 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="oscillator",
-    reads="seed oscillator ensemble numerics.oscillator_tolerance",
+    reads="seed oscillator ensemble",
     reads_if_given="friction.statistics",
     optional={"friction": "friction", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
-    batches=Batches(
-        size="batches.realisations", totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2
-    ),
+    batches=Batches(totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2),
     memory_mb=520,
     memory_doubles={
         "path_nodes": 10,
@@ -42,7 +40,7 @@ def work(job: Job) -> None:
     found = {} if arguments.allocation is None else store.read(arguments.allocation)
     nodes = int(found["nodes_per_correlation_length"]) if found else int(ensemble.nodes_per_correlation_length)
     taken = shares.numbers_of(job, "runs")
-    periods, discarded = ensemble.duration_periods, ensemble.discarded_periods
+    periods, discarded = ensemble.duration_periods, mass_on_belt.DISCARDED_PERIODS
     dampings = damping_ratios(scene, numbers, arguments.friction)
     count = len(taken)
     cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
@@ -50,7 +48,7 @@ def work(job: Job) -> None:
     nominal_last_cycle = np.empty(count)
     cuts = np.empty((count, len(dampings)), dtype=np.int64)
     reattachments, owners, drawn, options = [], [], [], mass_on_belt.motion_options(scene)
-    length = mass_on_belt.path_length(belt, periods, options.friction_follows)
+    length = mass_on_belt.path_length(belt, periods)
     steps = evaluations = sticks = unread = 0
     with job.usage.core():
         paths = mass_on_belt.friction_paths(scene, process, nodes)

@@ -125,8 +125,8 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> TableLaw:
         """The table of the scene, which takes the place of the mean friction coefficient."""
-        table = section.friction_table
-        return cls(tuple(table.speeds_m_per_s), tuple(table.values), section.static_friction)
+        speeds, values = zip(*section.friction_table, strict=True)
+        return cls(speeds, values, section.static_friction)
 
     @classmethod
     def example(cls, generator: np.random.Generator, static: float, speed: float) -> TableLaw:

@@ -10,7 +10,7 @@ from roughslip.friction.recursion import recursion
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
 from roughslip.scene.expansion import AUTO
-from roughslip.scene.ranges import KEYS, StickSlipMap
+from roughslip.scene.ranges import StickSlipMap
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -21,26 +21,23 @@ OF_FRICTION = ("windows", "correlation_length", "mean_friction")  # parameters t
 Box = dict[str, tuple[float, float]]
 
 
-def box(scene: Scene, numbers: FrictionNumbers, ranges: StickSlipMap | None, default: Sequence[str] = ()) -> Box:
-    """First and last value of each parameter that a section gives, by names of `variation.PARAMETERS` in their order.
+def box(scene: Scene, numbers: FrictionNumbers, asked: StickSlipMap) -> Box:
+    """First and last value of the two parameters of a map, by names of `variation.PARAMETERS` in their order.
 
-    ranges : section `map`
-    default : the parameters where it gives none; auto stands for `own_range`
+    asked : section `map`; auto stands for `own_range`
 
     Raises InputError for a parameter without effect in the scene.
     """
-    own = variation.system(scene, numbers)
-    given = {name: value for name, key in KEYS.items() if (value := getattr(ranges, key, None)) is not None}
-    changeable = variation.changeable(scene)
-    for name in given:
+    own, changeable = variation.system(scene, numbers), variation.changeable(scene)
+    for name in asked.parameters:
         if name not in changeable:
-            allowed = ", ".join(KEYS[one] for one in changeable)
-            raise InputError(f"{KEYS[name]} has no effect in this scene; choose of: {allowed}")
-    given = given or dict.fromkeys(default, AUTO)
+            allowed = ", ".join(changeable)
+            raise InputError(f"map.parameters: {name} has no effect in this scene; choose of: {allowed}")
+    ranges = dict(zip(asked.parameters, asked.ranges, strict=True))
     return {
-        name: own_range(name, own) if isinstance(given[name], str) else (float(given[name][0]), float(given[name][1]))
+        name: own_range(name, own) if ranges[name] == AUTO else (float(ranges[name][0]), float(ranges[name][1]))
         for name in variation.PARAMETERS
-        if name in given
+        if name in ranges
     }
 
 

@@ -141,7 +141,6 @@ def test_names_and_files(folder, monkeypatch):
 def test_all_mistakes_at_once(mine):
     text = """extends: base
 seed: 1
-seed: 2
 strip: {cell_m: 0, length_m: 1, widht_m: 2.5e-5}
 material: {young_modulus_pa: 2.1e11}
 square: {modes: 101, nodes: 10}
@@ -157,7 +156,6 @@ ensemble: {drawn_realisations: 200}
         "write 2.1e+11, a number >= 1000 and <= 1e+13 [Pa]",
         "scenes/mine.yaml: oscillator: no value is not allowed; "
         + describe_allowed(SCHEMA["properties"]["oscillator"]),
-        "scenes/mine.yaml: seed: 2 in line 3 repeats the key; give it once",
         "scenes/mine.yaml: square.modes: 101 is not allowed; at most square.nodes^2 = 10^2",
         "scenes/mine.yaml: strip.cell_m: 0 is not allowed; a number > 0 [m], or auto",
         "scenes/mine.yaml: strip.widht_m: unknown key; did you mean width_m? allowed: "

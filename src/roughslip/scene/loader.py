@@ -22,7 +22,7 @@ from roughslip.scene.load import derived
 from roughslip.scene.mistakes import Values, shown
 from roughslip.scene.plan import default_targets
 from roughslip.scene.schema import scene_schema
-from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read
+from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, display, line, read
 from roughslip.scene.types import nested
 
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
@@ -63,8 +63,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     for path, text, is_refused in _schema_mistakes(merged.values, schema):
         if is_refused:
             faulty.add(".".join(map(str, path)))
-        if text:
-            lines.append(line(topmost([path]), path, text))
+        lines.append(line(topmost([path]), path, text))
     whole, left_open = discretisation.discretised(merged.values)
     faulty |= {mistake.keys[0] for mistake in left_open}
     for keys, text in (*left_open, *rules.mistakes(_without(faulty, whole), faulty)):
@@ -212,7 +211,7 @@ def _stay_inside(file: Path, scenes_folder: Path) -> None:
 
 
 def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, list[str]]:
-    """The files of a scene from the top of its overlays down, their values merged, and lines on what was misread."""
+    """The files of a scene from the top of its overlays down, their values merged, and lines on idle accuracies."""
     known = scene_names(scenes_folder)
     chain = [top]
     documents: list[Values] = []
@@ -221,10 +220,9 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
         file = chain[-1]
         try:
             _stay_inside(file, scenes_folder)
-            values, misread = read(file)
+            values = read(file)
         except InputError as error:
             raise InputError([*lines, *error.lines]) from None
-        lines += [line(file, path, text) for path, text in misread]
         both = values.get("accuracy")
         if isinstance(both, int | float) and not isinstance(both, bool):
             values["accuracy"] = accuracy.of_all(both)
@@ -234,8 +232,6 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
         if "extends" not in values:
             break
         base = values.pop("extends")
-        if isinstance(base, Misread):
-            raise InputError(lines)
         if base not in known:
             text = f"{shown(base)} is not allowed; {_nearest(str(base), known, 'scenes')}"
             raise InputError([*lines, line(file, ("extends",), text)])
@@ -281,13 +277,11 @@ _Validator = validators.extend(
 
 
 def _schema_mistakes(values: Values, schema: Values) -> Iterator[tuple[KeyPath, str, bool]]:
-    """The path, the text of its line ("" where it has one already), and whether there is a value, which is refused."""
+    """The path, the text of its line, and whether there is a value, which is refused."""
     for error in _Validator(schema).iter_errors(values):
         path, given = tuple(error.absolute_path), error.instance
         part = cast(Values, error.schema)
-        if isinstance(given, Misread):
-            yield path, "", True
-        elif error.validator == "required":
+        if error.validator == "required":
             for key in part["required"]:
                 if key not in given:
                     yield (*path, key), f"missing; {describe_allowed(part['properties'][key])}", False

@@ -23,7 +23,7 @@ def variants(file: Path) -> dict[str, Values]:
 
     The last key changes fastest. Raises InputError with a line for each mistake of `sweep`.
     """
-    swept = read(file)[0].get("sweep", {})
+    swept = read(file).get("sweep", {})
     lines = [line(file, path, text) for path, text in _mistakes(swept)]
     names = [f"{file.stem}-{n}" for n in range(1, 1 + prod(map(len, swept.values())))] if swept and not lines else []
     for name in names:

@@ -72,7 +72,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
     whole = oscillator.with_frequency(whole)
-    return derived(accuracy.settled(cast(Values, _with_floats(whole, schema))))
+    return derived(accuracy.with_sample_counts(cast(Values, _with_floats(whole, schema))))
 
 
 OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
@@ -91,22 +91,22 @@ def inherited(name: str, scenes_folder: Path) -> list[str]:
         paths = [path for key in keys if _has(merged.values, path := tuple(key.split(".")))]
         return min((level[merged.file_of(path)] for path in paths), default=len(chain))
 
-    found = []
+    warnings = []
     curve = height(*(f"oscillator.{key}" for key in OWN_CURVE))
     own = [key for key in ("load", "material.young_modulus_pa") if height(key) < curve]
     if own and curve < len(chain):
-        found.append(
+        warnings.append(
             f"oscillator.law: the friction curve is that of scene {chain[curve].stem}, and {' and '.join(own)} is of "
             "this scene. The curve decides whether stick-slip occurs: give law, its numbers and static_friction"
         )
     if height("oscillator.mass_kg") < height("oscillator.natural_frequency_rad_per_s") < len(chain):
         mass, omega = (merged.values["oscillator"][key] for key in ("mass_kg", "natural_frequency_rad_per_s"))
-        found.append(
+        warnings.append(
             f"oscillator.mass_kg: with the natural frequency of scene "
             f"{chain[height('oscillator.natural_frequency_rad_per_s')].stem}, {omega:g} rad/s, the spring follows as "
             f"{mass * omega**2:.3g} N/m: give stiffness_n_per_m"
         )
-    return found
+    return warnings
 
 
 def _has(values: Any, path: tuple[str, ...]) -> bool:
@@ -180,8 +180,8 @@ def _of_the_variant(name: str, variants: dict[str, Values], scene: Values) -> Va
 def _inside(values: Values, section: list[str]) -> Values:
     """The section of that name; empty where there is none."""
     for name in section:
-        found = values.get(name)
-        values = found if isinstance(found, dict) else {}
+        inner = values.get(name)
+        values = inner if isinstance(inner, dict) else {}
     return values
 
 
@@ -211,7 +211,7 @@ def _stay_inside(file: Path, scenes_folder: Path) -> None:
 
 
 def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, list[str]]:
-    """The files of a scene from the top of its overlays down, their values merged, and lines on idle accuracies."""
+    """The files of a scene from the top of its overlays down, their values merged, and lines on unused accuracies."""
     known = scene_names(scenes_folder)
     chain = [top]
     documents: list[Values] = []
@@ -226,7 +226,7 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
         both = values.get("accuracy")
         if isinstance(both, int | float) and not isinstance(both, bool):
             values["accuracy"] = accuracy.of_all(both)
-        lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.idle(values)]
+        lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.unused_accuracy(values)]
         values.pop("sweep", None)  # of the file, not of those that extend it
         documents.append(values)
         if "extends" not in values:

@@ -89,18 +89,18 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """The spring is given by the natural frequency or by its stiffness, one of them."""
-    found = scene["oscillator"]
-    if _FREQUENCY in found and _STIFFNESS in found:
-        yield not_together(f"oscillator.{_STIFFNESS}", found[_STIFFNESS], f"oscillator.{_FREQUENCY}")
-    elif _FREQUENCY not in found and _STIFFNESS not in found:
+    values = scene["oscillator"]
+    if _FREQUENCY in values and _STIFFNESS in values:
+        yield not_together(f"oscillator.{_STIFFNESS}", values[_STIFFNESS], f"oscillator.{_FREQUENCY}")
+    elif _FREQUENCY not in values and _STIFFNESS not in values:
         yield missing(f"give it, or oscillator.{_STIFFNESS}", f"oscillator.{_FREQUENCY}")
 
 
 def with_frequency(scene: Values) -> Values:
     """The scene with the natural frequency that follows from stiffness and mass, where it gives these instead."""
-    found = scene.get("oscillator")
-    if isinstance(found, dict) and _FREQUENCY not in found:
-        stiffness, mass = found.get(_STIFFNESS), found.get(_MASS)
+    values = scene.get("oscillator")
+    if isinstance(values, dict) and _FREQUENCY not in values:
+        stiffness, mass = values.get(_STIFFNESS), values.get(_MASS)
         if isinstance(stiffness, int | float) and isinstance(mass, int | float) and min(stiffness, mass) > 0:
-            return scene | {"oscillator": found | {_FREQUENCY: math.sqrt(stiffness / mass)}}
+            return scene | {"oscillator": values | {_FREQUENCY: math.sqrt(stiffness / mass)}}
     return scene

@@ -55,14 +55,14 @@ def captions() -> dict[str, str]:
 
 def needs(scene: Scene, target: str) -> list[str]:
     """Sections and keys without which the stages of a target cannot run."""
-    found: dict[str, None] = {}
+    lacking: dict[str, None] = {}
     for name in sorted(_needed(scene, (target,))):
         stage = declarations()[name]
         for key in stage.reads.split():
             section = key.partition(".")[0]
             if key not in _ALWAYS_GIVEN:
-                found[key if section in _KEY_BY_KEY else section] = None
-    return list(found)
+                lacking[key if section in _KEY_BY_KEY else section] = None
+    return list(lacking)
 
 
 def skip_reasons(scene: Scene) -> dict[str, str]:
@@ -114,18 +114,18 @@ def _reached(scene: Scene | None, wanted: tuple[str, ...]) -> dict[str, str]:
     needed. An input that nothing can replace is needed even if the condition of the stage that makes it does not hold.
     Without a scene all conditions hold.
     """
-    found: dict[str, str] = {}
+    reached: dict[str, str] = {}
     pending = [(name, "") for target in wanted for name in _starts(target)]
     while pending:
         name, reason = pending.pop(0)
-        if name in found and (reason or not found[name]):
+        if name in reached and (reason or not reached[name]):
             continue
-        found[name] = reason
-        for other, is_always in (*_edges(name), *((one, False) for one in _companions(name))):
+        reached[name] = reason
+        for other, is_always in (*_edges(name), *((companion, False) for companion in _companions(name))):
             stage = declarations()[other]
             holds = is_always or scene is None or runs(scene, stage)
             pending.append((other, reason or ("" if holds else _reason(stage))))
-    return found
+    return reached
 
 
 def _reason(stage: Stage) -> str:
@@ -136,10 +136,10 @@ def _reason(stage: Stage) -> str:
 
 def makers(stage: str, stages: Set[str]) -> list[str]:
     """Those of the stages of a scene that make inputs of one of them."""
-    found = {name for name, _ in _edges(stage)} & stages
-    if stage == "chaos_strip" and "strip_pilot" in found:  # the pilot then has all training strips
-        found.discard("contact_strip")
-    return sorted(found)
+    stages_before = {name for name, _ in _edges(stage)} & stages
+    if stage == "chaos_strip" and "strip_pilot" in stages_before:  # the pilot then has all training strips
+        stages_before.discard("contact_strip")
+    return sorted(stages_before)
 
 
 def in_order(stages: Set[str]) -> list[str]:
@@ -152,13 +152,15 @@ def _edges(name: str) -> tuple[tuple[str, bool], ...]:
     """Stages that make the inputs of a stage, and whether nothing else can."""
     stage = declarations()[name]
     made_by = (
-        (option, one.split()) for part in (stage.inputs, stage.optional, stage.many) for option, one in part.items()
+        (option, names.split())
+        for part in (stage.inputs, stage.optional, stage.many)
+        for option, names in part.items()
     )
     return tuple(
-        (one, option not in stage.optional and len(names) == 1)
+        (maker, option not in stage.optional and len(names) == 1)
         for option, names in made_by
-        for one in names
-        if one in declarations()
+        for maker in names
+        if maker in declarations()
     )
 
 

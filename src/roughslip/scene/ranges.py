@@ -65,11 +65,11 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """A range rises within the limits of its parameter."""
-    section = scene.get("map")
-    if not isinstance(section, dict) or not section.get("ranges"):
+    asked = scene.get("map")
+    if not isinstance(asked, dict) or not asked.get("ranges"):
         return
-    parameters = section.get("parameters", ["damping", "belt_velocity"]) or ()
-    for parameter, values in zip(parameters, section["ranges"], strict=False):
+    parameters = asked.get("parameters", ["damping", "belt_velocity"]) or ()
+    for parameter, values in zip(parameters, asked["ranges"], strict=False):
         low, high = LIMITS[parameter]
         if values != AUTO and not low <= values[0] < values[1] <= high:
             allowed = f"for {parameter} a smaller and a larger number from {low:g} to {high:g}, or {AUTO}"

@@ -21,8 +21,8 @@ def covariance_shapes() -> dict[str, dict[str, tuple[float, float]]]:
     They are read from the source of `surface/models.py`: numpy is not imported.
     """
     classes = [node for node in ast.parse(MODELS.read_text(encoding="utf-8")).body if isinstance(node, ast.ClassDef)]
-    found = {str(own["kind"]): own.get("shapes", {}) for own in map(_literals, classes) if "kind" in own}
-    return dict(sorted(found.items()))
+    shapes = {str(own["kind"]): own.get("shapes", {}) for own in map(_literals, classes) if "kind" in own}
+    return dict(sorted(shapes.items()))
 
 
 def _literals(model: ast.ClassDef) -> dict[str, Any]:

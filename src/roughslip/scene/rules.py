@@ -31,15 +31,15 @@ from roughslip.scene.mistakes import (
 from roughslip.scene.plan import needs, stages_needed
 from roughslip.scene.types import get
 
-# Keys that one word of another key takes, and no other word: the key, the other key, the word.
-_TAKEN_BY = (("oscillator.friction_table", "oscillator.law", "table"),)
+# Keys allowed only when another key has this value: the key, the other key, the value. Then they must be given.
+ONLY_WITH = (("oscillator.friction_table", "oscillator.law", "table"),)
 
 # In an overlay, by section: keys that a key replaces, where the overlay does not give those too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {}
 for _part in (accuracy, load, friction, contact, roughness, oscillator, ranges):
     for _section, _keys in _part.REPLACES.items():
         REPLACES.setdefault(_section, {}).update(_keys)
-for _key, _other, _ in _TAKEN_BY:
+for _key, _other, _ in ONLY_WITH:
     REPLACES.setdefault(_other.partition(".")[0], {})[_other.partition(".")[2]] = (_key.partition(".")[2],)
 
 
@@ -249,17 +249,17 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
     sections = {"friction": friction, "square": contact, "roughness": roughness, "oscillator": oscillator}
-    found_in = [one for name, one in sections.items() if isinstance(scene.get(name), dict)]
-    for form in (accuracy, load, ranges, *found_in):
+    modules = [module for name, module in sections.items() if isinstance(scene.get(name), dict)]
+    for form in (accuracy, load, ranges, *modules):
         yield from (mistake for mistake in form.mistakes(scene) if all(map(sound, mistake.keys)))
-    for key, other, word in _TAKEN_BY:
-        value, found = given(scene, key), get(scene, other)
-        if not (sound(key) and sound(other)) or found is None:
+    for key, other, word in ONLY_WITH:
+        value, chosen = given(scene, key), get(scene, other)
+        if not (sound(key) and sound(other)) or chosen is None:
             continue
-        if found == word and value is None:
+        if chosen == word and value is None:
             yield missing(f"{other} = {word} needs it", key, other)
-        elif found != word and value is not None:
-            yield not_together(key, value, other, found, allowed=f"only {word} takes it")
+        elif chosen != word and value is not None:
+            yield not_together(key, value, other, chosen, allowed=f"only {word} takes it")
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     whole = oscillator.with_frequency(scene)
     for keys, holds, allowed in _RULES:

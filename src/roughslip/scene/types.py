@@ -112,14 +112,14 @@ def part_of(scene: Values, keys: Iterable[str]) -> Values:
 
 def nested(values: Values) -> Values:
     """Values by dotted key as the sections of a scene."""
-    found: Values = {}
+    whole: Values = {}
     for key, value in values.items():
         *sections, last = key.split(".")
-        inner = found
+        inner = whole
         for place in sections:
             inner = inner.setdefault(place, {})
         inner[last] = value
-    return found
+    return whole
 
 
 def without_nulls(values: Any) -> Any:

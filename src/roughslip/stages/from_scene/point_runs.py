@@ -52,7 +52,7 @@ class PointRuns:
     One generator per realisation serves every point, so that neighbours err together. Results do not depend on the
     order of the points.
 
-    scene : with sections `oscillator` and `numerics`, and `ensemble.marginal`
+    scene : with section `oscillator`, and `ensemble.marginal`
     numbers, statistics : friction of the scene, and its file if any
     periods : natural periods of a run after its first departure
     stream : of the random numbers

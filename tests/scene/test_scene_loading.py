@@ -57,6 +57,7 @@ MATERN = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
         (f"extends: given\n{BY_TABLE}", "seed: 4", "oscillator", "friction_table", ""),
         (f"extends: given\n{BY_TABLE}", "oscillator: {law: coulomb}", "oscillator", "law", "friction_table"),
         ("extends: paper", BY_SHARE.partition("\n")[2], "square", "variance_share", "modes"),
+        ("extends: paper", "map: {parameters: [mass, load]}", "map", "parameters points", "ranges"),
         (BY_SHARE, "square: {modes: 20}", "square", "modes", "variance_share"),
     ],
 )
